@@ -1,0 +1,379 @@
+"""From grammar rules to syntax nodes: one method a rule, in the grammar's order. Knows no parser generator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from inspect import cleandoc
+from typing import TypeVar
+
+from ntp_dsl.language import syntax
+from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.language.pieces import Piece
+from ntp_dsl.language.syntax import Expression, Number, Span
+
+# Words that open or join an expression; a thing of that name could never be mentioned.
+RESERVED = frozenset(
+    "all some any not and or for if when requires achieves".split()
+)
+MAX_DEPTH = 60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
+MAX_NUMBER = 1e9  # as written; counts and metres alike stay far below
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Word:
+    """A name, a number or an operator as it stands in the text."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Header:
+    """`library NAME` and what is said about it."""
+
+    name: str
+    docstring: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One line of a contract or one section of a task."""
+
+    kind: str
+    value: object
+    span: Span
+
+
+@dataclass(frozen=True)
+class Docstring:
+    text: str
+
+
+@dataclass(frozen=True)
+class DrawnFrom:
+    """A group of the scene that a sampler draws from."""
+
+    name: Word
+
+
+Item = syntax.Node | Header | Clause | Docstring | DrawnFrom | tuple[object, ...] | int
+
+
+def clean(docstring: str) -> str:
+    """A docstring's text without its indentation, nor blanks at any line's end."""
+    return "\n".join(line.rstrip() for line in cleandoc(docstring).split("\n")).strip("\n")
+
+
+def _text(docstring: Docstring | None) -> str:
+    return docstring.text if docstring else ""
+
+
+def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
+    return tuple(item for item in items if isinstance(item, kind))
+
+
+class Builder:
+    """Builds the declaration of one piece; what is wrong beyond the grammar is left in `mistakes`."""
+
+    def __init__(self, piece: Piece) -> None:
+        self.mistakes: list[Diagnostic] = []
+        self._piece = piece
+        self._depths: dict[int, int] = {}
+
+    # Libraries
+
+    def library(self, span: Span, name: Word, docstring: Docstring | None = None) -> Header:
+        return Header(name.text, _text(docstring), name.span)
+
+    def use(self, span: Span, library: Word) -> syntax.Use:
+        return syntax.Use(library.text, span=library.span)
+
+    # What there is
+
+    def type(
+        self, span: Span, name: Word, parent: syntax.TypeName | None, docstring: Docstring | None
+    ) -> syntax.TypeDeclaration:
+        return syntax.TypeDeclaration(parent=parent, **self._declared(span, name, docstring))
+
+    def enum(self, span: Span, name: Word, *rest: Word | Docstring | None) -> syntax.EnumDeclaration:
+        members = _only(Word, rest)
+        return syntax.EnumDeclaration(
+            members=tuple(self._declare(member) for member in members),
+            member_spans=tuple(member.span for member in members),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def record(
+        self,
+        span: Span,
+        name: Word,
+        fields: tuple[syntax.Parameter, ...],
+        docstring: Docstring | None,
+    ) -> syntax.RecordDeclaration:
+        return syntax.RecordDeclaration(fields=fields, **self._declared(span, name, docstring))
+
+    def constant(
+        self, span: Span, name: Word, type: syntax.TypeName, docstring: Docstring | None
+    ) -> syntax.ConstantDeclaration:
+        return syntax.ConstantDeclaration(type=type, **self._declared(span, name, docstring))
+
+    # What can be true
+
+    def predicate(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[syntax.Parameter, ...],
+        result: syntax.TypeName | None,
+        docstring: Docstring | None,
+    ) -> syntax.PredicateDeclaration:
+        return syntax.PredicateDeclaration(
+            parameters=parameters, result=result, **self._declared(span, name, docstring)
+        )
+
+    def composition(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[syntax.Parameter, ...],
+        docstring: Docstring | None,
+        body: Expression,
+    ) -> syntax.PredicateDeclaration:
+        return syntax.PredicateDeclaration(
+            parameters=parameters, body=body, **self._declared(span, name, docstring)
+        )
+
+    # What can be done
+
+    def api(
+        self, span: Span, name: Word, parameters: tuple[syntax.Parameter, ...], *rest: object
+    ) -> syntax.ApiDeclaration:
+        return syntax.ApiDeclaration(
+            parameters=parameters,
+            **self._contract(rest),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def program(
+        self, span: Span, name: Word, parameters: tuple[syntax.Parameter, ...], *rest: object
+    ) -> syntax.ProgramDeclaration:
+        return syntax.ProgramDeclaration(
+            parameters=parameters,
+            body=tuple(item for item in rest if isinstance(item, syntax.Statement)),
+            **self._contract(rest),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def docstring(self, span: Span, text: Word) -> Docstring:
+        return Docstring(clean(text.text[3:-3]))
+
+    def parameters(
+        self, span: Span, *parameters: syntax.Parameter | None
+    ) -> tuple[syntax.Parameter, ...]:
+        return _only(syntax.Parameter, parameters)
+
+    def parameter(
+        self,
+        span: Span,
+        name: Word,
+        type: syntax.TypeName,
+        low: Number | None,
+        high: Number | None,
+    ) -> syntax.Parameter:
+        return syntax.Parameter(self._declare(name), type, low, high, span=name.span)
+
+    def list_type(self, span: Span, name: Word) -> syntax.TypeName:
+        return syntax.TypeName(name.text, is_list=True, span=name.span)
+
+    def type_name(self, span: Span, name: Word) -> syntax.TypeName:
+        return syntax.TypeName(name.text, span=name.span)
+
+    def clauses(self, span: Span, *clauses: Clause) -> tuple[Clause, ...]:
+        return clauses
+
+    def requires(self, span: Span, condition: Expression) -> Clause:
+        return Clause("requires", condition, span)
+
+    def achieves(self, span: Span, condition: Expression) -> Clause:
+        return Clause("achieves", condition, span)
+
+    def statement(self, span: Span, call: syntax.Call) -> syntax.Call:
+        return call
+
+    def loop(self, span: Span, generator: syntax.Generator, body: syntax.Statement) -> syntax.For:
+        return self._nested(syntax.For(generator, body, span=span), generator, body)
+
+    def when(self, span: Span, condition: Expression, body: syntax.Statement) -> syntax.When:
+        return self._nested(syntax.When(condition, body, span=span), condition, body)
+
+    def block(self, span: Span, *statements: syntax.Statement) -> syntax.Statement:
+        for extra in statements[1:2]:
+            message = "a 'for' or 'when' holds one call; this is another"
+            help = "move them into a program of their own, or indent this one less"
+            self.mistakes.append(Diagnostic("E006", message, extra.span, help=help))
+        return statements[0]
+
+    def call(self, span: Span, callee: Word, *arguments: Expression | None) -> syntax.Call:
+        given = tuple(argument for argument in arguments if argument is not None)
+        return self._nested(syntax.Call(callee.text, given, span=span), *given)
+
+    # What to try
+
+    def task(self, span: Span, name: Word, *rest: object) -> syntax.TaskDeclaration:
+        sections = self._once(_only(Clause, rest))
+        return syntax.TaskDeclaration(**sections, **self._declared(span, name, *_only(Docstring, rest)))
+
+    def scene(self, span: Span, *groups: syntax.SceneGroup) -> Clause:
+        return Clause("scene", groups, span)
+
+    def goal(self, span: Span, sampler: syntax.Sampler) -> Clause:
+        return Clause("goal", sampler, span)
+
+    def run(self, span: Span, call: syntax.Call) -> Clause:
+        return Clause("run", call, span)
+
+    def success(self, span: Span, condition: Expression) -> Clause:
+        return Clause("success", condition, span)
+
+    def group(
+        self, span: Span, name: Word, count: int, type: syntax.TypeName, place: Word
+    ) -> syntax.SceneGroup:
+        return syntax.SceneGroup(self._declare(name), count, type, place.text, span=span)
+
+    def sampler(
+        self, span: Span, name: Word, *knobs: DrawnFrom | syntax.Option | None
+    ) -> syntax.Sampler:
+        groups = [drawn.name for drawn in _only(DrawnFrom, knobs)]
+        return syntax.Sampler(
+            name.text,
+            tuple(group.text for group in groups),
+            _only(syntax.Option, knobs),
+            group_spans=tuple(group.span for group in groups),
+            span=span,
+        )
+
+    def drawn_from(self, span: Span, name: Word) -> DrawnFrom:
+        return DrawnFrom(name)
+
+    def option(self, span: Span, name: Word, low: int, high: int | None) -> syntax.Option:
+        return syntax.Option(name.text, low, low if high is None else high, span=span)
+
+    def count(self, span: Span, digits: Word) -> int:
+        value = self._value(digits)
+        if value != int(value):
+            self.mistakes.append(
+                Diagnostic("E007", f"a whole number belongs here, not {digits.text}", digits.span)
+            )
+        return int(value)
+
+    # Conditions and values
+
+    def disjunction(self, span: Span, *values: Expression) -> syntax.Or:
+        return self._nested(syntax.Or(values, span=span), *values)
+
+    def conjunction(self, span: Span, *values: Expression) -> syntax.And:
+        return self._nested(syntax.And(values, span=span), *values)
+
+    def negation(self, span: Span, value: Expression) -> syntax.Not:
+        return self._nested(syntax.Not(value, span=span), value)
+
+    def all(
+        self, span: Span, body: Expression, *generators: syntax.Generator
+    ) -> syntax.Quantified:
+        return self._nested(
+            syntax.Quantified("all", body, generators, span=span), body, *generators
+        )
+
+    def some(
+        self, span: Span, body: Expression, *generators: syntax.Generator
+    ) -> syntax.Quantified:
+        return self._nested(
+            syntax.Quantified("some", body, generators, span=span), body, *generators
+        )
+
+    def generator(
+        self, span: Span, variable: Word, iterable: Word, condition: Expression | None
+    ) -> syntax.Generator:
+        domain = syntax.Name(iterable.text, span=iterable.span)
+        node = syntax.Generator(self._declare(variable), domain, condition, span=variable.span)
+        return self._nested(node, *([condition] if condition else []))
+
+    def comparison(
+        self, span: Span, left: Expression, operator: Word, right: Expression
+    ) -> syntax.Compare:
+        return self._nested(syntax.Compare(operator.text, left, right, span=span), left, right)
+
+    def sum(
+        self, span: Span, left: Expression, operator: Word, right: Expression
+    ) -> syntax.Arithmetic:
+        return self._nested(syntax.Arithmetic(operator.text, left, right, span=span), left, right)
+
+    product = sum
+
+    def number(self, span: Span, minus: Word | None, digits: Word, unit: Word | None) -> Number:
+        value = self._value(digits)
+        return Number(-value if minus and value else value, unit.text if unit else "", span=span)
+
+    def wildcard(self, span: Span) -> syntax.Wildcard:
+        return syntax.Wildcard(span=span)
+
+    def name(self, span: Span, name: Word) -> syntax.Name:
+        return syntax.Name(name.text, span=span)
+
+    def field(self, span: Span, value: Word, name: Word) -> syntax.Field:
+        return syntax.Field(syntax.Name(value.text, span=value.span), name.text, span=span)
+
+    def atom(self, span: Span, predicate: Word, *arguments: Expression | None) -> syntax.Atom:
+        given = tuple(argument for argument in arguments if argument is not None)
+        return self._nested(syntax.Atom(predicate.text, given, span=span), *given)
+
+    # What the grammar cannot say
+
+    def _declare(self, name: Word) -> str:
+        if name.text in RESERVED:
+            message = f"'{name.text}' is a word of the language; nothing else can be called that"
+            self.mistakes.append(Diagnostic("E009", message, name.span))
+        return name.text
+
+    def _declared(
+        self, span: Span, name: Word, docstring: Docstring | None = None
+    ) -> dict[str, object]:
+        return {
+            "name": self._declare(name),
+            "docstring": _text(docstring),
+            "name_span": name.span,
+            "span": span,
+        }
+
+    def _contract(self, rest: tuple[object, ...]) -> dict[str, object]:
+        lines = [item for item in rest if isinstance(item, tuple)]
+        clauses = _only(Clause, rest) + tuple(each for line in lines for each in line)
+        return self._once(_only(Clause, clauses))
+
+    def _once(self, clauses: tuple[Clause, ...]) -> dict[str, object]:
+        found: dict[str, object] = {}
+        for clause in clauses:
+            if clause.kind in found:
+                message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"
+                self.mistakes.append(Diagnostic("E008", message, clause.span))
+            found[clause.kind] = clause.value
+        return found
+
+    def _value(self, digits: Word) -> float:
+        value = float(digits.text)
+        if value > MAX_NUMBER:
+            self.mistakes.append(Diagnostic("E007", "this number is too large", digits.span))
+            return 0.0
+        return value
+
+    def _nested(self, node: T, *children: object) -> T:
+        depth = 1 + max((self._depths.get(id(child), 0) for child in children), default=0)
+        self._depths[id(node)] = depth
+        if depth == MAX_DEPTH:
+            assert isinstance(node, syntax.Node)
+            message = "this is nested too deeply to be read; give its parts names of their own"
+            self.mistakes.append(Diagnostic("E010", message, node.span))
+        return node

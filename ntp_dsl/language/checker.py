@@ -1,0 +1,157 @@
+"""From libraries to a registry: every mistake of all of them at once, or the proof that there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from ntp_dsl import registry
+from ntp_dsl.language import contracts, hierarchy, syntax, tasks
+from ntp_dsl.language.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.formatter import hash_declaration
+from ntp_dsl.language.names import Table, check_type, collect
+from ntp_dsl.language.typing_rules import Names, Typing, si
+
+
+def check(
+    *libraries: syntax.Library, sources: Mapping[Path | None, str] | None = None
+) -> registry.Registry:
+    """Check a library together with those it uses; `SourceError` carries every mistake.
+
+    Args:
+        libraries: the library that the registry is named after, then the libraries that it uses.
+        sources: texts by path, for the excerpts in the error's message.
+    """
+    table, mistakes = examine(*libraries)
+    if any(each.severity == "error" for each in mistakes):
+        raise SourceError(mistakes, sources)
+    return _register(libraries[0].name, table)
+
+
+def examine(*libraries: syntax.Library) -> tuple[Table, Sequence[Diagnostic]]:
+    """The names that the libraries declare, and everything that is wrong with them."""
+    # Those that are used come first: where two declare one name, the user of the other is told.
+    table = collect([*libraries[1:], libraries[0]])
+    typing = Typing(table)
+    for declaration in _declarations(table):
+        _check_declaration(declaration, table, typing)
+    # What a contract means is only worth asking where names and types stand.
+    if not any(each.severity == "error" for each in table.mistakes):
+        hierarchy.check_hierarchy(table)
+        contracts.check_contracts(table)
+    return table, table.mistakes
+
+
+def _declarations(table: Table) -> Iterator[syntax.Declaration]:
+    yield from table.records.values()
+    yield from table.constants.values()
+    yield from table.predicates.values()
+    yield from table.apis.values()
+    yield from table.programs.values()
+    yield from table.tasks.values()
+
+
+def _check_declaration(declaration: syntax.Declaration, table: Table, typing: Typing) -> None:
+    match declaration:
+        case syntax.RecordDeclaration():
+            typing.parameters(declaration.fields)
+        case syntax.ConstantDeclaration():
+            if declaration.type.is_list or declaration.type.name not in table.types:
+                if check_type(table, declaration.type):
+                    message = "a constant is one thing of the scene"
+                    table.report("E202", message, declaration.type.span)
+        case syntax.PredicateDeclaration():
+            names = typing.parameters(declaration.parameters)
+            if declaration.body is not None:
+                typing.condition(declaration.body, names)
+            if declaration.result is not None:
+                check_type(table, declaration.result)
+        case syntax.ApiDeclaration():
+            _check_contract(declaration, typing)
+        case syntax.ProgramDeclaration():
+            names = _check_contract(declaration, typing)
+            for statement in declaration.body:
+                _check_statement(statement, names, table, typing)
+            _check_shape(declaration, table)
+        case syntax.TaskDeclaration():
+            tasks.check_task(declaration, table, typing)
+
+
+def _check_contract(
+    declaration: syntax.ApiDeclaration | syntax.ProgramDeclaration, typing: Typing
+) -> Names:
+    names = typing.parameters(declaration.parameters)
+    for condition in (declaration.requires, declaration.achieves):
+        if condition is not None:
+            typing.condition(condition, names)
+    return names
+
+
+def _check_statement(
+    statement: syntax.Statement, names: Names, table: Table, typing: Typing
+) -> None:
+    match statement:
+        case syntax.For(generator, body):
+            _check_statement(body, typing.generator(generator, names), table, typing)
+        case syntax.When(condition, body):
+            typing.condition(condition, names)
+            _check_statement(body, names, table, typing)
+        case syntax.Call():
+            typing.call(statement, names)
+
+
+def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
+    if program.achieves is None:
+        help = "say what holds once it has done its work: achieves on(item, support)"
+        message = f"program '{program.name}' does not say what it achieves"
+        table.report("E401", message, program.name_span, help)
+    if not program.body:
+        message = f"program '{program.name}' calls nothing"
+        table.report("E405", message, program.name_span, "a program has at least one call")
+
+
+def _register(name: str, table: Table) -> registry.Registry:
+    return registry.Registry(
+        name=name,
+        parents={each.name: each.parent.name if each.parent else None for each in table.types.values()},
+        enums={each.name: each.members for each in table.enums.values()},
+        records={each.name: _parameters(each.fields) for each in table.records.values()},
+        constants={each.name: each.type.name for each in table.constants.values()},
+        predicates=dict(table.predicates),
+        apis={each.name: _api(each) for each in table.apis.values()},
+        programs={each.name: _program(each) for each in table.programs.values()},
+        tasks=dict(table.tasks),
+    )
+
+
+def _parameters(parameters: Sequence[syntax.Parameter]) -> tuple[registry.Parameter, ...]:
+    return tuple(
+        registry.Parameter(each.name, each.type.name, each.type.is_list, si(each.low), si(each.high))
+        for each in parameters
+    )
+
+
+def _api(declared: syntax.ApiDeclaration) -> registry.Api:
+    return registry.Api(
+        name=declared.name,
+        parameters=_parameters(declared.parameters),
+        requires=declared.requires,
+        achieves=declared.achieves,
+        hash=hash_declaration(declared),
+        docstring=declared.docstring,
+        span=declared.name_span,
+    )
+
+
+def _program(declared: syntax.ProgramDeclaration) -> registry.Program:
+    return registry.Program(
+        name=declared.name,
+        parameters=_parameters(declared.parameters),
+        requires=declared.requires,
+        achieves=declared.achieves,
+        hash=hash_declaration(declared),
+        docstring=declared.docstring,
+        span=declared.name_span,
+        body=declared.body,
+        callees=tuple(dict.fromkeys(call.callee for call in map(hierarchy.innermost, declared.body))),
+    )

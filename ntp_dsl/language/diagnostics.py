@@ -1,0 +1,121 @@
+"""What can be said about a text: one mistake is one `Diagnostic`, and all of them travel in one `SourceError`.
+
+NtpError                   anything a user did that cannot work; the message is for them
++-- SourceError            the text of a library is at fault; carries every diagnostic
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from ntp_dsl.language.syntax import NOWHERE, Span
+
+SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
+
+
+@dataclass(frozen=True)
+class Fix:
+    """Replace what stands at `span` (nothing, where it is empty) by `replacement`."""
+
+    span: Span
+    replacement: str
+
+
+@dataclass(frozen=True)
+class Note:
+    """A related place: "declared here"."""
+
+    message: str
+    span: Span = NOWHERE
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One mistake. Codes are stable: E0 syntax, E1 names, E2 types, E3 duplicates, E4 contracts, E5 tasks."""
+
+    code: str
+    message: str
+    span: Span
+    notes: tuple[Note, ...] = ()
+    help: str = ""
+    fix: Fix | None = None
+
+    @property
+    def severity(self) -> str:
+        return SEVERITIES[self.code[0]]
+
+
+class NtpError(Exception):
+    """The root of every error that is meant for the user: a plain sentence, never a traceback."""
+
+
+class SourceError(NtpError):
+    """A library's text does not stand; `diagnostics` says everything that is wrong with it."""
+
+    def __init__(
+        self, diagnostics: Sequence[Diagnostic], sources: Mapping[Path | None, str] | None = None
+    ) -> None:
+        self.diagnostics = tuple(sorted(diagnostics, key=_place))
+        self.sources = dict(sources or {})
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        blocks = [render(each, self.sources.get(each.span.path)) for each in self.diagnostics]
+        count = sum(each.severity == "error" for each in self.diagnostics)
+        return "\n\n".join([*blocks, f"{count} mistake{'s' * (count != 1)} found"])
+
+
+def _place(diagnostic: Diagnostic) -> tuple[str, int, int, str]:
+    span = diagnostic.span
+    return str(span.path or ""), span.line, span.column, diagnostic.code
+
+
+def render(diagnostic: Diagnostic, source: str | None = None) -> str:
+    """The diagnostic as rustc would print it: where, the line, a caret, and what would help."""
+    span = diagnostic.span
+    lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
+    if span.line:
+        lines.append(f"  --> {span}")
+        lines += _excerpt(span, source)
+    for note in diagnostic.notes:
+        where = f" ({note.span})" if note.span.line else ""
+        lines.append(f"   = note: {note.message}{where}")
+    if diagnostic.help:
+        lines.append(f"   = help: {diagnostic.help}")
+    return "\n".join(lines)
+
+
+def _excerpt(span: Span, source: str | None) -> list[str]:
+    rows = source.split("\n") if source is not None else []
+    if span.line > len(rows):
+        return []
+    row = rows[span.line - 1]
+    end = span.end_column if span.end_line == span.line else len(row) + 1
+    # Tabs are copied under the tabs of the line above, so that the caret stands where the eye expects it.
+    indent = "".join("\t" if letter == "\t" else " " for letter in row[: span.column - 1])
+    margin = " " * len(str(span.line))
+    caret = "^" * max(1, min(end, len(row) + 1) - span.column)
+    return [f" {margin} |", f" {span.line} | {row}", f" {margin} | {indent}{caret}"]
+
+
+def nearest(name: str, candidates: Iterable[str]) -> str | None:
+    """What was probably meant, if anything comes near."""
+    found = get_close_matches(name, sorted(set(candidates)), n=1, cutoff=0.6)
+    return found[0] if found else None
+
+
+def unknown(
+    code: str, what: str, name: str, span: Span, candidates: Iterable[str], help: str = ""
+) -> Diagnostic:
+    """The diagnostic for a name that nobody declared, with the nearest one that somebody did."""
+    known = sorted(set(candidates))
+    meant = nearest(name, known)
+    if meant is not None:
+        return Diagnostic(
+            code, f"{what} '{name}'; did you mean '{meant}'?", span, help=help, fix=Fix(span, meant)
+        )
+    listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    return Diagnostic(code, f"{what} '{name}'", span, help=help or (listing and f"there is: {listing}"))

@@ -1,0 +1,227 @@
+"""From syntax tree to canonical text: `parse(format_library(tree)) == tree`, and equal trees have equal texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from hashlib import sha256
+
+from ntp_dsl.language import syntax
+from ntp_dsl.language.syntax import Expression, Number
+
+INDENT = "    "
+
+
+def format_library(library: syntax.Library) -> str:
+    """The whole library in its one canonical layout; comments are not part of the tree."""
+    header = [f"library {library.name}", *_docstring(library.docstring, "")]
+    uses = [f"use {use.library}" for use in library.uses]
+    blocks = ["\n".join(header), "\n".join(uses), *map(format_declaration, library.declarations)]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def hash_declaration(declaration: syntax.Declaration) -> str:
+    """What the declaration means, in 16 hexadecimal digits; docstrings and layout do not count."""
+    text = format_declaration(replace(declaration, docstring=""))
+    return sha256(text.encode()).hexdigest()[:16]
+
+
+def format_declaration(declaration: syntax.Declaration) -> str:
+    """One declaration, without a newline at its end."""
+    for kind, formatter in FORMATTERS.items():
+        if isinstance(declaration, kind):
+            lines: list[str] = formatter(declaration)
+            docstring = _docstring(declaration.docstring, INDENT)
+            return "\n".join([lines[0], *docstring, *(INDENT + line for line in lines[1:])])
+    raise AssertionError(f"no layout for a {type(declaration).__name__}")
+
+
+def _docstring(text: str, indent: str) -> list[str]:
+    if not text:
+        return []
+    first, *rest = text.split("\n")
+    lines = [f'{indent}"""{first}', *(indent + line if line else "" for line in rest)]
+    if rest or text.endswith('"'):
+        return [*lines, f'{indent}"""']
+    return [lines[0] + '"""']
+
+
+# Declarations: the first line stands at the margin, the others are indented below it ---------------------------
+
+
+def _type(declaration: syntax.TypeDeclaration) -> list[str]:
+    parent = f" is {_type_name(declaration.parent)}" if declaration.parent else ""
+    return [f"type {declaration.name}{parent}"]
+
+
+def _enum(declaration: syntax.EnumDeclaration) -> list[str]:
+    return [f"enum {declaration.name}: {', '.join(declaration.members)}"]
+
+
+def _record(declaration: syntax.RecordDeclaration) -> list[str]:
+    return [f"record {declaration.name}{_parameters(declaration.fields)}"]
+
+
+def _constant(declaration: syntax.ConstantDeclaration) -> list[str]:
+    return [f"constant {declaration.name}: {_type_name(declaration.type)}"]
+
+
+def _predicate(declaration: syntax.PredicateDeclaration) -> list[str]:
+    head = f"predicate {declaration.name}{_parameters(declaration.parameters)}"
+    if declaration.body is not None:
+        return [f"{head}:", format_expression(declaration.body)]
+    return [f"{head} -> {_type_name(declaration.result)}" if declaration.result else head]
+
+
+def _api(declaration: syntax.ApiDeclaration) -> list[str]:
+    head = f"api {declaration.name}{_parameters(declaration.parameters)}"
+    return [head, *_contract(declaration)]
+
+
+def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
+    head = f"program {declaration.name}{_parameters(declaration.parameters)}:"
+    statements = [line for statement in declaration.body for line in _statement(statement)]
+    return [head, *_contract(declaration), *statements]
+
+
+def _task(declaration: syntax.TaskDeclaration) -> list[str]:
+    lines = [f"task {declaration.name}:"]
+    groups = [f"{g.name}: {g.count} {_type_name(g.type)} on {g.place}" for g in declaration.scene]
+    if len(groups) == 1:
+        lines.append(f"scene: {groups[0]}")
+    elif groups:
+        lines += ["scene:", *(INDENT + group for group in groups)]
+    if declaration.goal is not None:
+        lines.append(f"goal: {_sampler(declaration.goal)}")
+    if declaration.run is not None:
+        lines.append(f"run: {_call(declaration.run)}")
+    if declaration.success is not None:
+        lines.append(f"success: {format_expression(declaration.success)}")
+    return lines
+
+
+FORMATTERS: dict[type[syntax.Declaration], Callable[..., list[str]]] = {
+    syntax.TypeDeclaration: _type,
+    syntax.EnumDeclaration: _enum,
+    syntax.RecordDeclaration: _record,
+    syntax.ConstantDeclaration: _constant,
+    syntax.PredicateDeclaration: _predicate,
+    syntax.ApiDeclaration: _api,
+    syntax.ProgramDeclaration: _program,
+    syntax.TaskDeclaration: _task,
+}
+
+
+def _contract(declaration: syntax.ApiDeclaration | syntax.ProgramDeclaration) -> list[str]:
+    clauses = {"requires": declaration.requires, "achieves": declaration.achieves}
+    return [f"{word} {format_expression(value)}" for word, value in clauses.items() if value]
+
+
+def _parameters(parameters: Iterable[syntax.Parameter]) -> str:
+    return f"({', '.join(map(_parameter, parameters))})"
+
+
+def _parameter(parameter: syntax.Parameter) -> str:
+    text = f"{parameter.name}: {_type_name(parameter.type)}"
+    if parameter.low is None or parameter.high is None:
+        return text
+    return f"{text} in {_number(parameter.low)} .. {_number(parameter.high)}"
+
+
+def _type_name(name: syntax.TypeName) -> str:
+    return f"list[{name.name}]" if name.is_list else name.name
+
+
+def _sampler(sampler: syntax.Sampler) -> str:
+    options = [
+        f"{each.name}={each.low}" + (f"..{each.high}" if each.high != each.low else "")
+        for each in sampler.options
+    ]
+    return f"{sampler.name}({', '.join([*sampler.groups, *options])})"
+
+
+# Statements ------------------------------------------------------------------------------------------------
+
+
+def _statement(statement: syntax.Statement) -> list[str]:
+    if isinstance(statement, syntax.Call):
+        return [_call(statement)]
+    if isinstance(statement, syntax.When):
+        head = f"when {format_expression(statement.condition)}:"
+    else:
+        head = f"for {_generator(statement.generator)}:"
+    return [head, *(INDENT + line for line in _statement(statement.body))]
+
+
+def _call(call: syntax.Call) -> str:
+    return f"{call.callee}({', '.join(_expression(each, SUM) for each in call.arguments)})"
+
+
+# Expressions -----------------------------------------------------------------------------------------------
+
+# How tightly a node holds its parts together. What is not listed never needs brackets.
+TIGHTNESS: dict[type[syntax.Node], int] = {
+    syntax.Quantified: 0,  # reaches as far as it can, so it is bracketed wherever something may follow
+    syntax.Or: 1,
+    syntax.And: 2,
+    syntax.Not: 3,
+    syntax.Compare: 4,
+}
+SUM, PRODUCT, TERM = 5, 6, 7
+
+
+def format_expression(expression: Expression) -> str:
+    """An expression on one line, with no more brackets than it takes to read it back."""
+    return _expression(expression, 0)
+
+
+def _tightness(expression: Expression) -> int:
+    if isinstance(expression, syntax.Arithmetic):
+        return SUM if expression.operator in "+-" else PRODUCT
+    return TIGHTNESS.get(type(expression), TERM)
+
+
+def _expression(expression: Expression, needed: int) -> str:
+    text = _bare(expression)
+    return f"({text})" if _tightness(expression) < needed else text
+
+
+def _bare(expression: Expression) -> str:
+    match expression:
+        case syntax.Name(id):
+            return id
+        case syntax.Field(value, name):
+            return f"{value.id}.{name}"
+        case syntax.Wildcard():
+            return "any"
+        case Number():
+            return _number(expression)
+        case syntax.Arithmetic(operator, left, right):
+            own = _tightness(expression)
+            return f"{_expression(left, own)} {operator} {_expression(right, own + 1)}"
+        case syntax.Atom(predicate, arguments):
+            return f"{predicate}({', '.join(_expression(each, SUM) for each in arguments)})"
+        case syntax.Compare(operator, left, right):
+            return f"{_expression(left, SUM)} {operator} {_expression(right, SUM)}"
+        case syntax.Not(value):
+            return f"not {_expression(value, 3)}"
+        case syntax.And(values):
+            return " and ".join(_expression(value, 3) for value in values)
+        case syntax.Or(values):
+            return " or ".join(_expression(value, 2) for value in values)
+        case syntax.Quantified(quantifier, body, generators):
+            heads = " ".join(f"for {_generator(each, 1)}" for each in generators)
+            return f"{quantifier} {_expression(body, 1)} {heads}"
+    raise AssertionError(f"no text for a {type(expression).__name__}")
+
+
+def _generator(generator: syntax.Generator, needed: int = 0) -> str:
+    head = f"{generator.variable} in {generator.iterable.id}"
+    if generator.condition is None:
+        return head
+    return f"{head} if {_expression(generator.condition, needed)}"
+
+
+def _number(number: Number) -> str:
+    digits = repr(number.value).removesuffix(".0")
+    return f"{digits} {number.unit}" if number.unit else digits

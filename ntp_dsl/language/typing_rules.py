@@ -1,0 +1,337 @@
+"""What an expression stands for: a thing of some type, a number, a member of an enumeration, or a truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ntp_dsl.language import syntax
+from ntp_dsl.language.diagnostics import Diagnostic, Note, nearest, unknown
+from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table, check_type
+from ntp_dsl.language.syntax import Expression, Span, TypeName
+
+Names = Mapping[str, TypeName]  # parameters and loop variables in sight
+
+CONDITIONS = (syntax.Compare, syntax.Not, syntax.And, syntax.Or, syntax.Quantified)
+ORDERED = {"<", "<=", ">", ">="}
+
+
+def head(span: Span, name: str) -> Span:
+    """The name with which a stretch of text begins."""
+    return Span(span.path, span.line, span.column, span.line, span.column + len(name))
+
+
+def tail(span: Span, name: str) -> Span:
+    """The name with which a stretch of text ends."""
+    return Span(span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column)
+
+
+def phrase(type: TypeName) -> str:
+    """A type as a reader would say it."""
+    return f"list[{type.name}]" if type.is_list else type.name
+
+
+class Typing:
+    """Checks expressions against the table, and leaves what is wrong in its `mistakes`."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+
+    # Truths
+
+    def condition(self, expression: Expression, names: Names) -> None:
+        """The expression must be true or false."""
+        match expression:
+            case syntax.Atom():
+                declared = self._predicate(expression, names)
+                if declared is not None and declared.result is not None:
+                    self._not_a_truth(expression, f"a {phrase(declared.result)}")
+            case syntax.Compare():
+                self._compare(expression, names)
+            case syntax.Not(value):
+                self.condition(value, names)
+            case syntax.And(values) | syntax.Or(values):
+                for value in values:
+                    self.condition(value, names)
+            case syntax.Quantified(_, body, generators):
+                inner = names
+                for generator in generators:
+                    inner = self.generator(generator, inner)
+                self.condition(body, inner)
+            case _:
+                found = self.value(expression, names, None)
+                if found is not None:
+                    self._not_a_truth(expression, f"a {phrase(found)}")
+
+    def _not_a_truth(self, expression: Expression, what: str) -> None:
+        message = f"this is {what}, where something true or false is meant"
+        help = "a condition is a predicate, a comparison, or several joined with and, or, not"
+        self._table.report("E205", message, expression.span, help)
+
+    def generator(self, generator: syntax.Generator, names: Names) -> Names:
+        """The names in sight inside the loop."""
+        domain = generator.iterable
+        element = self._element(domain, names)
+        if generator.variable in names or generator.variable in self._table.constants:
+            message = f"'{generator.variable}' has a meaning here already"
+            self._table.report("E306", message, generator.span, "choose another name for the variable")
+        inner = {**names, generator.variable: element}
+        if generator.condition is not None:
+            self.condition(generator.condition, inner)
+        return inner
+
+    def _element(self, domain: syntax.Name, names: Names) -> TypeName:
+        found = names.get(domain.id)
+        if found is None and domain.id in self._table.types:
+            return TypeName(domain.id)
+        if found is not None and found.is_list:
+            return TypeName(found.name)
+        if found is not None:
+            message = f"'{domain.id}' is one {found.name}, not a list to go through"
+            self._table.report("E206", message, domain.span)
+        else:
+            lists = [name for name, type in names.items() if type.is_list]
+            self._table.mistakes.append(
+                unknown("E101", "no list or type is called", domain.id, domain.span,
+                        [*lists, *self._table.types])
+            )  # fmt: skip
+        return TypeName("")  # stands for "said already": it fits everything
+
+    # Values
+
+    def value(
+        self, expression: Expression, names: Names, expected: TypeName | None
+    ) -> TypeName | None:
+        """The type of a thing, a number or a member; None where a mistake was reported or anything would do."""
+        match expression:
+            case syntax.Name(id):
+                return self._name(expression, id, names, expected)
+            case syntax.Field():
+                return self._field(expression, names)
+            case syntax.Number():
+                return self.number(expression, expected)
+            case syntax.Arithmetic(_, left, right):
+                return self._arithmetic(expression, left, right, names, expected)
+            case syntax.Atom():
+                declared = self._predicate(expression, names)
+                if declared is None or declared.result is not None:
+                    return declared.result if declared else None
+                message = f"'{declared.name}' is true or false; here a value is meant"
+                help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
+                self._table.report("E205", message, expression.span, help)
+                return None
+            case syntax.Wildcard():
+                help = "'any' stands in a predicate's argument, as in holding(any)"
+                self._table.report("E207", "'any' names no particular thing", expression.span, help)
+                return None
+        self._table.report("E205", "this is true or false; here a value is meant", expression.span)
+        return None
+
+    def _name(
+        self, node: Expression, name: str, names: Names, expected: TypeName | None
+    ) -> TypeName | None:
+        if name in names:
+            return names[name] if names[name].name else None
+        if name in self._table.constants:
+            return self._table.constants[name].type
+        enums = self._table.enum_of(name)
+        if enums:
+            return TypeName(expected.name if expected and expected.name in enums else enums[0])
+        members = [member for enum in self._table.enums.values() for member in enum.members]
+        known = [*names, *self._table.constants, *members]
+        help = ""
+        if name in self._table.types:
+            help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
+        self._table.mistakes.append(
+            unknown("E101", "nothing is called", name, node.span, known, help)
+        )
+        return None
+
+    def _field(self, node: syntax.Field, names: Names) -> TypeName | None:
+        type = self._name(node.value, node.value.id, names, None)
+        if type is None:
+            return None
+        record = self._table.records.get(type.name)
+        if record is None or type.is_list:
+            message = f"'{node.value.id}' is a {phrase(type)}, which has no fields"
+            help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
+            self._table.report("E105", message, node.span, help)
+            return None
+        fields = {each.name: each.type for each in record.fields}
+        if node.name not in fields:
+            what = f"a {record.name} has no field"
+            span = tail(node.span, node.name)
+            self._table.mistakes.append(unknown("E105", what, node.name, span, fields))
+        return fields.get(node.name)
+
+    def number(self, number: syntax.Number, expected: TypeName | None = None) -> TypeName | None:
+        """What the number measures; without a unit, whatever number is expected, in SI."""
+        if not number.unit:
+            fits = expected is not None and expected.name in NUMBER_TYPES
+            return expected if fits else TypeName("number")
+        if number.unit in UNITS:
+            return TypeName(UNITS[number.unit][0])
+        span = tail(number.span, number.unit)
+        self._table.mistakes.append(unknown("E107", "there is no unit", number.unit, span, UNITS))
+        return None
+
+    def _arithmetic(
+        self,
+        node: syntax.Arithmetic,
+        left: Expression,
+        right: Expression,
+        names: Names,
+        expected: TypeName | None,
+    ) -> TypeName | None:
+        types = [self.value(side, names, expected) for side in (left, right)]
+        for side, type in zip((left, right), types, strict=True):
+            if type is not None and (type.name not in NUMBER_TYPES or type.is_list):
+                message = f"'{node.operator}' takes numbers, and this is a {phrase(type)}"
+                self._table.report("E204", message, side.span)
+                return None
+        return self._measure(node, types[0], types[1])
+
+    def _measure(
+        self, node: syntax.Arithmetic, left: TypeName | None, right: TypeName | None
+    ) -> TypeName | None:
+        if left is None or right is None or node.operator in "*/":
+            return None  # what a product measures is left to the reader
+        if left != right and "number" not in (left.name, right.name):
+            message = f"'{node.operator}' cannot join a {left.name} with a {right.name}"
+            self._table.report("E204", message, node.span)
+            return None
+        return right if left.name == "number" else left
+
+    def _compare(self, node: syntax.Compare, names: Names) -> None:
+        left = self.value(node.left, names, None)
+        right = self.value(node.right, names, left)
+        if left is None or right is None:
+            return
+        if not (self.fits(left, right) or self.fits(right, left)):
+            message = f"a {phrase(left)} is never compared with a {phrase(right)}"
+            self._table.report("E208", message, node.span)
+        elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
+            message = f"'{node.operator}' orders numbers, and these are of type {phrase(left)}"
+            self._table.report("E208", message, node.span)
+
+    # Arguments
+
+    def fits(self, actual: TypeName, expected: TypeName) -> bool:
+        """Whether a value of one type may stand where the other is declared."""
+        if not actual.name or not expected.name or expected.name not in self._table.type_names():
+            return True
+        if actual.is_list != expected.is_list:
+            return False
+        if actual.name in NUMBER_TYPES and expected.name in NUMBER_TYPES:
+            return actual.name == expected.name or "number" in (actual.name, expected.name)
+        return self._table.is_a(actual.name, expected.name)
+
+    def _predicate(
+        self, atom: syntax.Atom, names: Names
+    ) -> syntax.PredicateDeclaration | None:
+        declared = self._table.predicates.get(atom.predicate)
+        if declared is None:
+            self._table.mistakes.append(self._no_predicate(atom))
+            return None
+        self.arguments(atom, declared.parameters, atom.arguments, names, declared, wild=True)
+        return declared
+
+    def _no_predicate(self, atom: syntax.Atom) -> Diagnostic:
+        name, span = atom.predicate, head(atom.span, atom.predicate)
+        callee = self._table.callable(name)
+        if callee is None or nearest(name, self._table.predicates):
+            return unknown("E102", "there is no predicate", name, span, self._table.predicates)
+        note = Note("declared here", callee.name_span)
+        return Diagnostic("E102", f"'{name}' is something to call, not a predicate", span, (note,))
+
+    def call(self, call: syntax.Call, names: Names) -> None:
+        """The callee exists and takes these arguments."""
+        callee = self._table.callable(call.callee)
+        if callee is not None:
+            self.arguments(call, callee.parameters, call.arguments, names, callee)
+            return
+        span = head(call.span, call.callee)
+        predicate = self._table.predicates.get(call.callee)
+        if predicate is not None:
+            note = Note("declared here", predicate.name_span)
+            message = f"'{call.callee}' is a predicate: it can be required or achieved, not called"
+            self._table.report("E104", message, span, "", note)
+            return
+        known = [*self._table.programs, *self._table.apis]
+        self._table.mistakes.append(
+            unknown("E104", "no program or api is called", call.callee, span, known)
+        )
+
+    def arguments(
+        self,
+        node: syntax.Atom | syntax.Call,
+        parameters: Sequence[syntax.Parameter],
+        arguments: Sequence[Expression],
+        names: Names,
+        declared: syntax.Declaration,
+        wild: bool = False,
+    ) -> None:
+        """As many as declared, each of its parameter's type and in its range."""
+        note = Note(f"'{declared.name}' is declared here", declared.name_span)
+        if len(parameters) != len(arguments):
+            listing = ", ".join(f"{each.name}: {phrase(each.type)}" for each in parameters)
+            message = f"'{declared.name}' takes {_count(len(parameters))}, here are {len(arguments)}"
+            span = head(node.span, declared.name)
+            self._table.report("E201", message, span, f"{declared.name}({listing})", note)
+        for parameter, argument in zip(parameters, arguments, strict=False):
+            if not (wild and isinstance(argument, syntax.Wildcard)):
+                self._argument(parameter, argument, names, note)
+
+    def _argument(
+        self, parameter: syntax.Parameter, argument: Expression, names: Names, note: Note
+    ) -> None:
+        found = self.value(argument, names, parameter.type)
+        if found is None:
+            return
+        if not self.fits(found, parameter.type):
+            message = f"'{parameter.name}' is a {phrase(parameter.type)}, and this is a {phrase(found)}"
+            self._table.report("E202", message, argument.span, "", note)
+        elif isinstance(argument, syntax.Number):
+            value, low, high = map(si, (argument, parameter.low, parameter.high))
+            if value is not None and low is not None and high is not None and not low <= value <= high:
+                message = f"'{parameter.name}' lies in {low:g} .. {high:g}, and this is {value:g}"
+                self._table.report("E203", message, argument.span, "", note)
+
+    def parameters(self, parameters: Sequence[syntax.Parameter]) -> Names:
+        """The names that a signature declares, each once and of a type that exists."""
+        names: dict[str, TypeName] = {}
+        for parameter in parameters:
+            if parameter.name in names:
+                message = f"two parameters are called '{parameter.name}'"
+                self._table.report("E305", message, parameter.span)
+            known = check_type(self._table, parameter.type)
+            names[parameter.name] = parameter.type if known else TypeName("")
+            if known:
+                self._range(parameter)
+        return names
+
+    def _range(self, parameter: syntax.Parameter) -> None:
+        if parameter.low is None or parameter.high is None:
+            return
+        if parameter.type.name not in NUMBER_TYPES or parameter.type.is_list:
+            message = f"only a number has a range, and '{parameter.name}' is a {phrase(parameter.type)}"
+            self._table.report("E204", message, parameter.low.span)
+            return
+        for bound in (parameter.low, parameter.high):
+            found = self.number(bound, parameter.type)
+            if found is not None and not self.fits(found, parameter.type):
+                message = f"'{parameter.name}' is a {parameter.type.name}, and this a {found.name}"
+                self._table.report("E204", message, bound.span)
+        low, high = si(parameter.low), si(parameter.high)
+        if low is not None and high is not None and low > high:
+            self._table.report("E203", "this range is empty: it ends below its start", parameter.low.span)
+
+
+def si(number: syntax.Number | None) -> float | None:
+    """The number in SI units."""
+    if number is None:
+        return None
+    return number.value * UNITS.get(number.unit, ("", 1.0))[1]
+
+
+def _count(number: int) -> str:
+    return f"{number} argument{'s' * (number != 1)}"

@@ -1,0 +1,89 @@
+"""A checked library: programs, apis and signatures by name, who may call whom, and what each declaration hashes to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from ntp_dsl.language import syntax
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A typed parameter. `record` names the element type of a list, which only a demonstration shows."""
+
+    name: str
+    type: str
+    is_list: bool = False
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Callable:
+    """What programs and apis share: a signature and a contract."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    requires: syntax.Expression | None
+    achieves: syntax.Expression | None
+    hash: str
+    docstring: str = ""
+    span: syntax.Span = field(default=syntax.NOWHERE, compare=False, repr=False)
+
+    @property
+    def takes_list(self) -> bool:
+        return any(parameter.is_list for parameter in self.parameters)
+
+
+@dataclass(frozen=True)
+class Api(Callable):
+    """A primitive: carried out by the world."""
+
+
+@dataclass(frozen=True)
+class Program(Callable):
+    """A reactive program. `callees` are those that its body names, each once, in the order of the body."""
+
+    body: tuple[syntax.Statement, ...] = ()
+    callees: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Registry:
+    """A checked library. Holding one is the proof: experts, worlds and the core take nothing less."""
+
+    name: str
+    parents: Mapping[str, str | None]  # type -> its parent
+    enums: Mapping[str, tuple[str, ...]]
+    records: Mapping[str, tuple[Parameter, ...]]
+    constants: Mapping[str, str]  # name -> type
+    predicates: Mapping[str, syntax.PredicateDeclaration]
+    apis: Mapping[str, Api]
+    programs: Mapping[str, Program]
+    tasks: Mapping[str, syntax.TaskDeclaration]
+
+    def __getitem__(self, name: str) -> Program | Api:
+        return self.programs.get(name) or self.apis[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.programs or name in self.apis
+
+    def ancestors(self, type_name: str) -> Iterator[str]:
+        """The type itself, then its parent, and so on to the root."""
+        current: str | None = type_name
+        while current is not None:
+            yield current
+            current = self.parents.get(current)
+
+    def is_a(self, type_name: str, ancestor: str) -> bool:
+        return ancestor in self.ancestors(type_name)
+
+    @cached_property
+    def hash(self) -> str:
+        """Of every program and api; scenes, tasks, goals, comments and layout do not count."""
+        from hashlib import sha256
+
+        rows = sorted([*self.programs.values(), *self.apis.values()], key=lambda row: row.name)
+        return sha256("".join(f"{row.name}={row.hash};" for row in rows).encode()).hexdigest()[:16]
