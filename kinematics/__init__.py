@@ -1,0 +1,1 @@
+"""Robot, inverse kinematics, collision, planning, trajectories and the simulated cell. Knows nothing of tasks."""

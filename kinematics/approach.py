@@ -1,0 +1,170 @@
+"""From a target to where the arm is to wait above it, such that the straight way down is feasible and free."""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinematics import robot
+from kinematics.arm import LINE_MARGIN, Arm, Look, travel
+from kinematics.geometry import Array, Vector, rotation_from_quaternion, vertical_extent
+from kinematics.grasps import Grasp, grasps_by_trouble
+from kinematics.placements import Placement, placements
+
+CLEARANCE = 0.10  # of the tool above the top of the target [m]
+STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
+ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
+RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Joint positions above a target, and the straight line from there."""
+
+    above: Array  # (7,) [rad]
+    line: Array  # (n, 7) from above to the grasp or the placement; only `above` where that is obstructed
+    opening: float  # of each finger at the end of the line [m]
+    trouble: float  # how far the grasp is from a plain one
+
+    @property
+    def is_free(self) -> bool:
+        return len(self.line) > 1
+
+
+def top_of(look: Look, name: str, half_extents: Vector) -> float:
+    """Height of a body's highest point [m]."""
+    pose = look.poses[name]
+    return pose.position[2] + vertical_extent(
+        half_extents, rotation_from_quaternion(pose.quaternion_xyzw)
+    )
+
+
+def corners_of(grasp: Grasp) -> list[Array]:
+    """Tool transforms through which a straight way to the grasp leads."""
+    stand_off = grasp.tool.copy()
+    stand_off[:3, 3] -= STAND_OFF * grasp.tool[:3, 2]
+    is_vertical = grasp.tool[2, 2] < -0.9999
+    return [grasp.tool] if is_vertical else [stand_off, grasp.tool]
+
+
+def grasp_approaches(
+    arm: Arm, look: Look, target: str, half_extents: Vector, seed: int
+) -> Iterator[Approach]:
+    """Feasible approaches to grasps, the plainest and nearest first; then obstructed ones."""
+    height = top_of(look, target, half_extents) + CLEARANCE
+    for restarts in (0, RESTARTS):
+        for group in grasps_by_trouble(look.poses[target], half_extents):
+            arm.scene.open_fingers(robot.MAXIMUM_OPENING)
+            reached = [
+                (q, grasp)
+                for grasp in group
+                for q in arm.solutions(
+                    _above(grasp, look.poses[target].position, height), look.q, seed, restarts
+                )
+            ]
+            for q, grasp in sorted(reached, key=lambda pair: travel(pair[0], look.q)):
+                approach = line_to_grasp(arm, q, grasp)
+                if approach is not None:
+                    yield approach
+            if restarts and reached:
+                q, grasp = reached[0]
+                yield Approach(q, q[None], robot.MAXIMUM_OPENING, grasp.trouble)
+
+
+def line_to_grasp(arm: Arm, above: Array, grasp: Grasp) -> Approach | None:
+    """The straight line to a grasp with the widest opening of the fingers that stays free."""
+    end = arm.inverse.solve(grasp.tool, above)
+    if end is None:
+        return None
+    line: Array | None = None
+    for opening in grasp.openings:
+        arm.scene.open_fingers(opening)
+        if not arm.scene.is_free(end, LINE_MARGIN):
+            continue
+        if line is None:
+            line = arm.lines.follow(above, corners_of(grasp))
+        if line is None:
+            return None
+        if arm.chain_is_free(line):
+            return Approach(above, line, opening, grasp.trouble)
+    return None
+
+
+def placement_approaches(
+    arm: Arm, look: Look, half_extents: Vector, place: Vector, yaws: list[float], seed: int
+) -> Iterator[Approach]:
+    """Feasible approaches for standing the held body on a point, least tilted first; then obstructed ones."""
+    assert look.held is not None
+    tool_to_body = look.tool_to(look.held)
+    options = [p for yaw in yaws for p in placements(tool_to_body, half_extents, yaw)]
+    for restarts in (0, RESTARTS):
+        waiting: list[Approach] = []
+        for _, group in itertools.groupby(options, key=lambda p: round(p.tilt, 1)):
+            reached = [
+                (q, placement)
+                for placement in group
+                for q in _solutions_over(arm, look, placement, place, seed, restarts)
+            ]
+            for q, placement in sorted(reached, key=lambda pair: travel(pair[0], look.q)):
+                approach = _line_to_placement(arm, look, q, placement, place)
+                if approach.is_free:
+                    yield approach
+                waiting.append(approach)
+        if restarts:
+            yield from waiting
+
+
+def release_openings(width: float) -> list[float]:
+    """Of each finger when it lets go of a body as wide as that, widest first [m]."""
+    half = width / 2
+    return [min(robot.MAXIMUM_OPENING, half + room) for room in (0.012, 0.008, 0.005)]
+
+
+def opening_that_is_free(arm: Arm, line: Array, width: float) -> float | None:
+    """The widest opening of the empty hand that keeps the margin along a line."""
+    for opening in release_openings(width):
+        arm.scene.open_fingers(opening)
+        if arm.chain_is_free(line):
+            return opening
+    return None
+
+
+def _above(grasp: Grasp, centre: Vector, height: float) -> Array:
+    above = grasp.tool.copy()
+    above[:3, 3] = centre[0], centre[1], height
+    return above
+
+
+def _solutions_over(
+    arm: Arm, look: Look, placement: Placement, place: Vector, seed: int, restarts: int
+) -> Iterator[Array]:
+    above = placement.tool_over(place[0], place[1], 0.0)
+    above[2, 3] = place[2] + CLEARANCE
+    arm.scene.open_fingers(look.opening)
+    arm.show_held(look)
+    yield from arm.solutions(above, look.q, seed, restarts)
+
+
+def _line_to_placement(
+    arm: Arm, look: Look, above: Array, placement: Placement, place: Vector
+) -> Approach:
+    obstructed = Approach(above, above[None], look.opening, placement.tilt)
+    low = placement.tool_over(place[0], place[1], place[2] + placement.height + ABOVE_SUPPORT)
+    line = arm.lines.follow(above, [low])
+    if line is None:
+        return obstructed
+    arm.scene.open_fingers(look.opening)
+    arm.show_held(look)
+    if not arm.chain_is_free(line[:-1]):
+        return obstructed
+    arm.scene.hold(None)
+    opening = opening_that_is_free(arm, line, 2 * look.opening)
+    return obstructed if opening is None else Approach(above, line, opening, placement.tilt)
+
+
+def still_above(look: Look, target: str) -> bool:
+    """Whether the tool is over the target, near enough to go down from here."""
+    x, y, z = look.poses[target].position
+    sideways = float(np.hypot(look.tool[0, 3] - x, look.tool[1, 3] - y))
+    return sideways < STAND_OFF and look.tool[2, 3] > z + STAND_OFF

@@ -1,0 +1,100 @@
+"""What the arm knows of itself and of the cell: kinematics, collision scene and planner, as of the last look."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinematics.collision import MARGIN, CollisionScene
+from kinematics.differential import StraightLines
+from kinematics.geometry import Array, Pose, Vector, transform_of
+from kinematics.inverse import InverseKinematics
+from kinematics.planning import Path, Planner
+from kinematics.simulation import Workcell
+
+LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
+
+
+@dataclass(frozen=True)
+class Look:
+    """One observation of the cell; everything that a skill plans is planned from it."""
+
+    q: Array  # (7,) [rad]
+    tool: Array  # (4, 4) transform to the world
+    poses: dict[str, Pose]
+    held: str | None
+    opening: float  # of each finger [m]
+
+    def tool_to(self, name: str) -> Array:
+        """The body's transform to the tool."""
+        rotation, position = self.tool[:3, :3], self.tool[:3, 3]
+        body = transform_of(self.poses[name])
+        body[:3, 3] = rotation.T @ (body[:3, 3] - position)
+        body[:3, :3] = rotation.T @ body[:3, :3]
+        return body
+
+
+class Arm:
+    """Solvers that are kept between motions, so that planning starts warm."""
+
+    def __init__(self) -> None:
+        self.inverse = InverseKinematics()
+        self.lines = StraightLines()
+        self.planner = Planner()
+        self._scenes: dict[tuple[tuple[str, Vector], ...], CollisionScene] = {}
+        self.scene = CollisionScene({})
+
+    def look(self, cell: Workcell) -> Look:
+        """Measure the cell, and put everything in the collision scene where it is."""
+        self.scene = self._scene(cell)
+        q = cell.joint_positions()
+        look = Look(
+            q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2
+        )
+        self.scene.tolerate_nothing()
+        self.scene.open_fingers(look.opening)
+        self.show_held(look)
+        return look
+
+    def show_held(self, look: Look) -> None:
+        """The scene as it is: the held body in the hand."""
+        if look.held is None:
+            self.scene.place(look.poses)
+            self.scene.hold(None)
+        else:
+            self.scene.place(look.poses, absent=frozenset([look.held]))
+            self.scene.hold(look.held, look.tool_to(look.held))
+
+    def plan(self, start: Array, goal: Array, seed: int) -> Path:
+        """A path with `MARGIN` around everything but what is touched at the start."""
+        scene = self.scene
+        scene.tolerate_here(start)
+        try:
+            return self.planner.plan(start, goal, scene.is_free, seed)
+        finally:
+            scene.tolerate_nothing()
+
+    def chain_is_free(self, chain: Array, margin: float = LINE_MARGIN) -> bool:
+        """Whether every point of a dense chain keeps the margin."""
+        return all(self.scene.is_free(q, margin) for q in chain)
+
+    def solutions(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
+        """Joint positions for a tool transform that touch nothing, the usual posture first."""
+        starts = self.inverse.starts(target, current, seed, restarts)
+        for q in self.inverse.solutions(target, starts):
+            if self.scene.is_free(q, MARGIN):
+                yield q
+
+    def _scene(self, cell: Workcell) -> CollisionScene:
+        sizes = {name: body.half_extents for name, body in cell.bodies.items()}
+        key = tuple(sizes.items())
+        if key not in self._scenes:
+            if len(self._scenes) >= 8:
+                self._scenes.clear()
+            self._scenes[key] = CollisionScene(sizes)
+        return self._scenes[key]
+
+
+def travel(a: Array, b: Array) -> float:
+    """How far apart two configurations are for the slowest joint [rad]."""
+    return float(np.abs(a - b).max())
