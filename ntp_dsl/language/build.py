@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from inspect import cleandoc
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic
@@ -12,10 +12,10 @@ from ntp_dsl.language.pieces import Piece
 from ntp_dsl.language.syntax import Expression, Number, Span
 
 # Words that open or join an expression; a thing of that name could never be mentioned.
-RESERVED = frozenset(
-    "all some any not and or for if when requires achieves".split()
+RESERVED = frozenset("all some any not and or for if when requires achieves".split())
+MAX_DEPTH = (
+    60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
 )
-MAX_DEPTH = 60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
 MAX_NUMBER = 1e9  # as written; counts and metres alike stay far below
 
 T = TypeVar("T")
@@ -98,7 +98,9 @@ class Builder:
     ) -> syntax.TypeDeclaration:
         return syntax.TypeDeclaration(parent=parent, **self._declared(span, name, docstring))
 
-    def enum(self, span: Span, name: Word, *rest: Word | Docstring | None) -> syntax.EnumDeclaration:
+    def enum(
+        self, span: Span, name: Word, *rest: Word | Docstring | None
+    ) -> syntax.EnumDeclaration:
         members = _only(Word, rest)
         return syntax.EnumDeclaration(
             members=tuple(self._declare(member) for member in members),
@@ -224,7 +226,9 @@ class Builder:
 
     def task(self, span: Span, name: Word, *rest: object) -> syntax.TaskDeclaration:
         sections = self._once(_only(Clause, rest))
-        return syntax.TaskDeclaration(**sections, **self._declared(span, name, *_only(Docstring, rest)))
+        return syntax.TaskDeclaration(
+            **sections, **self._declared(span, name, *_only(Docstring, rest))
+        )
 
     def scene(self, span: Span, *groups: syntax.SceneGroup) -> Clause:
         return Clause("scene", groups, span)
@@ -280,9 +284,7 @@ class Builder:
     def negation(self, span: Span, value: Expression) -> syntax.Not:
         return self._nested(syntax.Not(value, span=span), value)
 
-    def all(
-        self, span: Span, body: Expression, *generators: syntax.Generator
-    ) -> syntax.Quantified:
+    def all(self, span: Span, body: Expression, *generators: syntax.Generator) -> syntax.Quantified:
         return self._nested(
             syntax.Quantified("all", body, generators, span=span), body, *generators
         )
@@ -340,7 +342,7 @@ class Builder:
 
     def _declared(
         self, span: Span, name: Word, docstring: Docstring | None = None
-    ) -> dict[str, object]:
+    ) -> dict[str, Any]:
         return {
             "name": self._declare(name),
             "docstring": _text(docstring),
@@ -348,13 +350,13 @@ class Builder:
             "span": span,
         }
 
-    def _contract(self, rest: tuple[object, ...]) -> dict[str, object]:
+    def _contract(self, rest: tuple[object, ...]) -> dict[str, Any]:
         lines = [item for item in rest if isinstance(item, tuple)]
         clauses = _only(Clause, rest) + tuple(each for line in lines for each in line)
         return self._once(_only(Clause, clauses))
 
-    def _once(self, clauses: tuple[Clause, ...]) -> dict[str, object]:
-        found: dict[str, object] = {}
+    def _once(self, clauses: tuple[Clause, ...]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
         for clause in clauses:
             if clause.kind in found:
                 message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"

@@ -113,7 +113,9 @@ def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
 def _register(name: str, table: Table) -> registry.Registry:
     return registry.Registry(
         name=name,
-        parents={each.name: each.parent.name if each.parent else None for each in table.types.values()},
+        parents={
+            each.name: each.parent.name if each.parent else None for each in table.types.values()
+        },
         enums={each.name: each.members for each in table.enums.values()},
         records={each.name: _parameters(each.fields) for each in table.records.values()},
         constants={each.name: each.type.name for each in table.constants.values()},
@@ -126,7 +128,9 @@ def _register(name: str, table: Table) -> registry.Registry:
 
 def _parameters(parameters: Sequence[syntax.Parameter]) -> tuple[registry.Parameter, ...]:
     return tuple(
-        registry.Parameter(each.name, each.type.name, each.type.is_list, si(each.low), si(each.high))
+        registry.Parameter(
+            each.name, each.type.name, each.type.is_list, si(each.low), si(each.high)
+        )
         for each in parameters
     )
 
@@ -153,5 +157,7 @@ def _program(declared: syntax.ProgramDeclaration) -> registry.Program:
         docstring=declared.docstring,
         span=declared.name_span,
         body=declared.body,
-        callees=tuple(dict.fromkeys(call.callee for call in map(hierarchy.innermost, declared.body))),
+        callees=tuple(
+            dict.fromkeys(call.callee for call in map(hierarchy.innermost, declared.body))
+        ),
     )

@@ -118,4 +118,6 @@ def unknown(
             code, f"{what} '{name}'; did you mean '{meant}'?", span, help=help, fix=Fix(span, meant)
         )
     listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-    return Diagnostic(code, f"{what} '{name}'", span, help=help or (listing and f"there is: {listing}"))
+    return Diagnostic(
+        code, f"{what} '{name}'", span, help=help or (listing and f"there is: {listing}")
+    )

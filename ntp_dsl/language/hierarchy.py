@@ -42,7 +42,9 @@ def mentions(expression: Expression | None) -> set[str]:
             inner = mentions(body) | _union(
                 each.condition for each in generators if each.condition is not None
             )
-            return inner - {each.variable for each in generators} | {each.iterable.id for each in generators}
+            return inner - {each.variable for each in generators} | {
+                each.iterable.id for each in generators
+            }
     return set()
 
 
@@ -51,12 +53,19 @@ def _union(parts: Iterable[Expression]) -> set[str]:
 
 
 def check_hierarchy(table: Table) -> None:
-    """Recursion is guarded, and an api without a promise stands last."""
+    """Recursion is guarded, calls end in apis, and an api without a promise stands last."""
+    _check_compositions(table)
+    grounded = _grounded(table)
     for program in table.programs.values():
+        if program.name not in grounded:
+            message = f"'{program.name}' never comes to an api: the robot would do nothing"
+            table.report("E406", message, program.name_span, "call an api, or a program that does")
         _check_promises(program, table)
         for statement in program.body:
             call = innermost(statement)
-            if not _is_guarded(statement, program, table) and _reaches(call.callee, program.name, table):
+            if not _is_guarded(statement, program, table) and _reaches(
+                call.callee, program.name, table
+            ):
                 _unguarded(program, call, table)
 
 
@@ -115,3 +124,50 @@ def _unguarded(program: syntax.ProgramDeclaration, call: syntax.Call, table: Tab
     message = f"'{program.name}' calls {through}, and nothing says that this comes to an end"
     help = "recursion goes along a relation: for b in Object if on(b, item): ..."
     table.report("E404", message, head(call.span, call.callee), help)
+
+
+def _grounded(table: Table) -> set[str]:
+    """Programs from which some chain of calls ends in an api."""
+    grounded = set(table.apis)
+    while True:
+        more = {
+            program.name
+            for program in table.programs.values()
+            if any(innermost(each).callee in grounded for each in program.body)
+        }
+        if more <= grounded:
+            return grounded
+        grounded |= more
+
+
+def _check_compositions(table: Table) -> None:
+    """A composed predicate is not made of itself."""
+    parts = {each.name: _predicates(each.body) for each in table.predicates.values()}
+    for name in parts:
+        seen: set[str] = set()
+        waiting = set(parts[name])
+        while waiting:
+            part = waiting.pop()
+            seen.add(part)
+            waiting |= parts.get(part, set()) - seen
+        if name in seen:
+            span = table.predicates[name].name_span
+            table.report("E407", f"predicate '{name}' is made of itself", span)
+
+
+def _predicates(expression: Expression | syntax.Generator | None) -> set[str]:
+    """Every predicate that an expression applies."""
+    match expression:
+        case syntax.Atom(predicate, parts):
+            return {predicate}.union(*map(_predicates, parts))
+        case syntax.And(parts) | syntax.Or(parts):
+            return set[str]().union(*map(_predicates, parts))
+        case syntax.Arithmetic(_, left, right) | syntax.Compare(_, left, right):
+            return _predicates(left) | _predicates(right)
+        case syntax.Not(value):
+            return _predicates(value)
+        case syntax.Quantified(_, body, generators):
+            return _predicates(body).union(*map(_predicates, generators))
+        case syntax.Generator(_, _, condition):
+            return _predicates(condition)
+    return set()

@@ -35,7 +35,9 @@ def find(path_or_folder: Path | str) -> Path:
     if given.is_dir():
         return _only_library(given)
     if not given.exists():
-        known = ", ".join(sorted(path.parent.name for path in examples_folder().glob(f"*/*{SUFFIX}")))
+        known = ", ".join(
+            sorted(path.parent.name for path in examples_folder().glob(f"*/*{SUFFIX}"))
+        )
         hint = f"; the examples are: {known}" if is_bare and known else ""
         raise NtpError(f"there is no library at '{path_or_folder}'{hint}")
     return given

@@ -130,7 +130,9 @@ def _check_parents(table: Table) -> None:
             )
         elif _is_own_ancestor(table, declaration):
             message = f"type '{declaration.name}' is its own ancestor"
-            table.report("E303", message, parent.span, "one of the types in the circle has no parent")
+            table.report(
+                "E303", message, parent.span, "one of the types in the circle has no parent"
+            )
 
 
 def _is_own_ancestor(table: Table, declaration: syntax.TypeDeclaration) -> bool:

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import cast
 
-from lark import Lark, Token, Tree
+from lark import Lark, Token
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 from lark.indenter import DedentError, Indenter
 from lark.lexer import PatternStr
@@ -88,13 +88,17 @@ def _header_mistakes(
     if not headers:
         help = f"write 'library {stem}' above everything else"
         fix = Fix(top, f"library {stem}\n\n")
-        return [Diagnostic("E005", "the text does not say which library it is", top, help=help, fix=fix)]
+        return [
+            Diagnostic("E005", "the text does not say which library it is", top, help=help, fix=fix)
+        ]
     mistakes = [
         Diagnostic("E005", "a text is one library; this is another header", header.span)
         for header in headers[1:]
     ]
     if parsed[0] is not headers[0] and parsed[0] is not None:
-        mistakes.append(Diagnostic("E005", "'library' comes before everything else", headers[0].span))
+        mistakes.append(
+            Diagnostic("E005", "'library' comes before everything else", headers[0].span)
+        )
     return mistakes
 
 
@@ -114,7 +118,7 @@ def _parse_piece(piece: Piece, mistakes: list[Diagnostic]) -> build.Item | None:
         mistakes.append(wording.dedent(piece))
         return None
     builder = build.Builder(piece)
-    item = _Transformer(builder, piece).transform(cast("Tree[build.Item]", tree))
+    item = _Transformer(builder, piece).transform(tree)
     mistakes += builder.mistakes
     return None if builder.mistakes else item
 

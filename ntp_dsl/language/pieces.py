@@ -114,7 +114,9 @@ def unbalanced(piece: Piece) -> Diagnostic | None:
         if mark in PARTNERS:
             stack.append((mark, offset))
         elif not stack or PARTNERS[stack[-1][0]] != mark:
-            return Diagnostic("E003", f"nothing was opened that this '{mark}' closes", piece.at(offset))
+            return Diagnostic(
+                "E003", f"nothing was opened that this '{mark}' closes", piece.at(offset)
+            )
         else:
             stack.pop()
     if not stack:

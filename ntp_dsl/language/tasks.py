@@ -47,7 +47,9 @@ def _check_group(group: SceneGroup, before: tuple[SceneGroup, ...], table: Table
     if group.count < 1:
         table.report("E502", f"a scene of no {group.type.name} leaves nothing to do", group.span)
     if group.name in {other.name for other in before} or group.name in table.constants:
-        table.report("E305", f"'{group.name}' is in the scene already", head(group.span, group.name))
+        table.report(
+            "E305", f"'{group.name}' is in the scene already", head(group.span, group.name)
+        )
     places = [*table.constants, *(other.name for other in before)]
     if group.place not in places:
         span = tail(group.span, group.place)

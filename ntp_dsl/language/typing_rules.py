@@ -22,7 +22,9 @@ def head(span: Span, name: str) -> Span:
 
 def tail(span: Span, name: str) -> Span:
     """The name with which a stretch of text ends."""
-    return Span(span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column)
+    return Span(
+        span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column
+    )
 
 
 def phrase(type: TypeName) -> str:
@@ -73,7 +75,9 @@ class Typing:
         element = self._element(domain, names)
         if generator.variable in names or generator.variable in self._table.constants:
             message = f"'{generator.variable}' has a meaning here already"
-            self._table.report("E306", message, generator.span, "choose another name for the variable")
+            self._table.report(
+                "E306", message, generator.span, "choose another name for the variable"
+            )
         inner = {**names, generator.variable: element}
         if generator.condition is not None:
             self.condition(generator.condition, inner)
@@ -116,7 +120,9 @@ class Typing:
                 if declared is None or declared.result is not None:
                     return declared.result if declared else None
                 message = f"'{declared.name}' is true or false; here a value is meant"
-                help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
+                help = (
+                    f"a reading is declared with its type: predicate {declared.name}(...) -> length"
+                )
                 self._table.report("E205", message, expression.span, help)
                 return None
             case syntax.Wildcard():
@@ -225,9 +231,7 @@ class Typing:
             return actual.name == expected.name or "number" in (actual.name, expected.name)
         return self._table.is_a(actual.name, expected.name)
 
-    def _predicate(
-        self, atom: syntax.Atom, names: Names
-    ) -> syntax.PredicateDeclaration | None:
+    def _predicate(self, atom: syntax.Atom, names: Names) -> syntax.PredicateDeclaration | None:
         declared = self._table.predicates.get(atom.predicate)
         if declared is None:
             self._table.mistakes.append(self._no_predicate(atom))
@@ -274,7 +278,9 @@ class Typing:
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
         if len(parameters) != len(arguments):
             listing = ", ".join(f"{each.name}: {phrase(each.type)}" for each in parameters)
-            message = f"'{declared.name}' takes {_count(len(parameters))}, here are {len(arguments)}"
+            message = (
+                f"'{declared.name}' takes {_count(len(parameters))}, here are {len(arguments)}"
+            )
             span = head(node.span, declared.name)
             self._table.report("E201", message, span, f"{declared.name}({listing})", note)
         for parameter, argument in zip(parameters, arguments, strict=False):
@@ -288,11 +294,18 @@ class Typing:
         if found is None:
             return
         if not self.fits(found, parameter.type):
-            message = f"'{parameter.name}' is a {phrase(parameter.type)}, and this is a {phrase(found)}"
+            message = (
+                f"'{parameter.name}' is a {phrase(parameter.type)}, and this is a {phrase(found)}"
+            )
             self._table.report("E202", message, argument.span, "", note)
         elif isinstance(argument, syntax.Number):
             value, low, high = map(si, (argument, parameter.low, parameter.high))
-            if value is not None and low is not None and high is not None and not low <= value <= high:
+            if (
+                value is not None
+                and low is not None
+                and high is not None
+                and not low <= value <= high
+            ):
                 message = f"'{parameter.name}' lies in {low:g} .. {high:g}, and this is {value:g}"
                 self._table.report("E203", message, argument.span, "", note)
 
@@ -313,7 +326,9 @@ class Typing:
         if parameter.low is None or parameter.high is None:
             return
         if parameter.type.name not in NUMBER_TYPES or parameter.type.is_list:
-            message = f"only a number has a range, and '{parameter.name}' is a {phrase(parameter.type)}"
+            message = (
+                f"only a number has a range, and '{parameter.name}' is a {phrase(parameter.type)}"
+            )
             self._table.report("E204", message, parameter.low.span)
             return
         for bound in (parameter.low, parameter.high):
@@ -323,7 +338,9 @@ class Typing:
                 self._table.report("E204", message, bound.span)
         low, high = si(parameter.low), si(parameter.high)
         if low is not None and high is not None and low > high:
-            self._table.report("E203", "this range is empty: it ends below its start", parameter.low.span)
+            self._table.report(
+                "E203", "this range is empty: it ends below its start", parameter.low.span
+            )
 
 
 def si(number: syntax.Number | None) -> float | None:

@@ -1,0 +1,185 @@
+"""From queries and answers to padded tensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.queries import Answer, Query
+from ntp_dsl.specification import Demonstration, Scope
+from ntp_dsl.world import Observation, Thing
+
+IGNORE = -100
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Parts of demonstrations, padded: what each of `specs` shows."""
+
+    positions: Tensor  # (specs, frames, things, 3) relative to the gripper
+    closed: Tensor  # (specs, frames)
+    mask: Tensor  # (specs, frames)
+    types: Tensor  # (specs, things, types) multi-hot
+    things: Tensor  # (specs, things) which are there
+    rows: Tensor  # (specs,) the program that is shown
+
+
+@dataclass(frozen=True)
+class States:
+    """The present, padded: what each query sees and was called with."""
+
+    positions: Tensor  # (queries, things, 3) relative to the gripper
+    closed: Tensor  # (queries,)
+    types: Tensor  # (queries, things, types)
+    things: Tensor  # (queries, things)
+    arguments: Tensor  # (queries, things, arity) one-hot
+    rows: Tensor  # (queries,)
+    spec: Tensor  # (queries,) index into `Frames`, or -1 without a scope
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Right answers as indices; IGNORE where a head is not asked."""
+
+    slot: Tensor  # (queries,) IGNORE at an end
+    end: Tensor  # (queries,) 1 where the program returns
+    start_frame: Tensor  # (queries,) within the spec; IGNORE without a scope
+    last_frame: Tensor  # (queries,)
+    pointers: Tensor  # (queries, arity)
+    candidates: Tensor  # (queries, arity, things) of the declared types
+    weight: Tensor  # (queries,)
+
+
+def type_rows(memory: Memory, things: Sequence[Thing]) -> Tensor:
+    """(things, types): a thing is of its type and of all the ancestors of it."""
+    rows = torch.zeros(len(things), len(memory.types))
+    for index, thing in enumerate(things):
+        for name in memory.ancestors(thing.type):
+            rows[index, memory.types.index(name)] = 1.0
+    return rows
+
+
+def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> States:
+    count = max(len(query.observation.things) for query in queries)
+    size = len(queries)
+    positions = torch.zeros(size, count, 3)
+    types = torch.zeros(size, count, len(memory.types))
+    there = torch.zeros(size, count, dtype=torch.bool)
+    arguments = torch.zeros(size, count, memory.arity)
+    for index, query in enumerate(queries):
+        seen = query.observation
+        relative, visible = relative_positions(seen)
+        n = len(seen.things)
+        positions[index, :n] = relative
+        there[index, :n] = visible
+        types[index, :n] = type_rows(memory, seen.things)
+        names = [thing.name for thing in seen.things]
+        for place, name in enumerate(query.objects):
+            arguments[index, names.index(name), place] = 1.0
+    return States(
+        positions,
+        torch.tensor([float(query.observation.closed) for query in queries]),
+        types,
+        there,
+        arguments,
+        torch.tensor([memory.index(query.program) for query in queries]),
+        torch.tensor(list(specs)),
+    )
+
+
+def relative_positions(seen: Observation) -> tuple[Tensor, Tensor]:
+    """(things, 3) minus the gripper's point, and which of them are there."""
+    nowhere = seen.gripper
+    points = np.array([seen.positions.get(thing.name, nowhere) for thing in seen.things])
+    visible = [thing.name in seen.positions for thing in seen.things]
+    relative = torch.from_numpy((points - np.array(seen.gripper)).astype(np.float32))
+    return relative, torch.tensor(visible)
+
+
+def frames(
+    memory: Memory,
+    parts: Sequence[tuple[Demonstration, Scope, str]],
+    orders: Sequence[Sequence[str]] | None = None,
+) -> Frames:
+    """`orders` lists the things of each part as the present state lists them."""
+    length = max(end - begin for _, (begin, end), _ in parts)
+    count = max(len(demonstration.things) for demonstration, _, _ in parts)
+    size = len(parts)
+    positions = torch.zeros(size, length, count, 3)
+    closed = torch.zeros(size, length)
+    mask = torch.zeros(size, length, dtype=torch.bool)
+    types = torch.zeros(size, count, len(memory.types))
+    there = torch.zeros(size, count, dtype=torch.bool)
+    for index, (demonstration, (begin, end), _) in enumerate(parts):
+        n, span = len(demonstration.things), end - begin
+        order = _order(demonstration, orders[index] if orders else demonstration.names)
+        shown = demonstration.positions[begin:end][:, order]
+        positions[index, :span, :n] = torch.from_numpy(shown)
+        closed[index, :span] = torch.from_numpy(demonstration.closed[begin:end].astype(np.float32))
+        mask[index, :span] = True
+        types[index, :n] = type_rows(memory, [demonstration.things[i] for i in order])
+        there[index, :n] = True
+    rows = torch.tensor([memory.index(program) for _, _, program in parts])
+    return Frames(positions, closed, mask, types, there, rows)
+
+
+def answers(
+    memory: Memory,
+    queries: Sequence[Query],
+    right: Sequence[Answer],
+    weights: Sequence[float],
+    things: int,
+) -> Answers:
+    size = len(queries)
+    slot = torch.full((size,), IGNORE)
+    start, last = torch.full((size,), IGNORE), torch.full((size,), IGNORE)
+    pointers = torch.full((size, memory.arity), IGNORE)
+    for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
+        if answer.callee is None:
+            continue
+        slot[index] = memory.row(query.program).callees.index(answer.callee)
+        names = [thing.name for thing in query.observation.things]
+        for place, name in enumerate(answer.objects):
+            pointers[index, place] = names.index(name)
+        if query.scope is not None and answer.scope is not None:
+            start[index] = answer.scope[0] - query.scope[0]
+            last[index] = answer.scope[1] - 1 - query.scope[0]
+    return Answers(
+        slot,
+        torch.tensor([float(answer.callee is None) for answer in right]),
+        start,
+        last,
+        pointers,
+        _candidates(memory, queries, right, things),
+        torch.tensor(list(weights), dtype=torch.float32),
+    )
+
+
+def candidate_rows(memory: Memory, callee: str, things: Sequence[Thing]) -> Tensor:
+    """(arity, things): what each argument of the callee may point at."""
+    rows = torch.zeros(memory.arity, len(things), dtype=torch.bool)
+    for place, type_name in enumerate(memory.signature(callee).object_types):
+        for index, thing in enumerate(things):
+            rows[place, index] = type_name in memory.ancestors(thing.type)
+    return rows
+
+
+def _candidates(
+    memory: Memory, queries: Sequence[Query], right: Sequence[Answer], things: int
+) -> Tensor:
+    rows = torch.zeros(len(queries), memory.arity, things, dtype=torch.bool)
+    for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
+        if answer.callee is not None:
+            seen = query.observation.things
+            rows[index, :, : len(seen)] = candidate_rows(memory, answer.callee, seen)
+    return rows
+
+
+def _order(demonstration: Demonstration, names: Sequence[str]) -> list[int]:
+    places = {name: index for index, name in enumerate(demonstration.names)}
+    return [places[name] for name in names]

@@ -1,0 +1,32 @@
+"""Every size of the core and every knob of its training, each in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CoreConfig:
+    width: int = 64  # of hidden layers
+    type_width: int = 8  # of a type's embedding
+    row_width: int = 24  # of a program's embedding
+    hops: int = 2  # pointers that each frame of a demonstration throws, one from the other
+    rounds: int = 2  # of messages between things of the present state
+    kernel: int = 5  # of the temporal convolutions [frames]
+    uses_scope: bool = True  # false: the ablation in which every program sees the whole demonstration
+    uses_arguments: bool = True  # false: the ablation of the paper, which passes scopes only
+
+
+@dataclass(frozen=True)
+class TrainingConfig:
+    seed: int = 0
+    iterations: int = 2000
+    learning_rate: float = 2e-3
+    warm_up: int = 50  # iterations
+    weight_decay: float = 1e-4
+    clip: float = 1.0  # gradient norm
+    demonstrations: int = 8  # shown whole in an iteration
+    queries_per_demonstration: int = 12
+    scoped: int = 24  # queries of programs with a part of a demonstration, in an iteration
+    unscoped: int = 96  # queries without one
+    hidden_scope: float = 0.5  # how often the scope of a program without lists is hidden

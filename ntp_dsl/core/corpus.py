@@ -1,0 +1,134 @@
+"""The training set as tensors: made once, drawn from without end."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ntp_dsl.core import batches
+from ntp_dsl.core.batches import Answers, Frames, States
+from ntp_dsl.core.config import TrainingConfig
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.queries import Answer, Query
+
+Batch = tuple[Frames | None, States, Answers]
+Struct = TypeVar("Struct", States, Answers, Frames)
+NOISE = 0.002  # [m] added to what is observed in half of the queries
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A query with its answer; `demonstration` counts from zero."""
+
+    query: Query
+    answer: Answer
+    demonstration: int
+
+
+class Corpus:
+    """Samples in three groups: with a whole demonstration, with a part of one, and without."""
+
+    def __init__(
+        self,
+        memory: Memory,
+        samples: Sequence[Sample],
+        takes_list: Callable[[str], bool],
+    ) -> None:
+        self.memory = memory
+        self._samples = samples
+        queries = [sample.query for sample in samples]
+        self._states = batches.states(memory, queries, [-1] * len(samples))
+        self._answers = batches.answers(
+            memory,
+            queries,
+            [sample.answer for sample in samples],
+            _weights(samples),
+            self._states.positions.shape[1],
+        )
+        self._whole: dict[int, list[int]] = defaultdict(list)
+        self._scoped: list[int] = []
+        self._unscoped: list[int] = []
+        for index, sample in enumerate(samples):
+            if takes_list(sample.query.program):
+                self._whole[sample.demonstration].append(index)
+            else:
+                self._unscoped.append(index)
+                if sample.query.scope is not None:
+                    self._scoped.append(index)
+        self._demonstrations = sorted(self._whole)
+
+    def __len__(self) -> int:
+        return len(self._samples)
+
+    def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
+        """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
+        drawn = []
+        shown = rng.choice(self._demonstrations, config.demonstrations)
+        many = [
+            int(rng.choice(self._whole[int(number)]))
+            for number in shown
+            for _ in range(config.queries_per_demonstration)
+        ]
+        spec = np.repeat(np.arange(len(shown)), config.queries_per_demonstration)
+        first = many[:: config.queries_per_demonstration]
+        drawn.append(self._batch(first, many, spec, rng))
+        if self._scoped:
+            some = [int(i) for i in rng.choice(self._scoped, config.scoped)]
+            drawn.append(self._batch(some, some, np.arange(len(some)), rng))
+        rest = [int(i) for i in rng.choice(self._unscoped, config.unscoped)]
+        drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
+        return drawn
+
+    def _batch(
+        self, parts: list[int], queries: list[int], spec: np.ndarray, rng: np.random.Generator
+    ) -> Batch:
+        shown = []
+        for index in parts:
+            query = self._samples[index].query
+            assert query.scope is not None
+            shown.append((query.demonstration, query.scope, query.program))
+        frames = batches.frames(self.memory, shown)
+        noise = torch.from_numpy(rng.normal(0, NOISE, frames.positions.shape).astype(np.float32))
+        noise *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
+        frames = _replaced(frames, positions=frames.positions + noise)
+        return frames, *self._take(queries, spec, rng)
+
+    def _take(
+        self, indices: list[int], spec: np.ndarray, rng: np.random.Generator
+    ) -> tuple[States, Answers]:
+        index = torch.tensor(indices)
+        states = _select(self._states, index)
+        noise = torch.from_numpy(rng.normal(0, NOISE, states.positions.shape).astype(np.float32))
+        noise *= torch.from_numpy(rng.random(len(indices)) < 0.5)[:, None, None]
+        states = _replaced(
+            states, positions=states.positions + noise, spec=torch.from_numpy(spec)
+        )
+        right = _select(self._answers, index)
+        if (spec < 0).all():  # the scope is hidden, so nothing can be said of the callee's
+            none = torch.full_like(right.start_frame, batches.IGNORE)
+            right = _replaced(right, start_frame=none, last_frame=none)
+        return states, right
+
+
+def _weights(samples: Sequence[Sample]) -> list[float]:
+    """One over the root of how often a program makes this call."""
+    keys = [(sample.query.program, sample.answer.callee) for sample in samples]
+    counts = Counter(keys)
+    mean = float(np.mean([counts[key] ** -0.5 for key in keys]))
+    return [counts[key] ** -0.5 / mean for key in keys]
+
+
+def _select(struct: Struct, index: Tensor) -> Struct:
+    values = {f.name: getattr(struct, f.name)[index] for f in fields(struct)}
+    return type(struct)(**values)
+
+
+def _replaced(struct: Struct, **changes: Tensor) -> Struct:
+    values = {f.name: getattr(struct, f.name) for f in fields(struct)} | changes
+    return type(struct)(**values)

@@ -1,0 +1,122 @@
+"""The core network: what to call next, on which objects, with which part of the demonstration.
+
+Xu et al., "Neural Task Programming", ICRA 2018, Algorithm 1, made object-centric: weights are shared over things,
+arguments are pointers, and callees are slots of the running program's row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from ntp_dsl.core import features
+from ntp_dsl.core.batches import States
+from ntp_dsl.core.config import CoreConfig
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.reader import Reader
+
+
+@dataclass(frozen=True)
+class Hint:
+    """What the demonstration says about the next call: its objects, or that it is silent."""
+
+    pointers: Tensor  # (queries, things, hops); zero where the demonstration is silent
+    silent: Tensor  # (queries,) 1 where there is a scope and nothing in it is left to do
+    scoped: Tensor  # (queries,) 1 where there is a scope
+
+
+@dataclass(frozen=True)
+class Thought:
+    """The present as the running program sees it."""
+
+    things: Tensor  # (queries, things, width)
+    end: Tensor  # (queries,) logit of end-of-program
+    slots: Tensor  # (queries, slots) scores; what the row does not declare is masked
+
+
+class Core(nn.Module):
+    """Reads demonstrations, sees states, and answers with slots and pointers."""
+
+    def __init__(self, config: CoreConfig, memory: Memory) -> None:
+        super().__init__()
+        self.config, self.memory = config, memory
+        width = config.width
+        self.types = nn.Embedding(len(memory.types), config.type_width)
+        self.rows = nn.Embedding(len(memory.rows), config.row_width)
+        self.reader = Reader(config, self.types, self.rows)
+        context = config.row_width + 2  # the program's row, silent, scoped
+        thing = features.WIDTH + 1 + config.type_width + memory.arity + config.hops
+        self.see = nn.Sequential(
+            nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
+        )
+        self.messages = nn.ModuleList(Message(width) for _ in range(config.rounds))
+        pooled = width * (1 + memory.arity) + context
+        self.think = nn.Sequential(nn.Linear(pooled, width), nn.ReLU())
+        self.end = nn.Linear(width, 1)
+        self.key = nn.Linear(width, memory.slots)
+        self.point_context = nn.Linear(memory.slots + config.row_width, width)
+        self.pointer = nn.Sequential(
+            nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity)
+        )
+        self.register_buffer("keys", torch.eye(memory.slots), persistent=False)
+        self.register_buffer("declared", _declared(memory), persistent=False)
+        self.keys: Tensor
+        self.declared: Tensor
+
+    def consider(self, states: States, hint: Hint) -> Thought:
+        context = torch.cat(
+            [self.rows(states.rows), hint.silent.unsqueeze(-1), hint.scoped.unsqueeze(-1)], -1
+        )
+        count = states.positions.shape[1]
+        parts = [
+            features.offsets(states.positions),
+            states.closed[:, None, None].expand(-1, count, 1),
+            states.types @ self.types.weight,
+            states.arguments,
+            hint.pointers,
+            context[:, None].expand(-1, count, -1),
+        ]
+        things = self.see(torch.cat(parts, -1))  # (queries, things, width)
+        away = features.offsets(states.positions[:, None] - states.positions[:, :, None])
+        for message in self.messages:
+            things = message(things, away, states.things)
+        hidden = things.masked_fill(~states.things.unsqueeze(-1), -1e4)
+        called_with = torch.einsum("qna,qnw->qaw", states.arguments, things).flatten(1)
+        thought = self.think(torch.cat([hidden.amax(1), called_with, context], -1))
+        scores = self.key(thought) @ self.keys.T  # (queries, slots)
+        scores = scores.masked_fill(~self.declared[states.rows], -1e4)
+        return Thought(things, self.end(thought).squeeze(-1), scores)
+
+    def point(self, thought: Thought, states: States, slots: Tensor) -> Tensor:
+        """Scores (queries, arity, things) of what each argument of the callee in a slot points at."""
+        context = torch.cat([self.keys[slots], self.rows(states.rows)], -1)
+        context = self.point_context(context)[:, None].expand_as(thought.things)
+        scores: Tensor = self.pointer(torch.cat([thought.things, context], -1)).transpose(1, 2)
+        return scores.masked_fill(~states.things[:, None], -1e4)
+
+
+class Message(nn.Module):
+    """Each thing hears the loudest of all others, by how they lie to each other."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.listener = nn.Linear(width, width)
+        self.speaker = nn.Linear(width, width, bias=False)
+        self.offset = nn.Linear(features.WIDTH, width, bias=False)
+        self.update = nn.Sequential(nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, width))
+
+    def forward(self, things: Tensor, away: Tensor, there: Tensor) -> Tensor:
+        """things: (batch, things, width); away: (batch, things, things, features)."""
+        heard = self.listener(things).unsqueeze(2) + self.speaker(things).unsqueeze(1)
+        heard = torch.relu(heard + self.offset(away))  # (batch, listener, speaker, width)
+        loudest = heard.masked_fill(~there[:, None, :, None], 0.0).amax(2)
+        return things + self.update(torch.cat([things, loudest], -1))
+
+
+def _declared(memory: Memory) -> Tensor:
+    """(rows, slots): which slots a row has."""
+    return torch.tensor(
+        [[slot < len(row.callees) for slot in range(memory.slots)] for row in memory.rows]
+    )

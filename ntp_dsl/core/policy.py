@@ -1,0 +1,126 @@
+"""The learned policy: one demonstration, then the core decides for one running program at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from ntp_dsl.core import batches
+from ntp_dsl.core.batches import States
+from ntp_dsl.core.losses import silent_hint
+from ntp_dsl.core.model import Core, Hint, Thought
+from ntp_dsl.core.reader import Reading
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.policy import Choice, Frame
+from ntp_dsl.queries import Answer, Query
+from ntp_dsl.specification import Demonstration, Scope
+from ntp_dsl.world import Argument, Observation, World
+
+TOP = 3  # alternatives that a decision reports
+
+
+class LearnedPolicy:
+    """Runs a core on one demonstration. It sees observations only, and is never given a goal."""
+
+    def __init__(self, core: Core, demonstration: Demonstration) -> None:
+        self.core = core
+        self.demonstration = demonstration
+        self._order: tuple[str, ...] = ()
+        self._readings: dict[tuple[Scope, str], Reading] = {}
+
+    def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame:
+        """The arguments of the task are not passed on: what a list would say, the scope shows."""
+        return Frame(program, (), (0, len(self.demonstration)))
+
+    def decide(self, frame: Frame, world: World) -> Choice:
+        objects = tuple(a for a in frame.arguments if isinstance(a, str))
+        query = Query(frame.program, objects, frame.scope, world.observe(), self.demonstration)
+        answer, details = self.answer(query)
+        return Choice(answer.callee, answer.objects, answer.scope, details=details)
+
+    @torch.inference_mode()
+    def answer(self, query: Query) -> tuple[Answer, dict[str, Any]]:
+        """The most probable answer, with the probabilities that a trace keeps."""
+        memory = self.core.memory
+        states = batches.states(memory, [query], [0 if query.scope else -1])
+        hint, scope = self._hint(query, states)
+        thought = self.core.consider(states, hint)
+        end = float(torch.sigmoid(thought.end)[0])
+        probabilities = torch.softmax(thought.slots[0], -1)
+        callees = memory.row(query.program).callees
+        details = {
+            "end_probability": round(end, 4),
+            "top": _top(probabilities, callees),
+        }
+        if end > 0.5:
+            return Answer(None), details | {"probability": round(end, 4)}
+        slot = int(probabilities.argmax())
+        objects, certainty = self._objects(query.observation, states, thought, slot, callees[slot])
+        probability = float(probabilities[slot]) * (1 - end) * certainty
+        details["probability"] = round(probability, 4)
+        return Answer(callees[slot], objects, scope), details
+
+    def _objects(
+        self, seen: Observation, states: States, thought: Thought, slot: int, callee: str
+    ) -> tuple[tuple[str, ...], float]:
+        scores = self.core.point(thought, states, torch.tensor([slot]))[0]  # (arity, things)
+        rows = batches.candidate_rows(self.core.memory, callee, seen.things)
+        chances = torch.softmax(scores.masked_fill(~rows, -1e4), -1)
+        chosen, certainty = [], 1.0
+        for place in range(len(self.core.memory.signature(callee).object_types)):
+            index = int(chances[place].argmax())
+            certainty *= float(chances[place, index])
+            chosen.append(seen.things[index].name)
+        return tuple(chosen), certainty
+
+    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None]:
+        """Where in the scope the next call is shown: its objects, and the callee's own scope."""
+        if query.scope is None:
+            return silent_hint(self.core, states), None
+        reading = self._reading(query)
+        hits, none = self.core.reader.locate(reading, states)
+        scoped = torch.ones(1)
+        best = int(hits[0].argmax())
+        if float(none[0]) > float(hits[0, best]):
+            return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None
+        begin = query.scope[0] + best
+        hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped)
+        return hint, (begin, query.scope[0] + _end_frame(reading.events[0], best) + 1)
+
+    def _reading(self, query: Query) -> Reading:
+        """Kept: a part of a demonstration is read once for a program."""
+        names = tuple(thing.name for thing in query.observation.things)
+        if names != self._order:
+            self._check_objects(names)
+            self._order, self._readings = names, {}
+        assert query.scope is not None
+        key = (query.scope, query.program)
+        if key not in self._readings:
+            part = [(self.demonstration, query.scope, query.program)]
+            self._readings[key] = self.core.reader(
+                batches.frames(self.core.memory, part, [names])
+            )
+        return self._readings[key]
+
+    def _check_objects(self, names: tuple[str, ...]) -> None:
+        missing = [name for name in names if name not in self.demonstration.names]
+        if missing:
+            raise NtpError(
+                f"the demonstration lacks {', '.join(missing)}; the scene has {', '.join(names)}"
+            )
+
+
+def _end_frame(events: Tensor, start: int) -> int:
+    """The most probable first event from a frame on."""
+    later = events[start:]
+    hits = torch.nn.functional.logsigmoid(later)
+    quiet = torch.nn.functional.logsigmoid(-later)
+    return start + int((hits + torch.cumsum(quiet, 0) - quiet).argmax())
+
+
+def _top(probabilities: Tensor, callees: tuple[str, ...]) -> list[tuple[str, float]]:
+    ranked = torch.argsort(probabilities[: len(callees)], descending=True)[:TOP]
+    return [(callees[int(i)], round(float(probabilities[int(i)]), 4)) for i in ranked]

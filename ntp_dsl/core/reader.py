@@ -1,0 +1,127 @@
+"""f_TSE and f_TSI: reads a demonstration, frame by frame, as pointers at objects and as events between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from ntp_dsl.core import features
+from ntp_dsl.core.batches import Frames, States
+from ntp_dsl.core.config import CoreConfig
+from ntp_dsl.core.scopes import first_hit, look_ahead
+
+NEVER, ALWAYS = -20.0, 20.0  # logits
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What each frame of each part of a demonstration leads to: the next event, and what it shows.
+
+    Computed once for a part; a decision compares it with the present.
+    """
+
+    pointers: Tensor  # (specs, frames, things, hops) at the objects of the next event
+    shown: Tensor  # (specs, frames, features) how these stood to each other at that event
+    events: Tensor  # (specs, frames) logits: something ends with this frame
+    mask: Tensor  # (specs, frames)
+
+
+class Reader(nn.Module):
+    """Each frame throws `hops` soft pointers, each at an object near the one before; events gate them."""
+
+    def __init__(self, config: CoreConfig, types: nn.Embedding, rows: nn.Embedding) -> None:
+        super().__init__()
+        self.config, self.types, self.rows = config, types, rows
+        width, seen = config.width, features.WIDTH
+        thing = 2 * seen + 1 + 1 + config.type_width  # to gripper, to last hop, its weight, closed
+        self.hops = nn.ModuleList(
+            nn.Sequential(nn.Linear(thing, width // 2), nn.ReLU(), nn.Linear(width // 2, 1))
+            for _ in range(config.hops)
+        )
+        self.relations = 2 * seen * config.hops - seen + 1  # to gripper, between hops, closed
+        frame = self.relations + config.hops + 3  # and continuity, and the gripper's own motion
+        self.frame = nn.Linear(frame + config.row_width, width)
+        pad = config.kernel // 2
+        self.convolutions = nn.ModuleList(
+            nn.Conv1d(width, width, config.kernel, padding=pad) for _ in range(2)
+        )
+        self.event = nn.Linear(width, 1)
+        self.unmet = nn.Sequential(
+            nn.Linear(2 * self.relations + config.row_width, width),
+            nn.ReLU(),
+            nn.Linear(width, width // 2),
+            nn.ReLU(),
+            nn.Linear(width // 2, 1),
+        )
+
+    def forward(self, frames: Frames) -> Reading:
+        pointers, relations = self._point(frames)
+        events = self._events(frames, pointers, relations)
+        gates = torch.sigmoid(events) * frames.mask
+        flat = pointers.flatten(2)  # (specs, frames, things * hops)
+        ahead = look_ahead(gates, torch.cat([flat, relations], -1))
+        pointers = ahead[..., : flat.shape[-1]].unflatten(-1, pointers.shape[2:])
+        return Reading(pointers, ahead[..., flat.shape[-1] :], events, frames.mask)
+
+    def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
+        """First-hit over frames of the first event that the present does not meet yet.
+
+        For the queries that have a part of a demonstration. Returns log-probabilities (queries, frames) and, that
+        there is none, (queries).
+        """
+        spec = states.spec
+        pointers = reading.pointers[spec]  # (queries, frames, things, hops)
+        now = torch.einsum("qtnh,qnd->qthd", pointers, states.positions)
+        closed = states.closed[:, None, None].expand(*now.shape[:2], 1)
+        present = self._relations(now, closed)
+        rows = self.rows(states.rows)[:, None].expand(*now.shape[:2], -1)
+        logits = self.unmet(torch.cat([present, reading.shown[spec], rows], -1)).squeeze(-1)
+        return first_hit(logits, reading.mask[spec])
+
+    def _point(self, frames: Frames) -> tuple[Tensor, Tensor]:
+        """Pointers (specs, frames, things, hops) and relations (specs, frames, features)."""
+        positions = frames.positions
+        near = features.offsets(positions)
+        types = (frames.types @ self.types.weight)[:, None].expand(*positions.shape[:3], -1)
+        closed = frames.closed[..., None, None].expand(*positions.shape[:3], 1)
+        hidden = ~frames.things[:, None]
+        weight = torch.zeros_like(closed)
+        here = torch.zeros_like(positions[:, :, 0])
+        pointers, points = [], []
+        for hop in self.hops:
+            away = features.offsets(positions - here.unsqueeze(2))
+            scores = hop(torch.cat([near, away, weight, closed, types], -1)).squeeze(-1)
+            pointer = torch.softmax(scores.masked_fill(hidden, -1e4), -1)  # (specs, frames, things)
+            here = torch.einsum("stn,stnd->std", pointer, positions)
+            weight = pointer.unsqueeze(-1)
+            pointers.append(pointer)
+            points.append(here)
+        return torch.stack(pointers, -1), self._relations(
+            torch.stack(points, 2), frames.closed.unsqueeze(-1)
+        )
+
+    def _relations(self, points: Tensor, closed: Tensor) -> Tensor:
+        """How the pointed-at objects stand to the gripper and to each other. points: (…, hops, 3)."""
+        to_gripper = features.offsets(points).flatten(-2)
+        between = features.offsets(points[..., 1:, :] - points[..., :-1, :]).flatten(-2)
+        return torch.cat([to_gripper, between, closed], -1)
+
+    def _events(self, frames: Frames, pointers: Tensor, relations: Tensor) -> Tensor:
+        """Logits (specs, frames): a call of this program's body ends with this frame."""
+        following = torch.cat([pointers[:, 1:], pointers[:, -1:]], 1)
+        continuity = (pointers * following).sum(2)  # (specs, frames, hops)
+        shift = torch.zeros_like(frames.positions[:, :, 0])
+        count = frames.things.sum(1).clamp(min=1)[:, None, None]
+        step = frames.positions[:, 1:] - frames.positions[:, :-1]
+        shift[:, :-1] = (step * frames.things[:, None, :, None]).sum(2) / count
+        rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
+        hidden = self.frame(torch.cat([relations, continuity, torch.tanh(20 * shift), rows], -1))
+        seen = frames.mask.unsqueeze(-1)
+        for convolution in self.convolutions:  # nothing beyond the scope's border leaks in
+            inward = (torch.relu(hidden) * seen).transpose(1, 2)
+            hidden = hidden + convolution(inward).transpose(1, 2)
+        logits = self.event(torch.relu(hidden)).squeeze(-1).clamp(NEVER, ALWAYS)
+        last = frames.mask & ~torch.cat([frames.mask[:, 1:], frames.mask[:, :1] & False], 1)
+        return torch.where(last, torch.full_like(logits, ALWAYS), logits)  # a scope ends with an event

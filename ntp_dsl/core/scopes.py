@@ -1,0 +1,39 @@
+"""First-hit distributions over frames: which frame is the first that fires, and what lies there.
+
+In place of the paper's four labels a frame and two argmaxes, the start of a scope is the first frame whose hazard
+fires, its end the first event from there on, and «none» is what is left over. All of it is linear in frames up to a
+logarithm, and needs no matrix of frames by frames.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn.functional import logsigmoid
+
+
+def first_hit(logits: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
+    """Log-probability that each frame is the first to fire, and that none does.
+
+    logits, mask: (..., frames). Returns (..., frames) and (...).
+    """
+    quiet = torch.where(mask, logsigmoid(-logits), torch.zeros_like(logits))
+    before = torch.cumsum(quiet, -1) - quiet
+    hit = torch.where(mask, logsigmoid(logits) + before, torch.full_like(logits, -1e4))
+    return hit, quiet.sum(-1)
+
+
+def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
+    """What the next event shows, seen from each frame: y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
+
+    gates: (batch, frames) in [0, 1]; values: (batch, frames, width). Solved by doubling.
+    """
+    keep = (1 - gates).unsqueeze(-1)  # (batch, frames, 1)
+    result = gates.unsqueeze(-1) * values
+    step = 1
+    while step < gates.shape[1]:
+        later = torch.cat([result[:, step:], torch.zeros_like(result[:, :step])], 1)
+        result = result + keep * later
+        keep = keep * torch.cat([keep[:, step:], torch.zeros_like(keep[:, :step])], 1)
+        step *= 2
+    return result

@@ -1,0 +1,229 @@
+"""Experts: pure functions from (program, arguments, state) to the next call, or to a return.
+
+The rules are the language's own: a program returns when what it achieves holds, or when what it requires does not;
+else it calls the first due statement of its body. See "Meaning" in `grammar/README.md`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ntp_dsl.language import syntax
+from ntp_dsl.registry import Api, Program, Registry
+from ntp_dsl.state import Bindings, Literal, State
+from ntp_dsl.world import Argument
+
+
+@dataclass(frozen=True)
+class NextCall:
+    """The call that a program makes now, and the statement that says so."""
+
+    callee: str
+    arguments: tuple[Argument, ...]
+    span: syntax.Span = field(default=syntax.NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Return:
+    """The end of a program: done, or unfinished and in need of another look."""
+
+    done: bool
+    reason: str = field(default="", compare=False)
+
+
+Decision = NextCall | Return
+PythonExpert = Callable[..., "NextCall | Iterable[NextCall] | None"]
+
+
+@dataclass
+class Instance:
+    """A statement in a state: the call it stands for, what it provides, and what it lacks."""
+
+    call: NextCall | None
+    achieved: bool
+    provides: frozenset[Literal]
+    lacks: frozenset[Literal]
+    names: frozenset[Literal]
+
+
+class Expert:
+    """The scripted policy of a registry, with Python functions in place of bodies where given."""
+
+    def __init__(self, registry: Registry, functions: Mapping[str, PythonExpert] | None = None):
+        self.registry = registry
+        self._functions = dict(functions or {})
+
+    def decide(self, program: str, arguments: tuple[Argument, ...], state: State) -> Decision:
+        """The first due call, or a return. Asking twice gives the same answer."""
+        row = self.registry.programs[program]
+        answer = self._step(row, arguments, state)
+        if isinstance(answer, NextCall) and self._is_empty(answer, state):
+            return Return(False, f"{answer.callee} would return at once")
+        return answer
+
+    def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
+        scope = dict(zip((p.name for p in row.parameters), arguments, strict=True))
+        needed = {
+            literal for literal in state.literals(row.achieves, scope) if not state.holds(literal)
+        }
+        if not needed:
+            return Return(True)
+        lacking = [x for x in state.literals(row.requires, scope) if not state.holds(x)]
+        if lacking:
+            return Return(False, f"{lacking[0]} does not hold")
+        if row.name in self._functions:
+            return self._ask_python(row, arguments, state)
+        return self._first_due(row, scope, needed, state)
+
+    # The body, read from its end ----------------------------------------------------------------
+
+    def _first_due(
+        self, row: Program, scope: Bindings, needed: set[Literal], state: State
+    ) -> Decision:
+        named = set(state.literals(row.achieves, scope))
+        due: list[Instance] = []
+        for index in range(len(row.body) - 1, -1, -1):
+            instance = self._instantiate(row.body[index], row.body[:index], scope, state)
+            if instance is None:
+                continue
+            wanted = _provides_any(instance.provides, needed)
+            unnamed = not _provides_any(instance.provides, named)
+            if not instance.achieved and (wanted or unnamed):
+                needed |= instance.lacks
+                due.append(instance)
+            named |= instance.names
+        for instance in reversed(due):
+            if not instance.lacks and instance.call is not None:
+                return instance.call
+        return Return(False, "no statement is due")
+
+    def _instantiate(
+        self,
+        statement: syntax.Statement,
+        earlier: tuple[syntax.Statement, ...],
+        scope: Bindings,
+        state: State,
+    ) -> Instance | None:
+        match statement:
+            case syntax.Call():
+                return self._call_instance(statement, scope, state)
+            case syntax.When(condition=condition, body=body):
+                if not state.true(condition, scope):
+                    return None
+                return self._instantiate(body, earlier, scope, state)
+            case syntax.For():
+                return self._loop_instance(statement, earlier, scope, state)
+
+    def _call_instance(self, statement: syntax.Call, scope: Bindings, state: State) -> Instance:
+        callee = self.registry[statement.callee]
+        arguments = tuple(state.value(term, scope) for term in statement.arguments)
+        inner = dict(zip((p.name for p in callee.parameters), arguments, strict=True))
+        provides = state.literals(callee.achieves, inner)
+        requires = state.literals(callee.requires, inner)
+        return Instance(
+            NextCall(callee.name, arguments, statement.span),
+            callee.achieves is not None and all(state.holds(x) for x in provides),
+            frozenset(provides),
+            frozenset(x for x in requires if not state.holds(x)),
+            frozenset(requires),
+        )
+
+    def _loop_instance(
+        self,
+        loop: syntax.For,
+        earlier: tuple[syntax.Statement, ...],
+        scope: Bindings,
+        state: State,
+    ) -> Instance:
+        elements = [
+            instance
+            for inner in state.elements(loop.generator, scope)
+            if (instance := self._instantiate(loop.body, earlier, inner, state)) is not None
+        ]
+        provides = frozenset[Literal]().union(*(e.provides for e in elements))
+        names = frozenset[Literal]().union(*(e.names for e in elements))
+        pending = [element for element in elements if not element.achieved]
+        if not pending:
+            return Instance(None, True, provides, frozenset(), names)
+        helped = self._provided_by(earlier, scope, state) if earlier else frozenset[Literal]()
+        for element in pending:
+            hopeless = any(not _provides_any(helped, {lack}) for lack in element.lacks)
+            if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
+                return Instance(element.call, False, provides, element.lacks, names)
+        return Instance(None, False, provides, frozenset(), names)
+
+    def _provided_by(
+        self, statements: tuple[syntax.Statement, ...], scope: Bindings, state: State
+    ) -> frozenset[Literal]:
+        instances = (self._instantiate(s, (), scope, state) for s in statements)
+        return frozenset[Literal]().union(*(i.provides for i in instances if i is not None))
+
+    # Calls that would return at once ------------------------------------------------------------
+
+    def _is_empty(self, call: NextCall | None, state: State) -> bool:
+        """Whether the callee's own first step would be a return."""
+        if call is None:
+            return False
+        callee = self.registry[call.callee]
+        if isinstance(callee, Api):
+            inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
+            return not all(state.holds(x) for x in state.literals(callee.requires, inner))
+        return isinstance(self._step(callee, call.arguments, state), Return)
+
+    def _ask_python(
+        self, row: Program, arguments: tuple[Argument, ...], state: State
+    ) -> Decision:
+        answer = self._functions[row.name](View(self.registry, state), *arguments)
+        offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
+        for offer in offers:
+            if offer.callee not in row.callees:
+                raise UndeclaredCall(row.name, offer.callee, row.callees)
+            if not self._is_empty(offer, state):
+                return offer
+        return Return(False, "the Python expert offers no call")
+
+
+class UndeclaredCall(Exception):
+    """A Python expert calls something that its program does not declare."""
+
+    def __init__(self, program: str, callee: str, declared: tuple[str, ...]) -> None:
+        super().__init__(
+            f"the expert of '{program}' calls '{callee}'; it declares {', '.join(declared) or 'nothing'}"
+        )
+        self.program, self.callee, self.declared = program, callee, declared
+
+
+class View:
+    """The read-only state of a Python expert: declared predicates as methods, things by type."""
+
+    def __init__(self, registry: Registry, state: State) -> None:
+        self._registry, self._state = registry, state
+
+    def things(self, type_name: str) -> list[str]:
+        return self._state.things(type_name)
+
+    def __getattr__(self, predicate: str) -> Callable[..., bool]:
+        if predicate not in self._registry.predicates:
+            raise AttributeError(f"no predicate is called '{predicate}'")
+
+        def ask(*arguments: Any) -> bool:
+            return self._state.holds(Literal(predicate, tuple(arguments)))
+
+        return ask
+
+
+def call(callee: str, *arguments: Argument) -> NextCall:
+    """For Python experts: the call of an api or program by name."""
+    return NextCall(callee, arguments)
+
+
+def first(calls: Iterable[NextCall]) -> list[NextCall]:
+    """For Python experts: the first of these calls that would not return at once."""
+    return list(calls)
+
+
+def _provides_any(provided: Iterable[Literal], wanted: Iterable[Literal]) -> bool:
+    wanted = list(wanted)
+    return any(literal.provides(other) for literal in provided for other in wanted)

@@ -1,0 +1,165 @@
+"""Runs a program: a stack of calls, a policy that decides, a world that carries out the primitives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+from ntp_dsl.policy import Choice, Frame, Policy
+from ntp_dsl.registry import Registry
+from ntp_dsl.traces import ROOT, TraceWriter
+from ntp_dsl.world import Argument, Outcome, World
+
+MAX_DEPTH = 48
+CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
+
+
+@dataclass
+class Limits:
+    """A run ends after so many primitives, or so many decisions between two of them."""
+
+    primitives: int = 150
+    idle_decisions: int = 60
+    retries: int = 5  # how often an unfinished root is asked again
+
+
+@dataclass
+class Run:
+    """What came of running a program to its end."""
+
+    done: bool
+    reason: str
+    primitives: int
+    decisions: int
+    deciding_seconds: float
+    planning_seconds: float
+    moving_seconds: float
+    failures: list[Outcome]
+    last_failure: Outcome | None
+
+
+Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
+Interference = Callable[[World], None]  # after a primitive: what a recorder does to make trouble
+
+
+class Interpreter:
+    """Executes one root call. Ancestors are not consulted while a call runs."""
+
+    def __init__(
+        self,
+        registry: Registry,
+        policy: Policy,
+        world: World,
+        writer: TraceWriter | None = None,
+        limits: Limits | None = None,
+        watch: Watcher | None = None,
+        frame_number: Callable[[], int] = lambda: 0,
+        interfere: Interference | None = None,
+    ) -> None:
+        self.registry, self.policy, self.world = registry, policy, world
+        self.writer = writer or TraceWriter()
+        self.limits = limits or Limits()
+        self.watch = watch or (lambda *_: None)
+        self.frame_number = frame_number
+        self.interfere = interfere
+
+    def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
+        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, [], None)
+        confirmed = retries = 0
+        while not run.reason:
+            before = run.primitives
+            done = self._run_root(self.policy.root(program, arguments), run)
+            confirmed = confirmed + 1 if done and run.primitives == before else int(done)
+            if run.reason:
+                break
+            if confirmed >= CONFIRMATIONS:
+                run.done, run.reason = True, "done"
+            elif not done:
+                retries += 1
+                if retries > self.limits.retries:
+                    run.reason = "unfinished: nothing that the program knows helps"
+                self.world.settle(0.5)
+        return run
+
+    def _run_root(self, root: Frame, run: Run) -> bool:
+        """One pass from the root to its return; true where it says «done»."""
+        stack = [(root, self._enter(root, ROOT, {}))]
+        idle = 0
+        while True:
+            frame, number = stack[-1]
+            idle += 1
+            if idle > self.limits.idle_decisions or run.primitives >= self.limits.primitives:
+                run.reason = f"stopped after {run.primitives} primitives"
+                for _, open_call in reversed(stack):
+                    self.writer.returned(open_call, "stopped", self.frame_number())
+                return False
+            choice = self._decide(frame, run)
+            if choice.callee is None:
+                self._leave(number, len(stack), frame, choice)
+                stack.pop()
+                if not stack:
+                    return choice.done
+            elif choice.callee in self.registry.apis:
+                idle = 0
+                self._execute(choice, number, len(stack), run)
+            elif len(stack) >= MAX_DEPTH:
+                run.reason = f"stopped at a depth of {MAX_DEPTH} calls"
+            else:
+                child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
+                stack.append((child, self._enter(child, number, choice.details, len(stack))))
+
+    def _decide(self, frame: Frame, run: Run) -> Choice:
+        start = perf_counter()
+        choice = self.policy.decide(frame, self.world)
+        run.deciding_seconds += perf_counter() - start
+        run.decisions += 1
+        return choice
+
+    def _enter(
+        self, frame: Frame, parent: int, details: Mapping[str, Any], depth: int = 0
+    ) -> int:
+        self.watch("call", depth, frame.program, frame.arguments, frame.scope)
+        return self._write_call(parent, "program", frame.program, frame, details)
+
+    def _write_call(
+        self, parent: int, kind: str, name: str, given: Frame | Choice, details: Mapping[str, Any]
+    ) -> int:
+        state = self.writer.state(self.world.observe())
+        return self.writer.call(
+            parent, kind, name, given.arguments, given.scope, self.frame_number(), state, details
+        )
+
+    def _leave(self, number: int, depth: int, frame: Frame, choice: Choice) -> None:
+        outcome = "done" if choice.done else "unfinished"
+        self.watch("return", depth - 1, frame.program, frame.arguments, outcome)
+        state = self.writer.state(self.world.observe())
+        self.writer.returned(number, outcome, self.frame_number(), state=state, **choice.details)
+
+    def _execute(self, choice: Choice, parent: int, depth: int, run: Run) -> None:
+        assert choice.callee is not None
+        self.watch("call", depth, choice.callee, choice.arguments, choice.scope)
+        number = self._write_call(parent, "api", choice.callee, choice, choice.details)
+        outcome = self.world.call(choice.callee, choice.arguments)
+        run.primitives += 1
+        run.planning_seconds += outcome.planning_seconds
+        run.moving_seconds += outcome.moving_seconds
+        if not outcome.achieved:
+            run.failures.append(outcome)
+        run.last_failure = None if outcome.achieved else outcome
+        word = "achieved" if outcome.achieved else str(outcome.failure)
+        self.watch("return", depth, choice.callee, choice.arguments, word)
+        self.writer.returned(
+            number,
+            word,
+            self.frame_number(),
+            planning=round(outcome.planning_seconds, 5),
+            moving=round(outcome.moving_seconds, 5),
+            solver=outcome.solver,
+            planner=outcome.planner,
+            evidence=dict(outcome.evidence),
+            disturbances=list(outcome.disturbances),
+        )
+        if self.interfere is not None:
+            self.interfere(self.world)

@@ -1,0 +1,100 @@
+"""Labelled queries from recorded episodes: every decision made, and programs that were not on the stack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ntp_dsl.experts import Expert, Return
+from ntp_dsl.queries import Answer, Query
+from ntp_dsl.registry import Program
+from ntp_dsl.scripted import DemonstratedCall, counterpart, shown_anywhere
+from ntp_dsl.specification import Demonstration
+from ntp_dsl.state import State
+from ntp_dsl.traces import ROOT, Call, Trace
+from ntp_dsl.world import Argument, Observation
+
+OFF_STACK = 2  # queries about other programs, for each state
+
+
+@dataclass(frozen=True)
+class Labelled:
+    query: Query
+    answer: Answer
+
+
+def labelled(
+    expert: Expert,
+    demonstration: Demonstration,
+    shown: DemonstratedCall,
+    trace: Trace,
+    rng: np.random.Generator,
+) -> Iterator[Labelled]:
+    """Decisions of the trace, and for each of its states the expert's word on programs drawn at random."""
+    yield from _on_stack(expert, demonstration, trace)
+    for observation in trace.states:
+        for _ in range(OFF_STACK):
+            yield _off_stack(expert, demonstration, shown, observation, rng)
+
+
+def objects(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
+    """The arguments that a learned program is given: the objects; lists it must read from its scope."""
+    return tuple(argument for argument in arguments if isinstance(argument, str))
+
+
+def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Labelled]:
+    calls = {call.id: call for call in trace.calls}
+    for call in trace.calls:
+        if call.parent != ROOT:
+            query = _query(calls[call.parent], trace.states[call.state], demonstration)
+            yield Labelled(query, Answer(call.name, objects(call.arguments), call.scope))
+    for call in trace.calls:
+        if call.kind == "program" and call.outcome in ("done", "unfinished"):
+            state = trace.states[call.details["state"]]
+            yield Labelled(_query(call, state, demonstration), Answer(None))
+
+
+def _query(call: Call, state: Observation, demonstration: Demonstration) -> Query:
+    return Query(call.name, objects(call.arguments), call.scope, state, demonstration)
+
+
+def _off_stack(
+    expert: Expert,
+    demonstration: Demonstration,
+    shown: DemonstratedCall,
+    observation: Observation,
+    rng: np.random.Generator,
+) -> Labelled:
+    program, arguments = random_call(expert, observation, shown, rng)
+    node = shown_anywhere(shown, program.name, arguments)
+    scope = node.scope if node else None
+    query = Query(program.name, objects(arguments), scope, observation, demonstration)
+    decision = expert.decide(program.name, arguments, State(expert.registry, observation))
+    if isinstance(decision, Return):
+        return Labelled(query, Answer(None))
+    child = counterpart(node, decision.callee, decision.arguments)
+    answer = Answer(decision.callee, objects(decision.arguments), child.scope if child else None)
+    return Labelled(query, answer)
+
+
+def random_call(
+    expert: Expert,
+    observation: Observation,
+    shown: DemonstratedCall | None,
+    rng: np.random.Generator,
+) -> tuple[Program, tuple[Argument, ...]]:
+    """A program without lists on random objects, or (half of the time) one that the demonstration shows."""
+    programs = [p for p in expert.registry.programs.values() if not p.takes_list]
+    program = programs[int(rng.integers(len(programs)))]
+    if shown is not None and rng.random() < 0.5:
+        calls = [call for call in shown.walk() if call.name == program.name]
+        if calls:
+            return program, calls[int(rng.integers(len(calls)))].arguments
+    state = State(expert.registry, observation)
+    arguments: list[Argument] = []
+    for parameter in program.parameters:
+        things = [t for t in state.things(parameter.type) if t not in arguments]
+        arguments.append(things[int(rng.integers(len(things)))])
+    return program, tuple(arguments)

@@ -1,0 +1,133 @@
+"""The built-in predicates: geometry of one observation. Distances are in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import hypot
+
+from ntp_dsl.world import Observation
+
+ANY = "any"
+CENTRED = 0.025  # half a cube: the strict success test's own bound
+OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
+TOUCHING = 0.012  # gap up to which something counts as resting on what is below
+IN_HAND = 0.03  # from the tool's point to a held thing's centre, each of horizontal and vertical
+FREE_GAP = 0.015  # room around a held thing for the table below to count as free
+
+
+def held(observation: Observation) -> str | None:
+    """The thing between the closed fingers, if there is one."""
+    if not observation.closed:
+        return None
+    gx, gy, gz = observation.gripper
+    for thing in observation.things:
+        position = observation.positions.get(thing.name)
+        if position is None or _fixed(observation, thing.name):
+            continue
+        x, y, z = position
+        if hypot(x - gx, y - gy) < IN_HAND and abs(z - gz) < IN_HAND:
+            return thing.name
+    return None
+
+
+def present(observation: Observation, target: str) -> bool:
+    return target in observation.positions
+
+
+def reachable(observation: Observation, target: str) -> bool:
+    return target in observation.positions and target not in observation.unreachable
+
+
+def holding(observation: Observation, item: str) -> bool:
+    in_hand = held(observation)
+    return in_hand is not None and item in (ANY, in_hand)
+
+
+def empty(observation: Observation, gripper: str) -> bool:
+    return held(observation) is None
+
+
+def on(observation: Observation, item: str, support: str) -> bool:
+    """`item` rests on `support`, centred within half a cube."""
+    if not _resting(observation, item, support):
+        return False
+    if _fixed(observation, support):
+        return abs(_gap(observation, item, support)) < TOUCHING
+    x, y, _ = observation.positions[item]
+    sx, sy, _ = observation.positions[support]
+    return hypot(x - sx, y - sy) < CENTRED and abs(_gap(observation, item, support)) < TOUCHING
+
+
+def covers(observation: Observation, item: str, support: str) -> bool:
+    """`item` stands on or leans over `support`, centred or not: it is in the way."""
+    if not _resting(observation, item, support) or _fixed(observation, support):
+        return False
+    x, y, _ = observation.positions[item]
+    sx, sy, _ = observation.positions[support]
+    width = observation.by_name[support].size[0]
+    height = observation.by_name[item].size[2]
+    near = max(abs(x - sx), abs(y - sy)) < OVERLAP * width
+    return near and -0.6 * height < _gap(observation, item, support) < 0.5 * height
+
+
+def clear(observation: Observation, item: str) -> bool:
+    """Nothing covers `item`."""
+    return present(observation, item) and not any(
+        covers(observation, thing.name, item) for thing in observation.things
+    )
+
+
+def above(observation: Observation, gripper: str, target: str) -> bool:
+    """What the gripper holds, or else the gripper, is over `target`; over the table: over a free place."""
+    if not present(observation, target):
+        return False
+    in_hand = held(observation)
+    if in_hand == target:
+        return False
+    x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
+    if _fixed(observation, target):
+        width = observation.by_name[in_hand].size[0] if in_hand else 0.0
+        return all(
+            max(abs(x - ox), abs(y - oy)) > (width + size) / 2 + FREE_GAP
+            for (ox, oy, _), size in _footprints(observation, except_for=in_hand)
+        )
+    tx, ty, tz = observation.positions[target]
+    rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
+    return hypot(x - tx, y - ty) < CENTRED and 0.03 < rise < 0.2
+
+
+def _resting(observation: Observation, item: str, support: str) -> bool:
+    both = present(observation, item) and present(observation, support) and item != support
+    return both and not _fixed(observation, item) and item != held(observation)
+
+
+def _gap(observation: Observation, item: str, support: str) -> float:
+    """From the support's top to the item's bottom [m]."""
+    bottom = observation.positions[item][2] - observation.by_name[item].size[2] / 2
+    return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
+
+
+def _fixed(observation: Observation, name: str) -> bool:
+    """Furniture is what is too wide for any hand."""
+    return observation.by_name[name].size[0] > 0.3
+
+
+def _footprints(
+    observation: Observation, except_for: str | None
+) -> Iterator[tuple[tuple[float, float, float], float]]:
+    for thing in observation.things:
+        if thing.name != except_for and not _fixed(observation, thing.name):
+            if thing.name in observation.positions:
+                yield observation.positions[thing.name], thing.size[0]
+
+
+BUILT_IN: dict[str, Callable[..., bool]] = {
+    "present": present,
+    "reachable": reachable,
+    "holding": holding,
+    "empty": empty,
+    "on": on,
+    "covers": covers,
+    "clear": clear,
+    "above": above,
+}

@@ -1,0 +1,28 @@
+"""What a learned program is asked and what the right answer is: the border between labels and core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ntp_dsl.specification import Demonstration, Scope
+from ntp_dsl.world import Observation
+
+
+@dataclass(frozen=True)
+class Query:
+    """All that a learned program is given: what is observed, which program runs, its scope and objects."""
+
+    program: str
+    objects: tuple[str, ...]  # the arguments that its caller predicted; lists are never given
+    scope: Scope | None
+    observation: Observation = field(repr=False)
+    demonstration: Demonstration = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The next call, or the end of the program where `callee` is None."""
+
+    callee: str | None
+    objects: tuple[str, ...] = ()
+    scope: Scope | None = None

@@ -1,0 +1,123 @@
+"""Records demonstrations and labelled episodes from the expert, each in a placement of its own."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl.experts import Expert
+from ntp_dsl.interpreter import Interpreter, Limits, Run
+from ntp_dsl.labels import random_call
+from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import DemonstratedCall, ScriptedPolicy, demonstrated
+from ntp_dsl.specification import Demonstration, Recorder
+from ntp_dsl.tasks import Instance
+from ntp_dsl.traces import TraceWriter, parse_trace
+from ntp_dsl.world import Disturbances, Scene, World
+from ntp_dsl.worlds.scenes import scattered, scrambled
+
+TROUBLE = 0.15  # how often, per primitive, a recorded episode slips, is pushed, or is led astray
+LED_ASTRAY = 4  # primitives of a wrong program, at most
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A demonstration and the calls that made it."""
+
+    demonstration: Demonstration
+    calls: DemonstratedCall
+
+
+def demonstrate(
+    registry: Registry, expert: Expert, world: World, instance: Instance, seed: int
+) -> Shown | Run:
+    """The expert, undisturbed, from a scattered placement; what went wrong if it fails."""
+    rng = np.random.default_rng((seed, 0))
+    scene = scattered(instance.things, rng)
+    world.reset(scene, seed)
+    recorder = Recorder(world)
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(**header(registry, instance, seed, "demonstration"))
+    interpreter = Interpreter(
+        registry, ScriptedPolicy(expert), world, writer, frame_number=lambda: len(recorder)
+    )
+    run = interpreter.run(instance.program, instance.arguments)
+    world.on_frame = None
+    if not run.done or run.failures:
+        return run
+    notes = {"task": instance.name, "library": registry.name, "seed": seed}
+    trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
+    return Shown(recorder.demonstration(notes), demonstrated(trace))
+
+
+def record_episode(
+    registry: Registry,
+    expert: Expert,
+    world: World,
+    instance: Instance,
+    shown: Shown,
+    seed: int,
+    writer: TraceWriter,
+    trouble: float = TROUBLE,
+) -> Run:
+    """A labelled episode from another placement, with the trouble that recoveries are learnt from."""
+    rng = np.random.default_rng((seed, 1))
+    messy = trouble > 0 and rng.random() < 0.5
+    scene: Scene = (scrambled if messy else scattered)(instance.things, rng)
+    world.reset(scene, seed + 1, Disturbances(slips=trouble, pushes=trouble))
+    facts = header(registry, instance, seed, "scripted")
+    writer.header(**facts, demonstration=shown.calls.to_json())
+    recorder = Recorder(world)
+    policy = ScriptedPolicy(expert, shown.calls)
+    interpreter = Interpreter(
+        registry,
+        policy,
+        world,
+        writer,
+        limits=Limits(primitives=400),
+        frame_number=lambda: len(recorder),
+        interfere=_leader_astray(registry, expert, shown, rng, trouble),
+    )
+    run = interpreter.run(instance.program, instance.arguments)
+    world.on_frame = None
+    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    return run
+
+
+def _leader_astray(
+    registry: Registry, expert: Expert, shown: Shown, rng: np.random.Generator, trouble: float
+) -> Callable[[World], None]:
+    """Now and then runs a few primitives of a program that nobody asked for: wrong grasps, wrong towers."""
+
+    def interfere(world: World) -> None:
+        if rng.random() >= trouble:
+            return
+        program, arguments = random_call(expert, world.truth(), shown.calls, rng)
+        limits = Limits(primitives=int(rng.integers(1, LED_ASTRAY + 1)), retries=0)
+        Interpreter(registry, ScriptedPolicy(expert), world, limits=limits).run(
+            program.name, arguments
+        )
+
+    return interfere
+
+
+def header(registry: Registry, instance: Instance, seed: int, policy: str) -> dict[str, Any]:
+    """What a trace says of itself before the first call."""
+    from dataclasses import asdict
+
+    return {
+        "library": registry.name,
+        "registry": registry.hash,
+        "task": instance.name,
+        "goal": [dict(record.fields) for record in instance.goal],
+        "program": instance.program,
+        "seed": seed,
+        "policy": policy,
+        "things": [asdict(thing) for thing in instance.things],
+    }

@@ -1,0 +1,136 @@
+"""What a world is: things on a table, what is observed of them, and primitives that change them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from typing import Any, Protocol
+
+Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record of the language at run time, such as a `Placement`."""
+
+    type: str
+    fields: tuple[tuple[str, str], ...]
+
+    def __getitem__(self, name: str) -> str:
+        return dict(self.fields)[name]
+
+
+Argument = str | float | Record | tuple[Record, ...]
+
+
+@dataclass(frozen=True)
+class Thing:
+    """Something of the scene that arguments may point at. `size` is its full extent [m]."""
+
+    name: str
+    type: str
+    size: Vector
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The things of a scene and where they start. `table` and its like are things that never move."""
+
+    things: tuple[Thing, ...]
+    positions: Mapping[str, Vector]  # centres
+    yaws: Mapping[str, float] = field(default_factory=dict)  # [rad]
+    gripper: Vector | None = None  # where the tool starts; at home where nothing is said
+    held: str | None = None  # what is in the hand at the start; the kinematic world alone can do this
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Thing]:
+        return {thing.name: thing for thing in self.things}
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What can be seen at one moment. Things that are lost have no position."""
+
+    things: tuple[Thing, ...]
+    positions: Mapping[str, Vector]  # centres, world frame [m]
+    gripper: Vector  # the point between the fingertips, world frame [m]
+    closed: bool
+    unreachable: frozenset[str] = frozenset()
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Thing]:
+        return {thing.name: thing for thing in self.things}
+
+    def permuted(self, order: tuple[int, ...]) -> Observation:
+        """The same moment with its things listed in another order."""
+        return replace(self, things=tuple(self.things[index] for index in order))
+
+
+class Failure(StrEnum):
+    """Why a primitive did not achieve what it should. Every world answers with one of these."""
+
+    NOT_READY = "not ready"  # what the api requires did not hold
+    NO_IK = "no inverse kinematics"
+    START_IN_COLLISION = "start in collision"
+    GOAL_IN_COLLISION = "goal in collision"
+    NO_PATH = "no path"
+    GRASP_FAILED = "grasp failed"
+    OBJECT_DROPPED = "object dropped"
+    PLACE_FAILED = "place failed"
+    MISSING_OBJECT = "missing object"
+    TIME_OUT = "time-out"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a primitive: achieved, or the reason why not, with the evidence."""
+
+    achieved: bool
+    failure: Failure | None = None
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+    planning_seconds: float = 0.0  # wall
+    moving_seconds: float = 0.0  # wall
+    solver: str = ""
+    planner: str = ""
+    disturbances: tuple[str, ...] = ()
+
+
+ACHIEVED = Outcome(True)
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """What goes wrong on purpose, by seed: probabilities, and observation noise [m]."""
+
+    slips: float = 0.0
+    pushes: float = 0.0
+    noise: float = 0.0
+
+
+class World(Protocol):
+    """Things on a table and an arm over them."""
+
+    on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
+    disturbed: set[str]  # things that a disturbance has moved since the reset
+
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = ...) -> None: ...
+
+    def observe(self) -> Observation:
+        """What a policy sees, observation noise included."""
+
+    def truth(self) -> Observation:
+        """The same without noise: for experts and success tests, never for a learned program."""
+
+    def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome: ...
+
+    def settle(self, seconds: float) -> None:
+        """Let time pass [s]."""
+
+    def supported(self, item: str, support: str) -> bool:
+        """Whether `item` rests on `support` by contact."""
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the reset."""

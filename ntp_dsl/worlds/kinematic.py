@@ -1,0 +1,281 @@
+"""The kinematic world: no forces, but things rest, fall, slip and topple; thousands of episodes a minute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import hypot
+
+import numpy as np
+
+from ntp_dsl import predicates
+from ntp_dsl.world import (
+    ACHIEVED,
+    Argument,
+    Disturbances,
+    Failure,
+    Observation,
+    Outcome,
+    Scene,
+    Thing,
+    Vector,
+)
+from ntp_dsl.worlds.scenes import CENTRE, CUBE, REGION, movable
+
+HOVER = 0.10  # the tool's height over a target's top [m]
+HOME: Vector = (0.42, 0.0, 0.45)
+PLACEMENT_ERROR = 0.0007  # standard deviation of where a released thing ends up [m]
+FRAME = 0.1  # [s]
+LIKE_FAILURES = 3  # after so many in a row a thing counts as unreachable until it moves
+
+
+class KinematicWorld:
+    """Positions only. A held thing follows the tool; a thing let go falls on what is below it."""
+
+    def __init__(self) -> None:
+        self.on_frame: Callable[[Observation], None] | None = None
+        self.disturbed: set[str] = set()
+        self._skills: dict[str, Callable[..., Outcome]] = {
+            "move_to": self._move_to,
+            "grasp": self._grasp,
+            "release": self._release,
+        }
+
+    def reset(
+        self, scene: Scene, seed: int, disturbances: Disturbances = Disturbances()
+    ) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._noise_rng = np.random.default_rng((seed, 1))
+        self._things = scene.things
+        self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
+        self._positions = dict(scene.positions)
+        self._disturbances = disturbances
+        self._gripper = scene.gripper or HOME
+        self._held, self._closed = scene.held, scene.held is not None
+        self._time = 0.0
+        self._speed = float(self._rng.uniform(0.12, 0.5))  # of the tool [m/s]
+        self.disturbed = set()
+
+    # What is seen -------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        return self._time
+
+    def truth(self) -> Observation:
+        return Observation(self._things, dict(self._positions), self._gripper, self._closed)
+
+    def observe(self) -> Observation:
+        sigma = self._disturbances.noise
+        if not sigma:
+            return self.truth()
+        noisy = {
+            name: _moved(position, self._noise_rng.normal(0, sigma, 3))
+            for name, position in self._positions.items()
+        }
+        return Observation(self._things, noisy, self._gripper, self._closed)
+
+    def supported(self, item: str, support: str) -> bool:
+        return predicates.on(self.truth(), item, support)
+
+    def settle(self, seconds: float) -> None:
+        self._time += seconds
+
+    # Primitives ---------------------------------------------------------------------------------
+
+    def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
+        outcome = self._skills[api](*arguments)
+        self._emit()
+        return outcome
+
+    def _move_to(self, target: str) -> Outcome:
+        if target not in self._positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
+        if target == self._held:
+            return Outcome(False, Failure.NOT_READY, {"in hand": target})
+        goal = self._hover(target)
+        slips = self._held and self._rng.random() < self._disturbances.slips
+        if not slips:
+            self._travel(goal)
+            return ACHIEVED
+        lost = self._held
+        self._travel(_between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
+        self._drop_held(spread=0.03)
+        self.disturbed.add(lost)
+        return Outcome(
+            False, Failure.OBJECT_DROPPED, {"dropped": lost}, disturbances=(f"slip {lost}",)
+        )
+
+    def _grasp(self, target: str) -> Outcome:
+        if target not in self._positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
+        if self._held is not None:
+            return Outcome(False, Failure.NOT_READY, {"in hand": self._held})
+        x, y, z = self._positions[target]
+        over = hypot(self._gripper[0] - x, self._gripper[1] - y) < predicates.CENTRED
+        blocked = [other for other in self._items if self._on_top_of(other, target)]
+        if not over or blocked:
+            evidence = {"target": target, "blocked by": blocked, "above": over}
+            return Outcome(False, Failure.NOT_READY, evidence)
+        back = self._gripper
+        self._travel((x, y, z))
+        self._held, self._closed = target, True
+        self._emit()
+        self._travel(back)
+        return ACHIEVED
+
+    def _release(self) -> Outcome:
+        if self._held is None:
+            self._closed = False
+            return ACHIEVED
+        item, back = self._held, self._gripper
+        x, y, _ = self._positions[item]
+        height = self._resting_height(item, x, y)
+        offset = self._gripper[2] - self._positions[item][2]
+        self._travel((self._gripper[0], self._gripper[1], height + offset))
+        self._drop_held(spread=PLACEMENT_ERROR)
+        self._travel(back)
+        return self._push(item)
+
+    def _push(self, item: str) -> Outcome:
+        """After a placement, perhaps, an impulse that topples what was built."""
+        tower = self._tower_below(item)
+        if len(tower) < 2 or self._rng.random() >= self._disturbances.pushes:
+            return ACHIEVED
+        fallen = tower[: int(self._rng.integers(1, len(tower)))]
+        for name in fallen:
+            angle, reach = self._rng.uniform(0, 2 * np.pi), self._rng.uniform(0.06, 0.12)
+            x, y, _ = self._positions[name]
+            self.disturbed.add(name)
+            self._fall(name, x + reach * np.cos(angle), y + reach * np.sin(angle))
+        self._emit()
+        return Outcome(True, disturbances=tuple(f"push {name}" for name in fallen))
+
+    # Motion and falling -------------------------------------------------------------------------
+
+    def _travel(self, goal: Vector) -> None:
+        """Straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
+        start = np.array(self._gripper)
+        way = np.array(goal) - start
+        duration = 0.15 + float(np.linalg.norm(way)) / self._speed
+        for moment in np.arange(FRAME, duration, FRAME):
+            phase = moment / duration
+            self._move_tool(start + way * (phase * phase * (3 - 2 * phase)))
+            self._emit()
+        self._move_tool(np.array(goal))
+        self._time += duration
+
+    def _move_tool(self, tool: np.ndarray) -> None:
+        shift = tool - np.array(self._gripper)
+        self._gripper = (float(tool[0]), float(tool[1]), float(tool[2]))
+        if self._held is not None:
+            self._positions[self._held] = _moved(self._positions[self._held], shift)
+
+    def _hover(self, target: str) -> Vector:
+        if target not in self._items:
+            x, y = self._clearest_place(self._held)
+            return (x, y, HOVER)
+        x, y, z = self._positions[target]
+        if self._held is not None:  # centre the held thing, not the tool, over the target
+            hx, hy, _ = self._positions[self._held]
+            x, y = x + self._gripper[0] - hx, y + self._gripper[1] - hy
+        return (x, y, z + self._items[target].size[2] / 2 + HOVER)
+
+    def _clearest_place(self, item: str | None) -> tuple[float, float]:
+        """The point of a 2 cm lattice that is farthest from all but the item; ties by nearness."""
+        others = [position for _, position in self._others(item)]
+        (x0, x1), (y0, y1) = REGION
+        lattice = np.array([(x, y) for x in np.arange(x0, x1, 0.02) for y in np.arange(y0, y1, 0.02)])
+        if not others:
+            return CENTRE
+        gaps = np.abs(lattice[:, None] - np.array(others)[None, :, :2]).max(-1).min(1)
+        gaps = np.minimum(gaps, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
+        x, y = lattice[int(gaps.argmax())]
+        return float(x), float(y)
+
+    def _drop_held(self, spread: float) -> None:
+        """Let go; the thing comes down within `spread` [m] of where it is."""
+        item = self._held
+        assert item is not None
+        self._held, self._closed = None, False
+        dx, dy = self._rng.normal(0, spread, 2)
+        x, y, _ = self._positions[item]
+        self._fall(item, x + float(dx), y + float(dy))
+
+    def _fall(self, item: str, x: float, y: float) -> None:
+        """Down to what is below; off the edge of what does not carry its centre."""
+        if self._unsteady_edge(item, x, y) is not None:
+            self.disturbed.add(item)
+        for _ in range(20):
+            x, y = _within_reach(x, y)
+            edge = self._unsteady_edge(item, x, y)
+            if edge is None:
+                break
+            angle = np.arctan2(y - edge[1], x - edge[0]) + self._rng.normal(0, 0.3)
+            x = edge[0] + 0.085 * float(np.cos(angle))
+            y = edge[1] + 0.085 * float(np.sin(angle))
+        else:
+            x, y = self._clearest_place(item)
+        self._positions[item] = (x, y, self._resting_height(item, x, y))
+
+    def _unsteady_edge(self, item: str, x: float, y: float) -> tuple[float, float] | None:
+        """The centre of the topmost thing below that overlaps without carrying the item's centre."""
+        below = self._below(item, x, y)
+        if not below:
+            return None
+        top = max(self._top(name) for name in below)
+        tops = [self._positions[name] for name in below if self._top(name) > top - 0.01]
+        if any(max(abs(x - px), abs(y - py)) < CUBE / 2 for px, py, _ in tops):
+            return None
+        px, py, _ = tops[0]
+        return px, py
+
+    def _resting_height(self, item: str, x: float, y: float) -> float:
+        top = max((self._top(name) for name in self._below(item, x, y)), default=0.0)
+        return top + self._items[item].size[2] / 2
+
+    def _below(self, item: str, x: float, y: float) -> list[str]:
+        return [
+            name
+            for name, (px, py, _) in self._others(item)
+            if max(abs(x - px), abs(y - py)) < CUBE
+        ]
+
+    def _others(self, item: str | None) -> Iterator[tuple[str, Vector]]:
+        for name in self._items:
+            if name not in (item, self._held) and name in self._positions:
+                yield name, self._positions[name]
+
+    def _top(self, name: str) -> float:
+        return self._positions[name][2] + self._items[name].size[2] / 2
+
+    def _on_top_of(self, item: str, support: str) -> bool:
+        if item in (support, self._held):
+            return False
+        return predicates.covers(self.truth(), item, support)
+
+    def _tower_below(self, item: str) -> list[str]:
+        """The item and what it stands on, from the top down."""
+        x, y, z = self._positions[item]
+        tower = [
+            (pz, name)
+            for name, (px, py, pz) in self._others(None)
+            if hypot(px - x, py - y) < CUBE / 2 and pz <= z
+        ]
+        return [name for _, name in sorted(tower, reverse=True)]
+
+    def _emit(self) -> None:
+        if self.on_frame is not None:
+            self.on_frame(self.observe())
+
+
+def _moved(position: Vector, shift: np.ndarray) -> Vector:
+    return (position[0] + float(shift[0]), position[1] + float(shift[1]), position[2] + float(shift[2]))
+
+
+def _between(start: Vector, goal: Vector, fraction: float) -> Vector:
+    return _moved(start, fraction * (np.array(goal) - np.array(start)))
+
+
+def _within_reach(x: float, y: float) -> tuple[float, float]:
+    (x0, x1), (y0, y1) = REGION
+    return min(max(x, x0 - 0.05), x1 + 0.05), min(max(y, y0 - 0.05), y1 + 0.05)

@@ -1,0 +1,117 @@
+"""Where things start: scattered over a jittered grid, and names for what a task declares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from ntp_dsl.language.syntax import TaskDeclaration
+from ntp_dsl.registry import Registry
+from ntp_dsl.world import Scene, Thing, Vector
+
+CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
+REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
+CELL, JITTER, SPACING = 0.1, 0.03, 0.08  # the authors' grid and boundary boxes [m]
+CUBE = 0.05
+TABLE_SIZE = (1.5, 1.5, 0.04)
+CAPACITY = 16  # cells of the grid
+
+
+def declared_things(registry: Registry, task: TaskDeclaration) -> tuple[Thing, ...]:
+    """`blocks: 8 Block` becomes block_0 … block_7; the table is there in any case."""
+    things = [
+        Thing(f"{group.type.name.lower()}_{index}", group.type.name, (CUBE, CUBE, CUBE))
+        for group in task.scene
+        for index in range(group.count)
+    ]
+    return with_furniture(registry, things)
+
+
+def with_furniture(registry: Registry, things: Iterable[Thing]) -> tuple[Thing, ...]:
+    """The things, and the constants that a primitive may be aimed at."""
+    furniture = [
+        Thing(name, type_name, TABLE_SIZE)
+        for name, type_name in registry.constants.items()
+        if registry.is_a(type_name, "Place")
+    ]
+    return (*things, *furniture)
+
+
+def movable(things: Iterable[Thing]) -> list[Thing]:
+    return [thing for thing in things if thing.size[0] < 0.3]
+
+
+def scattered(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
+    """Every movable thing in a cell of its own, jittered, none nearer to another than the spacing."""
+    items = movable(things)
+    cells = [(x, y) for x in (-0.15, -0.05, 0.05, 0.15) for y in (-0.15, -0.05, 0.05, 0.15)]
+    if len(items) > len(cells):
+        raise ValueError(f"{len(items)} things do not fit on the grid of {len(cells)} cells")
+    while True:
+        chosen = rng.permutation(len(cells))[: len(items)]
+        spots = [_jittered(cells[index], rng) for index in chosen]
+        if _spaced(spots):
+            break
+    positions: dict[str, Vector] = furniture_positions(things)
+    yaws: dict[str, float] = {}
+    for thing, (x, y) in zip(items, spots, strict=True):
+        positions[thing.name] = (x, y, thing.size[2] / 2)
+        yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4))
+    return Scene(things, positions, yaws)
+
+
+def scrambled(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
+    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
+    scene = scattered(things, rng)
+    names = [thing.name for thing in movable(things)]
+    positions = dict(scene.positions)
+    bases = [names[index] for index in rng.permutation(len(names))]
+    tops: list[str] = []
+    for name in bases:
+        if tops and rng.random() < 0.5:
+            below = tops[int(rng.integers(len(tops)))]
+            positions[name] = _stacked(positions[below], rng)
+            tops[tops.index(below)] = name
+        else:
+            tops.append(name)
+    x, y = (float(value) for value in rng.uniform((0.3, -0.2), (0.7, 0.2)))
+    gripper = (x, y, 0.35)
+    held = str(rng.choice(tops)) if rng.random() < 0.3 else None
+    over = tops[int(rng.integers(len(tops)))]
+    if rng.random() < 0.5 and over != held:
+        x, y, z = positions[over]
+        gripper = (x, y, z + CUBE / 2 + 0.1)
+    if held is not None:
+        positions[held] = gripper
+    return Scene(things, positions, scene.yaws, gripper, held)
+
+
+def _stacked(below: Vector, rng: np.random.Generator) -> Vector:
+    """On top; mostly centred, sometimes as far off as carries."""
+    spread = 0.001 if rng.random() < 0.8 else 0.01
+    dx, dy = np.clip(rng.normal(0, spread, 2), -0.018, 0.018)
+    return (below[0] + float(dx), below[1] + float(dy), below[2] + CUBE)
+
+
+def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:
+    """A table's top is at height zero."""
+    return {
+        thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] >= 0.3
+    }
+
+
+def _jittered(cell: tuple[float, float], rng: np.random.Generator) -> tuple[float, float]:
+    dx, dy = rng.uniform(-JITTER, JITTER, 2)
+    return CENTRE[0] + cell[0] + float(dx), CENTRE[1] + cell[1] + float(dy)
+
+
+def _spaced(spots: list[tuple[float, float]]) -> bool:
+    points = np.array(spots)
+    gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())
+
+
+def without(positions: Mapping[str, Vector], names: Iterable[str]) -> dict[str, Vector]:
+    left_out = set(names)
+    return {name: position for name, position in positions.items() if name not in left_out}
