@@ -1,4 +1,4 @@
-"""PyBullet, imported without the build line that it prints on standard output."""
+"""PyBullet, imported without the build line that it prints."""
 
 import contextlib
 import ctypes
@@ -10,19 +10,23 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def standard_output_silenced() -> Iterator[None]:
-    """Nothing that compiled code prints reaches file descriptor 1 meanwhile."""
+def output_silenced() -> Iterator[None]:
+    """Nothing that compiled code prints reaches standard output or standard error meanwhile."""
     sys.stdout.flush()
-    ctypes.CDLL(None).fflush(None)
-    kept = os.dup(1)
+    sys.stderr.flush()
+    flush_c = ctypes.CDLL(None).fflush
+    flush_c(None)
+    kept = [os.dup(descriptor) for descriptor in (1, 2)]
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 1)
+        for descriptor in (1, 2):
+            os.dup2(nowhere, descriptor)
         yield
     finally:
-        ctypes.CDLL(None).fflush(None)  # what C has printed is still in its own buffer
-        os.dup2(kept, 1)
-        os.close(kept)
+        flush_c(None)  # what C has printed is still in its own buffer
+        for descriptor, original in zip((1, 2), kept, strict=True):
+            os.dup2(original, descriptor)
+            os.close(original)
         os.close(nowhere)
 
 
@@ -30,5 +34,5 @@ def load() -> Any:
     """The module `pybullet`."""
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
-    with standard_output_silenced():
+    with output_silenced():
         return importlib.import_module("pybullet")

@@ -26,7 +26,7 @@ class Camera:
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
         self._bodies: Mapping[str, Body] = {}
         self._ids: dict[str, int] = {}
-        with bullet.standard_output_silenced():
+        with bullet.output_silenced():
             self._robot = self._bullet.loadURDF(
                 str(robot.folder() / "panda.urdf"), useFixedBase=True,
                 physicsClientId=self._client,

@@ -225,7 +225,7 @@ class Workcell:
         plane = world.createCollisionShape(world.GEOM_PLANE, physicsClientId=client)
         self._table = world.createMultiBody(0, plane, physicsClientId=client)
         world.changeDynamics(self._table, -1, lateralFriction=1.0, physicsClientId=client)
-        with bullet.standard_output_silenced():
+        with bullet.output_silenced():
             self._robot = world.loadURDF(
                 str(self._urdf), useFixedBase=True, physicsClientId=client
             )

@@ -81,7 +81,7 @@ def time_parameterise(chain: Array, tool_speed: float = math.inf, tool_length: f
     highest = _speed_limits(tangent, bend)
     if tool_length > 0:
         highest = np.minimum(highest, tool_speed * s[-1] / tool_length)
-    speed = _passes(s, highest, _tangential_acceleration(tangent, bend))
+    speed = _passes(s, highest, _tangential_acceleration(tangent, bend, highest))
     return _sampled(s, path, tangent, speed)
 
 
@@ -111,11 +111,11 @@ def _speed_limits(tangent: Array, bend: Array) -> Array:
     return np.minimum(by_velocity, by_bend)
 
 
-def _tangential_acceleration(tangent: Array, bend: Array) -> Array:
-    """What is left for speeding up and slowing down along the path [rad/s2], all of it where it is straight."""
-    share = np.where(bend.max(axis=1) > 0.05, 0.5, 1.0)
-    acceleration = ACCELERATION_SHARE * robot.ACCELERATION
-    return share * (acceleration / (np.abs(tangent) + 1e-9)).min(axis=1)
+def _tangential_acceleration(tangent: Array, bend: Array, highest: Array) -> Array:
+    """What the bend, at the highest speed, leaves for speeding up and slowing down [rad/s2]."""
+    left = ACCELERATION_SHARE * robot.ACCELERATION - bend * highest[:, None] ** 2
+    along: Array = (left / (np.abs(tangent) + 1e-9)).min(axis=1)
+    return along
 
 
 def _passes(s: Array, highest: Array, acceleration: Array) -> Array:
