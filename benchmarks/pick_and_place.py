@@ -44,6 +44,7 @@ class Tally:
     simulated: dict[str, list[float]] = field(
         default_factory=lambda: collections.defaultdict(list)
     )
+    cpu: list[float] = field(default_factory=list)
     wall: list[float] = field(default_factory=list)
     episode_simulated: list[float] = field(default_factory=list)
 
@@ -62,6 +63,7 @@ class Tally:
             "placement_error_mm": _spread(self.errors_mm),
             "planning_ms": {k: _spread([1000 * s for s in v]) for k, v in self.planning.items()},
             "simulated_s": {k: _spread(v) for k, v in self.simulated.items()},
+            "cpu_s_per_run": _spread(self.cpu),
             "wall_s_per_run": _spread(self.wall),
             "simulated_s_per_run": _spread(self.episode_simulated),
         }
@@ -243,7 +245,7 @@ def main() -> int:
         for run in range(options.seed, options.seed + options.runs):
             generator = np.random.default_rng(run)
             runner.where, runner.calls = f"run {run}", 1000 * run
-            started = time.perf_counter()
+            started, busy = time.perf_counter(), time.process_time()
             cell.reset(scattered(generator, count), seed=run)
             done = script(runner, generator)
             succeeded += done
@@ -252,6 +254,7 @@ def main() -> int:
                 if options.pictures:
                     runner.picture(f"{run}-failed")
             tally.wall.append(time.perf_counter() - started)
+            tally.cpu.append(time.process_time() - busy)
             tally.episode_simulated.append(cell.time)
     print("\n".join(tally.failures), file=sys.stderr)
     print(json.dumps({"succeeded": f"{succeeded}/{options.runs}", **tally.report()}, indent=1))

@@ -51,32 +51,55 @@ def corners_of(grasp: Grasp) -> list[Array]:
 def grasp_approaches(
     arm: Arm, look: Look, target: str, half_extents: Vector, seed: int
 ) -> Iterator[Approach]:
-    """Feasible approaches to grasps, the plainest and nearest first; then obstructed ones."""
+    """Feasible approaches to grasps, the plainest and nearest first; then one that is obstructed."""
+    position = look.poses[target].position
     height = top_of(look, target, half_extents) + CLEARANCE
+    groups = list(grasps_by_trouble(look.poses[target], half_extents))
     for restarts in (0, RESTARTS):
-        for group in grasps_by_trouble(look.poses[target], half_extents):
-            arm.scene.open_fingers(robot.MAXIMUM_OPENING)
-            reached = [
-                (q, grasp)
+        for group in groups:
+            ways = [
+                (q, end, grasp)
                 for grasp in group
-                for q in arm.solutions(
-                    _above(grasp, look.poses[target].position, height), look.q, seed, restarts
-                )
+                for end in _free_ends(arm, look, grasp, seed, restarts)
+                for q in _above_end(arm, grasp, end, position, height)
             ]
-            for q, grasp in sorted(reached, key=lambda pair: travel(pair[0], look.q)):
-                approach = line_to_grasp(arm, q, grasp)
+            for q, end, grasp in sorted(ways, key=lambda way: travel(way[0], look.q)):
+                approach = line_to_grasp(arm, q, grasp, end)
                 if approach is not None:
                     yield approach
-            if restarts and reached:
-                q, grasp = reached[0]
-                yield Approach(q, q[None], robot.MAXIMUM_OPENING, grasp.trouble)
+    arm.scene.open_fingers(look.opening)
+    for grasp in groups[0] if groups else []:
+        for q in arm.solutions(_above(grasp, position, height), look.q, seed, RESTARTS):
+            yield Approach(q, q[None], robot.MAXIMUM_OPENING, grasp.trouble)
 
 
-def line_to_grasp(arm: Arm, above: Array, grasp: Grasp) -> Approach | None:
+def _free_ends(
+    arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int
+) -> Iterator[Array]:
+    """Joint positions at the grasp that are free with the narrowest opening of the fingers.
+
+    Where it is the hand that is not free, no other joint positions are tried: the hand stays where it is.
+    """
+    arm.scene.open_fingers(grasp.openings[-1])
+    starts = arm.inverse.starts(grasp.tool, look.q, seed, restarts)
+    for q in arm.inverse.solutions(grasp.tool, starts):
+        if arm.scene.is_free(q, LINE_MARGIN):
+            yield q
+        elif arm.scene.hand_is_near(LINE_MARGIN):
+            return
+
+
+def _above_end(
+    arm: Arm, grasp: Grasp, end: Array, position: Vector, height: float
+) -> Iterator[Array]:
+    """Joint positions above the target, of the same branch as those at the grasp."""
+    q = arm.inverse.solve(_above(grasp, position, height), end)
+    if q is not None and arm.scene.is_free(q):
+        yield q
+
+
+def line_to_grasp(arm: Arm, above: Array, grasp: Grasp, end: Array) -> Approach | None:
     """The straight line to a grasp with the widest opening of the fingers that stays free."""
-    end = arm.inverse.solve(grasp.tool, above)
-    if end is None:
-        return None
     line: Array | None = None
     for opening in grasp.openings:
         arm.scene.open_fingers(opening)

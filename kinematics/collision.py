@@ -99,6 +99,13 @@ class CollisionScene:
         self.clearance(q)
         return self._touches()
 
+    def hand_is_near(self, margin: float) -> bool:
+        """Whether hand or fingers were nearer than the margin to something in the last check."""
+        return any(
+            touch.distance < margin and not set(touch.names).isdisjoint(robot.HAND_LINKS)
+            for touch in self._touches()
+        )
+
     def tolerate_here(self, *configurations: Array) -> None:
         """What is near at these joint positions may stay as near (not nearer) until `tolerate_nothing`."""
         tolerated: dict[tuple[int, int], float] = {}

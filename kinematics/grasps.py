@@ -18,11 +18,11 @@ from kinematics.geometry import transform_from
 FINGER_DEPTH = 0.025  # of the tool below the body's top, at most [m]
 LARGEST_TILT = math.radians(50)  # of the approach from the vertical
 FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
-NARROW_FINGER_ROOMS = (0.009, 0.005)  # where there is less
+NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
-_LIFTS = (0.0, 0.008, 0.015)  # of the tool along the body, so that the fingertips go in less deep [m]
-_SHIFTS = (0.0, 0.008, -0.008)  # of the tool along its x, across the faces [m]
+_LIFTS = (0.0, 0.008, 0.014, 0.019)  # of the tool along the body, so that the fingertips go in less deep [m]
+_SHIFTS = (0.0, 0.006, -0.006, 0.012, -0.012)  # of the tool along its x, across the faces [m]
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def grasps_by_trouble(pose: Pose, half_extents: Vector) -> Iterator[list[Grasp]]
 
 def _trouble(variant: tuple[float, float, float]) -> float:
     turn, lift, shift = variant
-    return abs(turn) / 15.0 + abs(lift) / 0.008 + abs(shift) / 0.008
+    return abs(turn) / 15.0 + abs(lift) / 0.008 + abs(shift) / 0.006
 
 
 def _closings(rotation: Array, half_extents: Vector) -> Iterator[tuple[Array, Array, float]]:

@@ -24,7 +24,8 @@ TABLE = "table"
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
 GRIP_FORCE = 40.0  # of each finger [N]
 CLOSING_SPEED = 0.15  # of each finger [m/s]
-SOLVER_ITERATIONS = 60
+SOLVER_ITERATIONS = 50
+RESIDUAL = 1e-4  # at which the solver stops early
 STILL = 0.01  # a body this slow has come to rest [m/s]
 _ARM = tuple(range(7))
 _FINGERS = (9, 10)
@@ -219,7 +220,8 @@ class Workcell:
         world.resetSimulation(physicsClientId=client)
         world.setPhysicsEngineParameter(
             fixedTimeStep=TIME_STEP, numSolverIterations=SOLVER_ITERATIONS,
-            deterministicOverlappingPairs=1, physicsClientId=client,
+            solverResidualThreshold=RESIDUAL, deterministicOverlappingPairs=1,
+            physicsClientId=client,
         )
         world.setGravity(0, 0, -9.81, physicsClientId=client)
         plane = world.createCollisionShape(world.GEOM_PLANE, physicsClientId=client)

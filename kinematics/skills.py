@@ -245,7 +245,8 @@ def _approach_from_here(arm: Arm, look: Look, cell: Workcell, target: str) -> Ap
     for group in grasps_by_trouble(look.poses[target], half_extents):
         for option in group:
             if angle_between(option.tool[:3, :3], look.tool[:3, :3]) < _TURNED:
-                approach = line_to_grasp(arm, look.q, option)
+                end = arm.inverse.solve(option.tool, look.q)
+                approach = None if end is None else line_to_grasp(arm, look.q, option, end)
                 if approach is not None:
                     return approach
     return None
