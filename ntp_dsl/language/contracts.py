@@ -69,7 +69,8 @@ def check_contracts(table: Table) -> None:
 class _Contracts:
     def __init__(self, table: Table) -> None:
         self._table = table
-        callables = [*table.apis.values(), *table.programs.values()]
+        callables: list[syntax.ApiDeclaration | syntax.ProgramDeclaration] = []
+        callables += [*table.apis.values(), *table.programs.values()]
         self._achievers: dict[Kind, list[str]] = {}
         for each in callables:
             for kind in self._kinds(each.achieves):
@@ -135,12 +136,20 @@ class _Contracts:
         return bool(parts) and all(self._holds(part, known, call, variables) for part in parts)
 
     def _is_excused(self, needed: Literal, call: syntax.Call) -> bool:
-        """`put_down` requires holding(any), and is due only while empty(gripper) does not hold."""
+        """`put_down` requires holding(any), and is due only while empty(gripper) does not hold.
+
+        The two must speak of the same things: that x is not held does not make the hand empty.
+        """
         kind = needed[0], needed[1].predicate
         return any(
-            (kind, (holds, atom.predicate)) in self._opposites or (not holds, atom) == needed
+            (kind, (holds, atom.predicate)) in self._opposites
+            and self._subjects(atom) == self._subjects(needed[1])
+            or (not holds, atom) == needed
             for holds, atom in self._contract(call, "achieves")
         )
+
+    def _subjects(self, atom: Atom) -> Set[str]:
+        return mentions(atom) - set(self._table.constants)
 
     def _parts(self, needed: Literal) -> list[Literal]:
         """What a composed predicate is made of, where it is nothing but a conjunction."""

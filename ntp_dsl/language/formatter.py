@@ -50,7 +50,7 @@ def _docstring(text: str, indent: str) -> list[str]:
 
 
 def _type(declaration: syntax.TypeDeclaration) -> list[str]:
-    parent = f" is {_type_name(declaration.parent)}" if declaration.parent else ""
+    parent = f" is {format_type(declaration.parent)}" if declaration.parent else ""
     return [f"type {declaration.name}{parent}"]
 
 
@@ -63,14 +63,14 @@ def _record(declaration: syntax.RecordDeclaration) -> list[str]:
 
 
 def _constant(declaration: syntax.ConstantDeclaration) -> list[str]:
-    return [f"constant {declaration.name}: {_type_name(declaration.type)}"]
+    return [f"constant {declaration.name}: {format_type(declaration.type)}"]
 
 
 def _predicate(declaration: syntax.PredicateDeclaration) -> list[str]:
     head = f"predicate {declaration.name}{_parameters(declaration.parameters)}"
     if declaration.body is not None:
         return [f"{head}:", format_expression(declaration.body)]
-    return [f"{head} -> {_type_name(declaration.result)}" if declaration.result else head]
+    return [f"{head} -> {format_type(declaration.result)}" if declaration.result else head]
 
 
 def _api(declaration: syntax.ApiDeclaration) -> list[str]:
@@ -86,7 +86,7 @@ def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
 
 def _task(declaration: syntax.TaskDeclaration) -> list[str]:
     lines = [f"task {declaration.name}:"]
-    groups = [f"{g.name}: {g.count} {_type_name(g.type)} on {g.place}" for g in declaration.scene]
+    groups = [f"{g.name}: {g.count} {format_type(g.type)} on {g.place}" for g in declaration.scene]
     if len(groups) == 1:
         lines.append(f"scene: {groups[0]}")
     elif groups:
@@ -122,13 +122,14 @@ def _parameters(parameters: Iterable[syntax.Parameter]) -> str:
 
 
 def _parameter(parameter: syntax.Parameter) -> str:
-    text = f"{parameter.name}: {_type_name(parameter.type)}"
+    text = f"{parameter.name}: {format_type(parameter.type)}"
     if parameter.low is None or parameter.high is None:
         return text
     return f"{text} in {_number(parameter.low)} .. {_number(parameter.high)}"
 
 
-def _type_name(name: syntax.TypeName) -> str:
+def format_type(name: syntax.TypeName) -> str:
+    """`Block`, or `list[Placement]`."""
     return f"list[{name.name}]" if name.is_list else name.name
 
 

@@ -103,11 +103,10 @@ def _header_mistakes(
 
 
 def _parse_piece(piece: Piece, mistakes: list[Diagnostic]) -> build.Item | None:
-    problem = pieces.unbalanced(piece)
-    if piece.keyword not in KEYWORDS:
-        problem = pieces.misspelt(piece)
-    if problem is not None:
-        mistakes.append(problem)
+    problems = [pieces.misspelt(piece)] if piece.keyword not in KEYWORDS else []
+    problems += pieces.unbalanced(piece)
+    if problems:
+        mistakes += problems
         return None
     try:
         tree = _lark().parse(piece.text, start=piece.keyword)

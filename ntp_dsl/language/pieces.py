@@ -51,11 +51,12 @@ def cut(text: str, path: Path | None) -> list[Piece]:
     lines = text.split("\n")
     depth, quoted = 0, False
     for index, line in enumerate(lines):
-        if _begins(line, depth, quoted, lines[starts[-1]] if starts else ""):
+        stray = not starts and line.strip() and not line.lstrip().startswith("#")
+        if stray or _begins(line, depth, quoted, lines[starts[-1]] if starts else ""):
             starts.append(index)
             depth, quoted = 0, False
         depth, quoted = _marks(line, depth, quoted)
-    ends = [*starts[1:], len(lines)]
+    ends = [*starts, len(lines)][1:]
     return [
         Piece("\n".join(lines[start:end]).rstrip() + "\n", start + 1, path)
         for start, end in zip(starts, ends, strict=True)
@@ -105,25 +106,24 @@ def _open_marks(text: str) -> Iterator[tuple[str, int]]:
             yield mark, match.start()
 
 
-def unbalanced(piece: Piece) -> Diagnostic | None:
+def unbalanced(piece: Piece) -> Iterator[Diagnostic]:
     """The first bracket or docstring that has no partner."""
     stack: list[tuple[str, int]] = []
     for mark, offset in _open_marks(piece.text):
         if mark == '"""':
-            return Diagnostic("E004", 'this docstring is never closed by """', piece.at(offset, 3))
+            yield Diagnostic("E004", 'this docstring is never closed by """', piece.at(offset, 3))
+            return
         if mark in PARTNERS:
             stack.append((mark, offset))
         elif not stack or PARTNERS[stack[-1][0]] != mark:
-            return Diagnostic(
-                "E003", f"nothing was opened that this '{mark}' closes", piece.at(offset)
-            )
+            message = f"nothing was opened that this '{mark}' closes"
+            yield Diagnostic("E003", message, piece.at(offset))
+            return
         else:
             stack.pop()
-    if not stack:
-        return None
-    mark, offset = stack[0]
-    message = f"this '{mark}' is never closed by a '{PARTNERS[mark]}'"
-    return Diagnostic("E003", message, piece.at(offset))
+    for mark, offset in stack[:1]:
+        message = f"this '{mark}' is never closed by a '{PARTNERS[mark]}'"
+        yield Diagnostic("E003", message, piece.at(offset))
 
 
 def misspelt(piece: Piece) -> Diagnostic:
@@ -135,5 +135,7 @@ def misspelt(piece: Piece) -> Diagnostic:
     if meant:
         message = f"nothing begins with '{found}'; did you mean '{meant}'?"
         return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
-    what = f"'{found}'" if found else repr(piece.text[0])
-    return Diagnostic("E002", f"no declaration begins with {what}", span, help=help)
+    message = f"no declaration begins with {found or piece.text[0]!r}"
+    if piece.text[0].isspace():
+        message = "this line is indented, and there is no declaration above it"
+    return Diagnostic("E002", message, span, help=help)

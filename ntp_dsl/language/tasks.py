@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import unknown
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.samplers import SAMPLERS, SamplerKind

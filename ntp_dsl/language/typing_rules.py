@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic, Note, nearest, unknown
+from ntp_dsl.language.formatter import format_type
 from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table, check_type
 from ntp_dsl.language.syntax import Expression, Span, TypeName
 
@@ -29,7 +30,8 @@ def tail(span: Span, name: str) -> Span:
 
 def phrase(type: TypeName) -> str:
     """A type as a reader would say it."""
-    return f"list[{type.name}]" if type.is_list else type.name
+    text = f"list[{type.name}]" if type.is_list else type.name
+    return f"{'an' if text[:1].lower() in 'aeiou' else 'a'} {text}"
 
 
 class Typing:
@@ -46,7 +48,7 @@ class Typing:
             case syntax.Atom():
                 declared = self._predicate(expression, names)
                 if declared is not None and declared.result is not None:
-                    self._not_a_truth(expression, f"a {phrase(declared.result)}")
+                    self._not_a_truth(expression, f"{phrase(declared.result)}")
             case syntax.Compare():
                 self._compare(expression, names)
             case syntax.Not(value):
@@ -62,7 +64,7 @@ class Typing:
             case _:
                 found = self.value(expression, names, None)
                 if found is not None:
-                    self._not_a_truth(expression, f"a {phrase(found)}")
+                    self._not_a_truth(expression, f"{phrase(found)}")
 
     def _not_a_truth(self, expression: Expression, what: str) -> None:
         message = f"this is {what}, where something true or false is meant"
@@ -158,7 +160,7 @@ class Typing:
             return None
         record = self._table.records.get(type.name)
         if record is None or type.is_list:
-            message = f"'{node.value.id}' is a {phrase(type)}, which has no fields"
+            message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
             help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
             self._table.report("E105", message, node.span, help)
             return None
@@ -191,7 +193,7 @@ class Typing:
         types = [self.value(side, names, expected) for side in (left, right)]
         for side, type in zip((left, right), types, strict=True):
             if type is not None and (type.name not in NUMBER_TYPES or type.is_list):
-                message = f"'{node.operator}' takes numbers, and this is a {phrase(type)}"
+                message = f"'{node.operator}' takes numbers, and this is {phrase(type)}"
                 self._table.report("E204", message, side.span)
                 return None
         return self._measure(node, types[0], types[1])
@@ -202,7 +204,7 @@ class Typing:
         if left is None or right is None or node.operator in "*/":
             return None  # what a product measures is left to the reader
         if left != right and "number" not in (left.name, right.name):
-            message = f"'{node.operator}' cannot join a {left.name} with a {right.name}"
+            message = f"'{node.operator}' cannot join {phrase(left)} with {phrase(right)}"
             self._table.report("E204", message, node.span)
             return None
         return right if left.name == "number" else left
@@ -213,10 +215,10 @@ class Typing:
         if left is None or right is None:
             return
         if not (self.fits(left, right) or self.fits(right, left)):
-            message = f"a {phrase(left)} is never compared with a {phrase(right)}"
+            message = f"{phrase(left)} is never compared with {phrase(right)}"
             self._table.report("E208", message, node.span)
         elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
-            message = f"'{node.operator}' orders numbers, and these are of type {phrase(left)}"
+            message = f"'{node.operator}' orders numbers, and these are each {phrase(left)}"
             self._table.report("E208", message, node.span)
 
     # Arguments
@@ -277,7 +279,7 @@ class Typing:
         """As many as declared, each of its parameter's type and in its range."""
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
         if len(parameters) != len(arguments):
-            listing = ", ".join(f"{each.name}: {phrase(each.type)}" for each in parameters)
+            listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
             message = (
                 f"'{declared.name}' takes {_count(len(parameters))}, here are {len(arguments)}"
             )
@@ -295,7 +297,7 @@ class Typing:
             return
         if not self.fits(found, parameter.type):
             message = (
-                f"'{parameter.name}' is a {phrase(parameter.type)}, and this is a {phrase(found)}"
+                f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
             )
             self._table.report("E202", message, argument.span, "", note)
         elif isinstance(argument, syntax.Number):
@@ -327,14 +329,14 @@ class Typing:
             return
         if parameter.type.name not in NUMBER_TYPES or parameter.type.is_list:
             message = (
-                f"only a number has a range, and '{parameter.name}' is a {phrase(parameter.type)}"
+                f"only a number has a range, and '{parameter.name}' is {phrase(parameter.type)}"
             )
             self._table.report("E204", message, parameter.low.span)
             return
         for bound in (parameter.low, parameter.high):
             found = self.number(bound, parameter.type)
             if found is not None and not self.fits(found, parameter.type):
-                message = f"'{parameter.name}' is a {parameter.type.name}, and this a {found.name}"
+                message = f"'{parameter.name}' is {phrase(parameter.type)}, and this {phrase(found)}"
                 self._table.report("E204", message, bound.span)
         low, high = si(parameter.low), si(parameter.high)
         if low is not None and high is not None and low > high:

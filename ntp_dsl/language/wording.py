@@ -6,6 +6,7 @@ from collections.abc import Set
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
 from ntp_dsl.language.pieces import WORD, Piece
+from ntp_dsl.language.syntax import Span
 
 LINE_END = "the end of the line"
 BLOCK_END = "the end of the block"
@@ -66,11 +67,23 @@ def unexpected(
     if misspelt is not None:
         return misspelt
     message = f"expected {expectation(expected)}, found {_found(kind, text)}"
-    fix = Fix(span, "") if kind == "_INDENT" else None
+    fix = None
+    if kind == "_INDENT":
+        message = "this line is indented further than the one above it, to which nothing belongs"
+        span = _next_line(piece, line)
     if kind == "_NEWLINE" and "':'" in expected and _opens_block(piece, line):
         message = "a ':' is missing at the end of this line"
         fix = Fix(piece.span(line, column, 0), ":")
     return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
+
+
+def _next_line(piece: Piece, line: int) -> Span:
+    """Where the next line that has text begins."""
+    rows = piece.text.split("\n")
+    for number, row in enumerate(rows[line:], start=line + 1):
+        if row.strip() and not row.lstrip().startswith("#"):
+            return piece.span(number, len(row) - len(row.lstrip()) + 1)
+    return piece.span(line, len(rows[line - 1]) + 1)
 
 
 def _advice(kind: str, expected: Set[str]) -> str:

@@ -1,0 +1,91 @@
+"""Text and tree say the same, and nothing that is not text brings the parser down."""
+
+from __future__ import annotations
+
+import random
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parent))  # so that this folder needs no package of its own
+from samples import libraries
+
+from ntp_dsl.language.checker import check
+from ntp_dsl.language.diagnostics import SourceError
+from ntp_dsl.language.formatter import format_library, hash_declaration
+from ntp_dsl.language.parser import parse
+from ntp_dsl.language.syntax import Library
+from ntp_dsl.registry import Registry
+from ntp_dsl.resources import examples_folder, library_folder
+
+TEXTS = sorted([*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")])
+slow = settings(
+    max_examples=120,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+
+
+@slow
+@given(libraries)
+def test_what_is_formatted_reads_back_as_the_same_tree(library: Library) -> None:
+    text = format_library(library)
+    assert parse(text) == library
+    assert format_library(parse(text)) == text
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.stem)
+def test_the_libraries_that_ship_read_back_as_the_same_tree(path: Path) -> None:
+    library = parse(path.read_text(), path)
+    assert parse(format_library(library)) == library
+
+
+def test_comments_layout_and_docstrings_do_not_change_a_hash() -> None:
+    plain = parse("library a\napi go(x: T) requires p(x) achieves q(x)\n")
+    spaced = parse(
+        'library a\n# why\napi go(\n  x: T\n):\n    """Goes."""\n    requires p( x )  # so\n'
+        "    achieves (q(x))\n"
+    )
+    other = parse("library a\napi go(x: T) requires q(x) achieves p(x)\n")
+    hashes = [hash_declaration(each.declarations[0]) for each in (plain, spaced, other)]
+    assert hashes[0] == hashes[1] != hashes[2]
+    assert len(hashes[0]) == 16
+
+
+def answers(text: str) -> Registry | SourceError:
+    """Whatever the text, the language answers with a registry or with its mistakes."""
+    try:
+        return check(parse(text))
+    except SourceError as error:
+        assert str(error) and error.diagnostics
+        assert all(each.span.line >= 1 for each in error.diagnostics)
+        return error
+
+
+@settings(max_examples=150, deadline=1000, derandomize=True)
+@given(st.binary(max_size=200))
+def test_noise_is_answered(noise: bytes) -> None:
+    answers(noise.decode("utf-8", errors="replace"))
+
+
+@pytest.mark.parametrize("seed", range(250))
+def test_a_mutated_library_is_answered(seed: int) -> None:
+    rng = random.Random(seed)
+    text = TEXTS[seed % len(TEXTS)].read_text()
+    for _ in range(rng.randint(1, 4)):
+        at, width = rng.randrange(len(text)), rng.choice([0, 1, 1, 5, 40])
+        noise = rng.choice(["", "(", ")", '"""', "\n", " ", ":", "all ", "for", "\t", "\0", "é", "[", "9e9"])
+        text = text[:at] + noise + text[at + width :]
+    answers(text)
+
+
+@pytest.mark.parametrize(
+    "piece", ["(", "not ", "x + ", "all p(x) for x in ", "[", '"""', "f(", "-", "1..", "\n for x in y:"]
+)
+def test_depth_without_end_is_answered(piece: str) -> None:
+    answers(f"library a\npredicate p(): {piece * 3000}x\n")
+    answers(f"library a\nprogram p():\n    {piece * 3000}x()\n")
