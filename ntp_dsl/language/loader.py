@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from ntp_dsl.registry import Registry
 from ntp_dsl.resources import examples_folder, library_folder
 
 SUFFIX = ".ntp"
+USE = re.compile(r"use[ \t]+([A-Za-z_][A-Za-z0-9_]*)")
 
 
 def load(path_or_folder: Path | str) -> Registry:
@@ -94,9 +96,11 @@ class _Reading:
             library = parse(text, path)
         except SourceError as error:
             self.mistakes += error.diagnostics
-            return
-        self.libraries[path] = library
-        for use in library.uses:
+            uses = _uses(self.sources[path], path)
+        else:
+            self.libraries[path] = library
+            uses = library.uses
+        for use in uses:
             self._follow(use, path, (*above, path))
 
     def _follow(self, use: syntax.Use, path: Path, above: tuple[Path, ...]) -> None:
@@ -112,6 +116,16 @@ class _Reading:
             self.mistakes.append(Diagnostic("E304", message, use.span))
         elif target not in self.sources:
             self.visit(target, above)
+
+
+def _uses(text: str, path: Path) -> tuple[syntax.Use, ...]:
+    """What a text that does not parse says that it uses, so that those libraries are read as well."""
+    uses = []
+    for line, row in enumerate(text.split("\n"), start=1):
+        if match := USE.match(row):
+            span = syntax.Span(path, line, match.start(1) + 1, line, match.end(1) + 1)
+            uses.append(syntax.Use(match.group(1), span=span))
+    return tuple(uses)
 
 
 def _places(name: str, path: Path) -> Iterator[Path]:
