@@ -1,4 +1,4 @@
-"""A checked library: programs, apis and signatures by name, who may call whom, and what each declaration hashes to."""
+"""A checked library: what it declares, by name; who may call whom; and each declaration's hash."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ntp_dsl.language import syntax
 
 @dataclass(frozen=True)
 class Parameter:
-    """A typed parameter. `record` names the element type of a list, which only a demonstration shows."""
+    """A typed parameter; of a list, `type` is the elements', which only a demonstration shows."""
 
     name: str
     type: str
@@ -44,7 +44,7 @@ class Api(Callable):
 
 @dataclass(frozen=True)
 class Program(Callable):
-    """A reactive program. `callees` are those that its body names, each once, in the order of the body."""
+    """A reactive program. `callees` are those that its body names, each once, in its order."""
 
     body: tuple[syntax.Statement, ...] = ()
     callees: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class Program(Callable):
 
 @dataclass(frozen=True)
 class Registry:
-    """A checked library. Holding one is the proof: experts, worlds and the core take nothing less."""
+    """A checked library. Holding one is the proof: whatever runs it takes nothing less."""
 
     name: str
     parents: Mapping[str, str | None]  # type -> its parent

@@ -1,4 +1,4 @@
-"""From libraries to a registry: every mistake of all of them at once, or the proof that there is none."""
+"""From libraries to a registry: every mistake at once, or the proof that there is none."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from ntp_dsl.language import contracts, hierarchy, syntax, tasks
 from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.formatter import hash_declaration
 from ntp_dsl.language.names import Table, check_type, collect
-from ntp_dsl.language.typing_rules import Names, Typing, si
+from ntp_dsl.language.signatures import Names, check_parameters, si
+from ntp_dsl.language.typing_rules import Typing
 
 
 def check(
@@ -54,22 +55,22 @@ def _declarations(table: Table) -> Iterator[syntax.Declaration]:
 def _check_declaration(declaration: syntax.Declaration, table: Table, typing: Typing) -> None:
     match declaration:
         case syntax.RecordDeclaration():
-            typing.parameters(declaration.fields)
+            check_parameters(table, declaration.fields)
         case syntax.ConstantDeclaration():
             if declaration.type.is_list or declaration.type.name not in table.types:
                 if check_type(table, declaration.type):
                     message = "a constant is one thing of the scene"
                     table.report("E202", message, declaration.type.span)
         case syntax.PredicateDeclaration():
-            names = typing.parameters(declaration.parameters)
+            names = check_parameters(table, declaration.parameters)
             if declaration.body is not None:
                 typing.condition(declaration.body, names)
             if declaration.result is not None:
                 check_type(table, declaration.result)
         case syntax.ApiDeclaration():
-            _check_contract(declaration, typing)
+            _check_contract(declaration, table, typing)
         case syntax.ProgramDeclaration():
-            names = _check_contract(declaration, typing)
+            names = _check_contract(declaration, table, typing)
             for statement in declaration.body:
                 _check_statement(statement, names, table, typing)
             _check_shape(declaration, table)
@@ -78,9 +79,9 @@ def _check_declaration(declaration: syntax.Declaration, table: Table, typing: Ty
 
 
 def _check_contract(
-    declaration: syntax.ApiDeclaration | syntax.ProgramDeclaration, typing: Typing
+    declaration: syntax.ApiDeclaration | syntax.ProgramDeclaration, table: Table, typing: Typing
 ) -> Names:
-    names = typing.parameters(declaration.parameters)
+    names = check_parameters(table, declaration.parameters)
     for condition in (declaration.requires, declaration.achieves):
         if condition is not None:
             typing.condition(condition, names)

@@ -9,8 +9,8 @@ from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.hierarchy import innermost, loops, mentions
 from ntp_dsl.language.names import Table
+from ntp_dsl.language.signatures import head
 from ntp_dsl.language.syntax import Atom, Expression, Field, Name, ProgramDeclaration, Statement
-from ntp_dsl.language.typing_rules import head
 
 Literal = tuple[bool, Atom]  # a predicate that holds, or does not
 Kind = tuple[bool, str]
@@ -60,7 +60,7 @@ def _matches(needed: Literal, provided: Literal) -> bool:
 
 
 def check_contracts(table: Table) -> None:
-    """Each requirement of a call is provided before it: by the contract, an earlier call or a loop."""
+    """Each requirement of a call is provided before it: by contract, earlier call or loop."""
     contracts = _Contracts(table)
     for program in table.programs.values():
         table.mistakes += contracts.check(program)
@@ -111,7 +111,9 @@ class _Contracts:
                 if not self._holds(needed, here, call, variables):
                     yield self._missing(needed, call, program)
             every: dict[str, Expression] = dict.fromkeys(variables, EVERY)
-            achieved = ((h, _substitute_atom(a, every)) for h, a in self._contract(call, "achieves"))
+            achieved = (
+                (h, _substitute_atom(a, every)) for h, a in self._contract(call, "achieves")
+            )
             known += self._expand(achieved)
 
     def _contract(self, call: syntax.Call, side: str) -> list[Literal]:

@@ -1,4 +1,4 @@
-"""What can be said about a text: one mistake is one `Diagnostic`, and all of them travel in one `SourceError`.
+"""What can be said about a text: a mistake is a `Diagnostic`, and all travel in one `SourceError`.
 
 NtpError                   anything a user did that cannot work; the message is for them
 +-- SourceError            the text of a library is at fault; carries every diagnostic
@@ -34,7 +34,10 @@ class Note:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One mistake. Codes are stable: E0 syntax, E1 names, E2 types, E3 duplicates, E4 contracts, E5 tasks."""
+    """One mistake, with a stable code.
+
+    E0 is syntax, E1 names, E2 types, E3 duplicates and circles, E4 contracts, E5 tasks.
+    """
 
     code: str
     message: str
@@ -94,7 +97,7 @@ def _excerpt(span: Span, source: str | None) -> list[str]:
         return []
     row = rows[span.line - 1]
     end = span.end_column if span.end_line == span.line else len(row) + 1
-    # Tabs are copied under the tabs of the line above, so that the caret stands where the eye expects it.
+    # Tabs are copied, so that the caret stands where the eye expects it.
     indent = "".join("\t" if letter == "\t" else " " for letter in row[: span.column - 1])
     margin = " " * len(str(span.line))
     caret = "^" * max(1, min(end, len(row) + 1) - span.column)

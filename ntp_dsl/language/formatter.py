@@ -1,4 +1,4 @@
-"""From syntax tree to canonical text: `parse(format_library(tree)) == tree`, and equal trees have equal texts."""
+"""From syntax tree to canonical text: equal trees have equal texts, and the text reads back."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _docstring(text: str, indent: str) -> list[str]:
     return [lines[0] + '"""']
 
 
-# Declarations: the first line stands at the margin, the others are indented below it ---------------------------
+# Declarations: the first line stands at the margin, the others are indented below it ------------
 
 
 def _type(declaration: syntax.TypeDeclaration) -> list[str]:
@@ -141,7 +141,7 @@ def _sampler(sampler: syntax.Sampler) -> str:
     return f"{sampler.name}({', '.join([*sampler.groups, *options])})"
 
 
-# Statements ------------------------------------------------------------------------------------------------
+# Statements -------------------------------------------------------------------------------------
 
 
 def _statement(statement: syntax.Statement) -> list[str]:
@@ -158,11 +158,11 @@ def _call(call: syntax.Call) -> str:
     return f"{call.callee}({', '.join(_expression(each, SUM) for each in call.arguments)})"
 
 
-# Expressions -----------------------------------------------------------------------------------------------
+# Expressions ------------------------------------------------------------------------------------
 
 # How tightly a node holds its parts together. What is not listed never needs brackets.
 TIGHTNESS: dict[type[syntax.Node], int] = {
-    syntax.Quantified: 0,  # reaches as far as it can, so it is bracketed wherever something may follow
+    syntax.Quantified: 0,  # reaches as far as it can: bracketed wherever something may follow
     syntax.Or: 1,
     syntax.And: 2,
     syntax.Not: 3,

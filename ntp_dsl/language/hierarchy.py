@@ -1,4 +1,4 @@
-"""Who calls whom: recursion that makes progress, and apis that promise nothing only where nothing waits for them."""
+"""Who calls whom: recursion makes progress, calls end in apis, and nothing waits in vain."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.names import Table
+from ntp_dsl.language.signatures import head
 from ntp_dsl.language.syntax import Expression, Name, Statement
-from ntp_dsl.language.typing_rules import head
 
 
 def innermost(statement: Statement) -> syntax.Call:

@@ -21,7 +21,8 @@ def load(path_or_folder: Path | str) -> Registry:
     """Parse and check a library and all that it uses.
 
     Args:
-        path_or_folder: an `.ntp` file, a folder that holds one, or the name of an example or of a standard library.
+        path_or_folder: an `.ntp` file, a folder that holds one, or the name of an example or of a
+            standard library.
     """
     libraries, sources = read_all(find(path_or_folder))
     return check(*libraries, sources=sources)
@@ -73,7 +74,7 @@ def read(path: Path) -> str:
 
 
 def read_all(path: Path) -> tuple[list[syntax.Library], dict[Path | None, str]]:
-    """The library, then all that it uses, each once; every syntax error of all of them is reported together."""
+    """The library, then all that it uses, each once; all their syntax errors come together."""
     reading = _Reading()
     reading.visit(path, ())
     if reading.mistakes:
@@ -119,7 +120,7 @@ class _Reading:
 
 
 def _uses(text: str, path: Path) -> tuple[syntax.Use, ...]:
-    """What a text that does not parse says that it uses, so that those libraries are read as well."""
+    """What a text uses that does not parse, so that those libraries are read as well."""
     uses = []
     for line, row in enumerate(text.split("\n"), start=1):
         if match := USE.match(row):

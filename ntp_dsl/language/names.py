@@ -1,4 +1,4 @@
-"""From libraries to one table of names: who declared what, and what was declared twice, in a circle, or not at all."""
+"""From libraries to one table of names: what was declared, twice, in a circle, or not at all."""
 
 from __future__ import annotations
 
@@ -28,8 +28,11 @@ D = TypeVar("D", bound=Declaration)
 
 @dataclass
 class Table:
-    """Every declaration by name, in the namespaces of the language: programs and apis share one, and so do the
-    kinds of type, and constants with enumerations' members. A predicate may be called like a program."""
+    """Every declaration by name, in the namespaces of the language.
+
+    Programs and apis share one, and so do the kinds of type, and constants with enumerations'
+    members. A predicate may be called like a program.
+    """
 
     types: dict[str, syntax.TypeDeclaration] = field(default_factory=dict)
     enums: dict[str, syntax.EnumDeclaration] = field(default_factory=dict)
@@ -82,7 +85,7 @@ SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, 
 
 
 def collect(libraries: Iterable[syntax.Library]) -> Table:
-    """One table of all libraries; the first declaration of a name stands, later ones are mistakes."""
+    """One table of all libraries; a name's first declaration stands, later ones are mistakes."""
     table = Table()
     owners: dict[tuple[str, str], tuple[str, Declaration]] = {}
     for library in libraries:

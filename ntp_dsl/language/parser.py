@@ -14,6 +14,7 @@ from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
 from ntp_dsl.language import build, pieces, wording
+from ntp_dsl.language.build_terms import Word
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, SourceError
 from ntp_dsl.language.pieces import KEYWORDS, Piece
 from ntp_dsl.language.syntax import NOWHERE, Declaration, Library, Span, Use
@@ -116,7 +117,7 @@ def _parse_piece(piece: Piece, mistakes: list[Diagnostic]) -> build.Item | None:
     except DedentError:
         mistakes.append(wording.dedent(piece))
         return None
-    builder = build.Builder(piece)
+    builder = build.Builder()
     item = _Transformer(builder, piece).transform(tree)
     mistakes += builder.mistakes
     return None if builder.mistakes else item
@@ -147,8 +148,8 @@ class _Transformer(Transformer_NonRecursive[Token, build.Item]):
         words = [self._word(child) if isinstance(child, Token) else child for child in children]
         return cast(build.Item, getattr(self._builder, str(data))(self._span(meta), *words))
 
-    def _word(self, token: Token) -> build.Word:
-        return build.Word(str(token), self._span(token))
+    def _word(self, token: Token) -> Word:
+        return Word(str(token), self._span(token))
 
     def _span(self, place: Meta | Token) -> Span:
         if getattr(place, "line", None) is None:

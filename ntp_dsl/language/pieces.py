@@ -1,4 +1,4 @@
-"""From text to pieces: one declaration each, cut where a line begins at the margin, so that mistakes stay apart."""
+"""From text to pieces, cut where a line begins at the margin, so that mistakes stay apart."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Piece:
 
 
 def cut(text: str, path: Path | None) -> list[Piece]:
-    """Every line at the margin begins a piece, unless a bracket or a docstring is open across it."""
+    """Every line at the margin begins a piece, unless a bracket or a docstring is open there."""
     starts: list[int] = []
     lines = text.split("\n")
     depth, quoted = 0, False
@@ -90,7 +90,7 @@ def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
 
 
 def _open_marks(text: str) -> Iterator[tuple[str, int]]:
-    """Brackets and docstring quotes with their offsets; comments and docstrings' insides are skipped."""
+    """Brackets and open docstrings with their offsets; comments and docstrings are skipped."""
     position = 0
     while match := MARKS.search(text, position):
         mark, position = match.group(), match.end()

@@ -1,4 +1,4 @@
-"""The ways in which a task may draw its goals: what each yields, its knobs, and which settings nothing can meet."""
+"""The ways in which a task may draw its goals, their knobs, and which settings nothing can meet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Flaw = tuple[str, str]  # the option at fault, and what is wrong with it
 
 @dataclass(frozen=True)
 class SamplerKind:
-    """A sampler: the record that its goals are lists of, its knobs, and a test of their settings."""
+    """A sampler: the record that its goals are lists of, its knobs, and their test."""
 
     record: str
     options: tuple[str, ...]
@@ -25,7 +25,7 @@ def blocks_needed(placements: int, height: int) -> int:
 
 
 def _tower_flaws(options: Mapping[str, Option], blocks: int) -> Iterator[Flaw]:
-    """`height` is that of the highest tower: height=4 means that one has four blocks and none more."""
+    """`height` is the highest tower's: height=4 means that one has four blocks and none more."""
     placements, height = options["placements"], options["height"]
     if placements.low < 1:
         yield "placements", "a goal without a placement is empty: nothing would have to be done"

@@ -1,4 +1,4 @@
-"""The syntax tree of a task library. Nodes are frozen and compare by what they mean, not by where they stand."""
+"""The syntax tree of a task library. Nodes compare by what they mean, not by where they stand."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Generator(Node):
 
 @dataclass(frozen=True)
 class Quantified(Node):
-    """`all BODY for …` or `some BODY for …`; `all` over nothing is true, `some` over nothing false."""
+    """`all BODY for …` or `some BODY for …`; over nothing, `all` is true and `some` false."""
 
     quantifier: str  # all, some
     body: Expression
@@ -138,7 +138,7 @@ class When(Node):
 
 @dataclass(frozen=True)
 class For(Node):
-    """One call per element; nested generators (`for m in goal: for o in T if c:`) are nested nodes."""
+    """One call per element; nested loops (`for m in goal: for o in T if c:`) are nested nodes."""
 
     generator: Generator
     body: Statement
@@ -206,9 +206,10 @@ class ConstantDeclaration(Declaration):
 
 @dataclass(frozen=True)
 class PredicateDeclaration(Declaration):
-    """`predicate on(item: Object, support: Place)` is the world's to decide; with a body, a composition.
+    """`predicate on(item: Object, support: Place)`: the world's to decide, or composed, by a body.
 
-    With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number or an enumeration's member.
+    With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number, or a member
+    of an enumeration.
     """
 
     parameters: tuple[Parameter, ...] = ()
@@ -243,7 +244,7 @@ class SceneGroup(Node):
 
 @dataclass(frozen=True)
 class Option(Node):
-    """`placements=1..6`, `height=4`: a knob of a goal's sampler; a single number is a range of one."""
+    """`placements=1..6`, `height=4`: a sampler's knob; a single number is a range of one."""
 
     name: str
     low: int

@@ -1,12 +1,13 @@
-"""What a task must say: a scene, a goal that can be drawn from it, the program to run, and what success is."""
+"""What a task must say: a scene, a goal that it allows, the program to run, and what success is."""
 
 from __future__ import annotations
 
 from ntp_dsl.language.diagnostics import unknown
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.samplers import SAMPLERS, SamplerKind
+from ntp_dsl.language.signatures import head, tail
 from ntp_dsl.language.syntax import Option, Sampler, SceneGroup, TaskDeclaration, TypeName
-from ntp_dsl.language.typing_rules import Typing, head, tail
+from ntp_dsl.language.typing_rules import Typing
 
 GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 SECTIONS = {

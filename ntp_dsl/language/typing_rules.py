@@ -1,37 +1,18 @@
-"""What an expression stands for: a thing of some type, a number, a member of an enumeration, or a truth."""
+"""What an expression stands for: a thing, a number, a member of an enumeration, or a truth."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic, Note, nearest, unknown
 from ntp_dsl.language.formatter import format_type
-from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table, check_type
-from ntp_dsl.language.syntax import Expression, Span, TypeName
-
-Names = Mapping[str, TypeName]  # parameters and loop variables in sight
+from ntp_dsl.language.names import NUMBER_TYPES, Table
+from ntp_dsl.language.signatures import Names, fits, head, measure, phrase, si, tail
+from ntp_dsl.language.syntax import Expression, TypeName
 
 CONDITIONS = (syntax.Compare, syntax.Not, syntax.And, syntax.Or, syntax.Quantified)
 ORDERED = {"<", "<=", ">", ">="}
-
-
-def head(span: Span, name: str) -> Span:
-    """The name with which a stretch of text begins."""
-    return Span(span.path, span.line, span.column, span.line, span.column + len(name))
-
-
-def tail(span: Span, name: str) -> Span:
-    """The name with which a stretch of text ends."""
-    return Span(
-        span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column
-    )
-
-
-def phrase(type: TypeName) -> str:
-    """A type as a reader would say it."""
-    text = f"list[{type.name}]" if type.is_list else type.name
-    return f"{'an' if text[:1].lower() in 'aeiou' else 'a'} {text}"
 
 
 class Typing:
@@ -107,14 +88,14 @@ class Typing:
     def value(
         self, expression: Expression, names: Names, expected: TypeName | None
     ) -> TypeName | None:
-        """The type of a thing, a number or a member; None where a mistake was reported or anything would do."""
+        """A value's type; None where a mistake was reported or anything would do."""
         match expression:
             case syntax.Name(id):
                 return self._name(expression, id, names, expected)
             case syntax.Field():
                 return self._field(expression, names)
             case syntax.Number():
-                return self.number(expression, expected)
+                return measure(self._table, expression, expected)
             case syntax.Arithmetic(_, left, right):
                 return self._arithmetic(expression, left, right, names, expected)
             case syntax.Atom():
@@ -171,17 +152,6 @@ class Typing:
             self._table.mistakes.append(unknown("E105", what, node.name, span, fields))
         return fields.get(node.name)
 
-    def number(self, number: syntax.Number, expected: TypeName | None = None) -> TypeName | None:
-        """What the number measures; without a unit, whatever number is expected, in SI."""
-        if not number.unit:
-            fits = expected is not None and expected.name in NUMBER_TYPES
-            return expected if fits else TypeName("number")
-        if number.unit in UNITS:
-            return TypeName(UNITS[number.unit][0])
-        span = tail(number.span, number.unit)
-        self._table.mistakes.append(unknown("E107", "there is no unit", number.unit, span, UNITS))
-        return None
-
     def _arithmetic(
         self,
         node: syntax.Arithmetic,
@@ -214,7 +184,7 @@ class Typing:
         right = self.value(node.right, names, left)
         if left is None or right is None:
             return
-        if not (self.fits(left, right) or self.fits(right, left)):
+        if not (fits(self._table, left, right) or fits(self._table, right, left)):
             message = f"{phrase(left)} is never compared with {phrase(right)}"
             self._table.report("E208", message, node.span)
         elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
@@ -222,16 +192,6 @@ class Typing:
             self._table.report("E208", message, node.span)
 
     # Arguments
-
-    def fits(self, actual: TypeName, expected: TypeName) -> bool:
-        """Whether a value of one type may stand where the other is declared."""
-        if not actual.name or not expected.name or expected.name not in self._table.type_names():
-            return True
-        if actual.is_list != expected.is_list:
-            return False
-        if actual.name in NUMBER_TYPES and expected.name in NUMBER_TYPES:
-            return actual.name == expected.name or "number" in (actual.name, expected.name)
-        return self._table.is_a(actual.name, expected.name)
 
     def _predicate(self, atom: syntax.Atom, names: Names) -> syntax.PredicateDeclaration | None:
         declared = self._table.predicates.get(atom.predicate)
@@ -295,10 +255,8 @@ class Typing:
         found = self.value(argument, names, parameter.type)
         if found is None:
             return
-        if not self.fits(found, parameter.type):
-            message = (
-                f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
-            )
+        if not fits(self._table, found, parameter.type):
+            message = f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
             self._table.report("E202", message, argument.span, "", note)
         elif isinstance(argument, syntax.Number):
             value, low, high = map(si, (argument, parameter.low, parameter.high))
@@ -310,46 +268,6 @@ class Typing:
             ):
                 message = f"'{parameter.name}' lies in {low:g} .. {high:g}, and this is {value:g}"
                 self._table.report("E203", message, argument.span, "", note)
-
-    def parameters(self, parameters: Sequence[syntax.Parameter]) -> Names:
-        """The names that a signature declares, each once and of a type that exists."""
-        names: dict[str, TypeName] = {}
-        for parameter in parameters:
-            if parameter.name in names:
-                message = f"two parameters are called '{parameter.name}'"
-                self._table.report("E305", message, parameter.span)
-            known = check_type(self._table, parameter.type)
-            names[parameter.name] = parameter.type if known else TypeName("")
-            if known:
-                self._range(parameter)
-        return names
-
-    def _range(self, parameter: syntax.Parameter) -> None:
-        if parameter.low is None or parameter.high is None:
-            return
-        if parameter.type.name not in NUMBER_TYPES or parameter.type.is_list:
-            message = (
-                f"only a number has a range, and '{parameter.name}' is {phrase(parameter.type)}"
-            )
-            self._table.report("E204", message, parameter.low.span)
-            return
-        for bound in (parameter.low, parameter.high):
-            found = self.number(bound, parameter.type)
-            if found is not None and not self.fits(found, parameter.type):
-                message = f"'{parameter.name}' is {phrase(parameter.type)}, and this {phrase(found)}"
-                self._table.report("E204", message, bound.span)
-        low, high = si(parameter.low), si(parameter.high)
-        if low is not None and high is not None and low > high:
-            self._table.report(
-                "E203", "this range is empty: it ends below its start", parameter.low.span
-            )
-
-
-def si(number: syntax.Number | None) -> float | None:
-    """The number in SI units."""
-    if number is None:
-        return None
-    return number.value * UNITS.get(number.unit, ("", 1.0))[1]
 
 
 def _count(number: int) -> str:

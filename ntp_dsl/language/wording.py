@@ -1,4 +1,4 @@
-"""What the parser stumbled over, in a user's words: what was expected, what was found, what was perhaps meant."""
+"""What the parser stumbled over, in a user's words: expected, found, and perhaps meant."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def unreadable(piece: Piece, line: int, column: int, letter: str) -> Diagnostic:
 
 
 def dedent(piece: Piece) -> Diagnostic:
-    """A line that is indented less than the block above it, but not as little as the block around."""
+    """A line that is indented less than the block above it, but more than the block around."""
     levels = [0]
     for number, row in enumerate(piece.text.split("\n"), start=1):
         bare = row.expandtabs(8)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from ntp_dsl.language import syntax as s
-from ntp_dsl.language.build import RESERVED, clean
+from ntp_dsl.language.build import clean
+from ntp_dsl.language.build_terms import RESERVED
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name not in RESERVED and name != "list"
@@ -23,8 +24,10 @@ terms = st.recursive(
     | st.builds(s.Field, st.builds(s.Name, names), names)
     | st.just(s.Wildcard())
     | numbers,
-    lambda inner: st.builds(s.Arithmetic, st.sampled_from("+-*/"), inner, inner)
-    | st.builds(s.Atom, names, st.lists(inner, max_size=2).map(tuple)),
+    lambda inner: (
+        st.builds(s.Arithmetic, st.sampled_from("+-*/"), inner, inner)
+        | st.builds(s.Atom, names, st.lists(inner, max_size=2).map(tuple))
+    ),
     max_leaves=4,
 )
 atoms = st.builds(s.Atom, names, st.lists(terms, max_size=3).map(tuple))
@@ -40,22 +43,25 @@ def _several(inner: st.SearchStrategy[s.Expression]) -> st.SearchStrategy[tuple[
 
 conditions = st.recursive(
     atoms | st.builds(s.Compare, st.sampled_from(["==", "!=", "<", "<=", ">", ">="]), terms, terms),
-    lambda inner: st.builds(s.Not, inner)
-    | st.builds(s.And, _several(inner))
-    | st.builds(s.Or, _several(inner))
-    | st.builds(
-        s.Quantified,
-        st.sampled_from(["all", "some"]),
-        inner,
-        st.lists(_generators(inner), min_size=1, max_size=2).map(tuple),
+    lambda inner: (
+        st.builds(s.Not, inner)
+        | st.builds(s.And, _several(inner))
+        | st.builds(s.Or, _several(inner))
+        | st.builds(
+            s.Quantified,
+            st.sampled_from(["all", "some"]),
+            inner,
+            st.lists(_generators(inner), min_size=1, max_size=2).map(tuple),
+        )
     ),
     max_leaves=5,
 )
 calls = st.builds(s.Call, names, st.lists(terms, max_size=2).map(tuple))
 statements = st.recursive(
     calls,
-    lambda inner: st.builds(s.When, conditions, inner)
-    | st.builds(s.For, _generators(conditions), inner),
+    lambda inner: (
+        st.builds(s.When, conditions, inner) | st.builds(s.For, _generators(conditions), inner)
+    ),
     max_leaves=3,
 )
 types = st.builds(s.TypeName, names, st.booleans())

@@ -83,5 +83,7 @@ def test_loading_a_library_imports_nothing_heavy() -> None:
         "import sys; from ntp_dsl.language.loader import load; load('block_stacking')\n"
         "print(*{'torch', 'pybullet', 'mujoco', 'numpy'} & set(sys.modules))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == ""

@@ -22,7 +22,9 @@ program build(goal: list[Placement]):
     for p in goal:
         pick_and_place(p.item, p.support)
 """
-PROGRAM = "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"
+PROGRAM = (
+    "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"
+)
 PUSH = "enum Side: left, right\napi push(x: Object, side: Side, way: length in 0 .. 0.3 m)\n"
 
 
@@ -88,21 +90,26 @@ MEANING = {
     "a loop over one thing": ("E206", PROGRAM + "    for y in @x:\n        pick(y)\n"),
     "a call with any": ("E207", PROGRAM + "    pick(@any)\n"),
     "a thing like a number": ("E208", "predicate near(x: Object): @x == 3\n"),
-    "a program twice": ("E301", PROGRAM + "    pick(x)\n" + PROGRAM.replace("go", "@go") + "    pick(x)\n"),
+    "a program twice": ("E301",
+        PROGRAM + "    pick(x)\n" + PROGRAM.replace("go", "@go") + "    pick(x)\n"),
     "a member twice": ("E301", "enum Side: left, @left\n"),
-    "a clash with a used library": ("E302", "program @pick(x: Object):\n    achieves clear(x)\n    clear(x)\n"),
+    "a clash with a used library": ("E302",
+        "program @pick(x: Object):\n    achieves clear(x)\n    clear(x)\n"),
     "a type of itself": ("E303", "type Cup is @Cup\n"),
     "a parameter twice": ("E305", "predicate near(x: Object, @x: Object)\n"),
-    "a variable twice": ("E306", PROGRAM + "    for @x in Object if on(x, table):\n        pick(x)\n"),
+    "a variable twice": ("E306",
+        PROGRAM + "    for @x in Object if on(x, table):\n        pick(x)\n"),
     "no achieves": ("E401", "program @go(x: Object):\n    clear(x)\n"),
-    "an api without achieves first": ("E402", PUSH + PROGRAM + "    @push(x, left, 3 cm)\n    pick(x)\n"),
+    "an api without achieves first": ("E402",
+        PUSH + PROGRAM + "    @push(x, left, 3 cm)\n    pick(x)\n"),
     "a requirement from nowhere": (
         "E403", "program go(x: Object):\n    requires present(x) and reachable(x)\n"
         "    achieves clear(x)\n    move_to(x)\n    clear(x)\n    @grasp(x)\n"),
     "a fact required too low": ("E403", "program go(x: Movable):\n    requires present(x)\n"
                                 "    achieves holding(x)\n    @pick(x)\n"),
     "recursion without a loop": ("E404", PROGRAM + "    pick(x)\n    @go(x)\n"),
-    "recursion that stays": ("E404", PROGRAM + "    for y in Object if on(y, x):\n        @go(x)\n    pick(x)\n"),
+    "recursion that stays": ("E404",
+        PROGRAM + "    for y in Object if on(y, x):\n        @go(x)\n    pick(x)\n"),
     "no call": ("E405", "program @go(x: Object):\n    achieves clear(x)\n"),
     "a predicate of itself": ("E407", "predicate @near(x: Object): near(x) and clear(x)\n"),
     "no success": ("E501", TASK.replace("task t", "task @t").replace(
@@ -111,7 +118,8 @@ MEANING = {
     "a tower of one": ("E502", TASK.replace("height=2", "@height=1")),
     "a range of nothing": ("E502", TASK.replace("placements=1..6", "@placements=6..1")),
     "too few blocks": ("E502", TASK.replace("placements=1..6", "@placements=1..7")),
-    "too few placements": ("E502", TASK.replace("placements=1..6", "@placements=1..6").replace("=2..4", "=4")),
+    "too few placements": ("E502",
+        TASK.replace("placements=1..6", "@placements=1..6").replace("=2..4", "=4")),
     "no option": ("E502", TASK.replace("towers(", "@towers(").replace(", height=2..4", "")),
     "no blocks": ("E502", TASK.replace("blocks: 8", "@blocks: 0")),
     "a list of blocks as a goal": ("E202", TASK.replace("build(goal)\n", "build(@blocks)\n")),
@@ -124,7 +132,9 @@ def test_a_mistake_is_named_and_located(name: str) -> None:
     code, text = {**SYNTAX, **MEANING}[name]
     before = text[: text.index("@")]
     place = before.count("\n") + 3, len(before) - (before.rfind("\n") + 1) + 1
-    found = [(each.code, each.span.line, each.span.column) for each in mistakes(text.replace("@", ""))]
+    found = [
+        (each.code, each.span.line, each.span.column) for each in mistakes(text.replace("@", ""))
+    ]
     assert (code, *place) in found
     assert name in {"no blocks", "an open docstring"} or len({row[1] for row in found}) == 1, found
 

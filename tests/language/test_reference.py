@@ -27,5 +27,7 @@ def test_every_example_of_the_reference_checks() -> None:
 
 
 def test_every_keyword_has_an_example() -> None:
-    kinds = {type(each).__name__.removesuffix("Declaration").lower() for each in reference().declarations}
+    kinds = {
+        type(each).__name__.removesuffix("Declaration").lower() for each in reference().declarations
+    }
     assert kinds | {"library", "use"} >= set(KEYWORDS)

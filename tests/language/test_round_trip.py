@@ -78,13 +78,16 @@ def test_a_mutated_library_is_answered(seed: int) -> None:
     text = TEXTS[seed % len(TEXTS)].read_text()
     for _ in range(rng.randint(1, 4)):
         at, width = rng.randrange(len(text)), rng.choice([0, 1, 1, 5, 40])
-        noise = rng.choice(["", "(", ")", '"""', "\n", " ", ":", "all ", "for", "\t", "\0", "é", "[", "9e9"])
+        noise = rng.choice(
+            ["", "(", ")", '"""', "\n", " ", ":", "all ", "for", "\t", "\0", "é", "[", "9e9"]
+        )
         text = text[:at] + noise + text[at + width :]
     answers(text)
 
 
 @pytest.mark.parametrize(
-    "piece", ["(", "not ", "x + ", "all p(x) for x in ", "[", '"""', "f(", "-", "1..", "\n for x in y:"]
+    "piece",
+    ["(", "not ", "x + ", "all p(x) for x in ", "[", '"""', "f(", "-", "1..", "\n for x in y:"],
 )
 def test_depth_without_end_is_answered(piece: str) -> None:
     answers(f"library a\npredicate p(): {piece * 3000}x\n")
