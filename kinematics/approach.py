@@ -54,12 +54,12 @@ def grasp_approaches(
     """Feasible approaches to grasps, the plainest and nearest first; then one that is obstructed."""
     position = look.poses[target].position
     height = top_of(look, target, half_extents) + CLEARANCE
-    groups = list(grasps_by_trouble(look.poses[target], half_extents))
     for restarts in (0, RESTARTS):
-        for group in groups:
+        for group in grasps_by_trouble(look.poses[target], half_extents):
             ways = [
                 (q, end, grasp)
                 for grasp in group
+                if _hand_fits(arm, grasp)
                 for end in _free_ends(arm, look, grasp, seed, restarts)
                 for q in _above_end(arm, grasp, end, position, height)
             ]
@@ -68,25 +68,34 @@ def grasp_approaches(
                 if approach is not None:
                     yield approach
     arm.scene.open_fingers(look.opening)
-    for grasp in groups[0] if groups else []:
+    for grasp in next(grasps_by_trouble(look.poses[target], half_extents), []):
         for q in arm.solutions(_above(grasp, position, height), look.q, seed, RESTARTS):
             yield Approach(q, q[None], robot.MAXIMUM_OPENING, grasp.trouble)
+
+
+def graspable(arm: Arm, look: Look, target: str, half_extents: Vector) -> bool:
+    """Whether the hand alone would be free in some nearly plain grasp of the body."""
+    for group in grasps_by_trouble(look.poses[target], half_extents):
+        if any(_hand_fits(arm, grasp) for grasp in group if grasp.trouble <= 1.0):
+            return True
+        if group[0].trouble > 1.0:
+            return False
+    return False
+
+
+def _hand_fits(arm: Arm, grasp: Grasp) -> bool:
+    return arm.scene.hand_is_free(grasp.tool, grasp.openings[-1], LINE_MARGIN)
 
 
 def _free_ends(
     arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int
 ) -> Iterator[Array]:
-    """Joint positions at the grasp that are free with the narrowest opening of the fingers.
-
-    Where it is the hand that is not free, no other joint positions are tried: the hand stays where it is.
-    """
+    """Joint positions at the grasp that are free with the narrowest opening of the fingers."""
     arm.scene.open_fingers(grasp.openings[-1])
     starts = arm.inverse.starts(grasp.tool, look.q, seed, restarts)
     for q in arm.inverse.solutions(grasp.tool, starts):
         if arm.scene.is_free(q, LINE_MARGIN):
             yield q
-        elif arm.scene.hand_is_near(LINE_MARGIN):
-            return
 
 
 def _above_end(

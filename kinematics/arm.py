@@ -43,6 +43,7 @@ class Arm:
         self.planner = Planner()
         self._scenes: dict[tuple[tuple[str, Vector], ...], CollisionScene] = {}
         self.scene = CollisionScene({})
+        self.near: set[str] = set()  # what stood in the way since the last look
 
     def look(self, cell: Workcell) -> Look:
         """Measure the cell, and put everything in the collision scene where it is."""
@@ -51,6 +52,7 @@ class Arm:
         look = Look(
             q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2
         )
+        self.near = set()
         self.scene.tolerate_nothing()
         self.scene.open_fingers(look.opening)
         self.show_held(look)
@@ -84,6 +86,8 @@ class Arm:
         for q in self.inverse.solutions(target, starts):
             if self.scene.is_free(q, MARGIN):
                 yield q
+            else:
+                self.near.update(*(touch.names for touch in self.scene.touches(q)))
 
     def _scene(self, cell: Workcell) -> CollisionScene:
         sizes = {name: body.half_extents for name, body in cell.bodies.items()}

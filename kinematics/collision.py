@@ -4,7 +4,8 @@ One model serves as long as the sizes of the bodies stay the same: bodies are mo
 of the scene is a mocap body of its own, since a geom moved inside the world body silently loses its collisions.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +13,14 @@ import mujoco
 import numpy as np
 
 from kinematics import robot
-from kinematics.geometry import Array, Pose, Vector, pose_of, wxyz
+from kinematics.geometry import Array, Pose, Vector, pose_of, quaternion_from_rotation, wxyz
 
 MARGIN = 0.004  # clearance is measured up to here [m]
 TOUCHING = 1e-4  # [m]
 _SLIMMER = 1.5e-3  # [m]
-_ROBOT, _SCENE = 1, 2
-_NOWHERE = (0.0, 0.0, -50.0)
+_ROBOT, _SCENE, _GHOST = 1, 2, 4
+_NOWHERE = (0.0, 0.0, 50.0)
+_NOWHERE_ELSE = (0.0, 0.0, 100.0)
 _OUTWARD = {"panda_leftfinger": 1.0, "panda_rightfinger": -1.0}
 
 
@@ -47,9 +49,10 @@ class CollisionScene:
             size: (self._model.body(name).id, self._model.geom(name).id)
             for size, name in self._in_hand_name.items()
         }
-        self._tool = self._model.body(robot.TOOL_FRAME).id
+        self._is_ghost = self._model.geom_contype == _GHOST
         self._tolerated: dict[tuple[int, int], float] = {}
         self.checks = 0
+        self._data.qpos[7:10] = _NOWHERE_ELSE
         self.hold(None)
 
     def place(self, poses: Mapping[str, Pose], absent: frozenset[str] = frozenset()) -> None:
@@ -81,7 +84,7 @@ class CollisionScene:
     def clearance(self, q: Array) -> float:
         """The least distance at these joint positions, up to `MARGIN`; negative where things overlap [m]."""
         self.checks += 1
-        self._data.qpos[:] = q
+        self._data.qpos[:7] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         if self._data.ncon == 0:
@@ -99,12 +102,17 @@ class CollisionScene:
         self.clearance(q)
         return self._touches()
 
-    def hand_is_near(self, margin: float) -> bool:
-        """Whether hand or fingers were nearer than the margin to something in the last check."""
-        return any(
-            touch.distance < margin and not set(touch.names).isdisjoint(robot.HAND_LINKS)
-            for touch in self._touches()
-        )
+    def hand_is_free(self, tool: Array, opening: float, margin: float) -> bool:
+        """Whether a hand alone, its tool frame there, keeps the margin: no inverse kinematics needed."""
+        self._show_ghost(tool, opening)
+        self.checks += 1
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_collision(self._model, self._data)
+        contact = self._data.contact
+        near = contact.dist < margin
+        is_free = not bool((near & (self._is_ghost[contact.geom].any(axis=1))).any())
+        self._data.qpos[7:10] = _NOWHERE_ELSE
+        return is_free
 
     def tolerate_here(self, *configurations: Array) -> None:
         """What is near at these joint positions may stay as near (not nearer) until `tolerate_nothing`."""
@@ -124,7 +132,7 @@ class CollisionScene:
         Conservative advancement: the distance to anything is a safe step. The body is slimmed meanwhile,
         so that a neighbour at its side does not stop it.
         """
-        self._data.qpos[:] = q
+        self._data.qpos[:7] = q
         mujoco.mj_kinematics(self._model, self._data)
         geom = self._held_geom[self._sizes[held]][1]
         others = [self._model.geom(f"body_{name}").id for name in self._sizes if name != held]
@@ -134,6 +142,28 @@ class CollisionScene:
         dropped = self._advance_down(geom, others, below + _SLIMMER)
         self._model.geom_size[geom] = full
         return dropped - _SLIMMER
+
+    def distance(self, a: str, b: str) -> float:
+        """Between two bodies that are where they were placed [m]."""
+        geoms = [self._model.geom(f"body_{name}").id for name in (a, b)]
+        mujoco.mj_kinematics(self._model, self._data)
+        return float(mujoco.mj_geomDistance(self._model, self._data, *geoms, 1.0, None))
+
+    def room_of(self, name: str, shifts: Sequence[Array]) -> float:
+        """The least distance of a body to all others, were it shifted by any of these vectors [m]."""
+        mujoco.mj_kinematics(self._model, self._data)
+        geom = self._model.geom(f"body_{name}").id
+        others = [self._model.geom(f"body_{other}").id for other in self._sizes if other != name]
+        start = self._data.geom_xpos[geom].copy()
+        room = math.inf
+        for shift in shifts:
+            self._data.geom_xpos[geom] = start + shift
+            distances = (
+                mujoco.mj_geomDistance(self._model, self._data, geom, other, 1.0, None)
+                for other in others
+            )
+            room = min(room, *distances, math.inf)
+        return room
 
     def _advance_down(self, geom: int, others: list[int], below: float) -> float:
         start = self._data.geom_xpos[geom].copy()
@@ -148,6 +178,14 @@ class CollisionScene:
                 break
             dropped += nearest
         return min(dropped, below)
+
+    def _show_ghost(self, tool: Array, opening: float) -> None:
+        hand = tool[:3, 3] - robot.TOOL_FROM_HAND * tool[:3, 2]
+        self._data.qpos[7:10] = hand
+        self._data.qpos[10:14] = wxyz(quaternion_from_rotation(tool[:3, :3]))
+        for name in robot.FINGER_LINKS:
+            body = self._model.body(f"ghost_{name}").id
+            self._model.body_pos[body][1] = _OUTWARD[name] * opening
 
     def _beyond_tolerated(self, touch: Touch) -> float:
         tolerated = self._tolerated.get(touch.pair)
@@ -182,6 +220,7 @@ class CollisionScene:
             body.add_geom(
                 name=f"body_{name}", type=box, size=list(size), contype=_SCENE, conaffinity=0
             )
+        _add_ghost(spec)
         tool = spec.body(robot.TOOL_FRAME)
         for size, name in self._in_hand_name.items():
             tool.add_body(name=name).add_geom(
@@ -189,3 +228,23 @@ class CollisionScene:
                 conaffinity=_ROBOT | _SCENE, margin=MARGIN,
             )
         return spec.compile()
+
+
+def _add_ghost(spec: Any) -> None:
+    """A hand without an arm, far away until it is asked about.
+
+    With a joint, since MuJoCo lets no two bodies collide that are both fixed to the world.
+    """
+    hand = spec.worldbody.add_body(name="ghost_panda_hand", pos=list(_NOWHERE_ELSE))
+    hand.add_freejoint()
+    for name in robot.HAND_LINKS:
+        original = spec.body(name)
+        is_hand = name == "panda_hand"
+        ghost = hand if is_hand else hand.add_body(name=f"ghost_{name}")
+        if not is_hand:
+            ghost.pos, ghost.quat = original.pos, original.quat
+        for geom in original.geoms:
+            ghost.add_geom(
+                type=geom.type, meshname=geom.meshname, pos=geom.pos, quat=geom.quat,
+                contype=_GHOST, conaffinity=_SCENE, margin=MARGIN,
+            )

@@ -89,5 +89,6 @@ def _extent(direction: Array, rotation: Array, half_extents: Vector) -> float:
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:
-    rotation = np.stack([np.cross(closing, approach), closing, approach], axis=1)
-    return transform_from(rotation, position)
+    (a, b, c), (x, y, z) = closing.tolist(), approach.tolist()
+    across = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    return transform_from(np.array([across, closing, approach]).T, position)

@@ -3,6 +3,7 @@
 A skill looks, plans, moves and looks again. What cannot be done is a `Motion` with a reason, never an exception.
 """
 
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -26,6 +27,7 @@ from kinematics.approach import (
 from kinematics.arm import Arm, Look
 from kinematics.geometry import Array, angle_between, rotation_from_quaternion
 from kinematics.grasps import grasps_by_trouble
+from kinematics.nudge import Nudge, nudges
 from kinematics.placements import Region, free_places, yaw_of
 from kinematics.reasons import (
     KinematicsError,
@@ -40,6 +42,8 @@ from kinematics.simulation import Workcell
 from kinematics.trajectory import Trajectory, round_corners, time_parameterise
 
 REGION: Region = ((0.3, 0.7), (-0.2, 0.2))
+NUDGES = 4  # before a grasp is given up
+NUDGE_SPEED = 0.1  # of the tool [m/s]
 LINE_SPEED = 0.35  # of the tool on straight lines [m/s]
 WIDTH_TOLERANCE = 0.006  # between the fingers and the body's width [m]
 STAYED = 0.005  # how far a body may be from where it was let go [m]
@@ -141,9 +145,7 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
             raise KinematicsError(Reason.NOT_ABOVE, f"the tool is not above '{target}'")
         approach = _approach_from_here(arm, look, cell, target)
         if approach is None:
-            found = grasp_approaches(arm, look, target, cell.bodies[target].half_extents, seed)
-            free = (approach for approach in found if approach.is_free)
-            approach = _go_above(cell, arm, look, free, seed, None, report)
+            approach = _approach_anew(cell, arm, target, seed, report)
         report.solved_by(differential.SOLVER)
         _take(cell, target, approach, report)
 
@@ -198,9 +200,7 @@ def _go_above(
     slip_at: float | None, report: _Report,
 ) -> Approach:
     """Plan to the first approach that a path leads to, and move there."""
-    failure: KinematicsError = Unreachable(
-        Reason.UNREACHABLE, "no joint positions without collision put the tool there"
-    )
+    failure: KinematicsError | None = None
     report.solved_by(inverse.SOLVER)
     for approach, _ in zip(approaches, range(APPROACHES), strict=False):
         arm.scene.open_fingers(look.opening)
@@ -217,7 +217,16 @@ def _go_above(
         dense = round_corners(path.corners, arm.chain_is_free)
         _travel(cell, look, time_parameterise(dense), slip_at, report)
         return approach
-    raise failure
+    raise failure or _no_approach(arm)
+
+
+def _no_approach(arm: Arm) -> KinematicsError:
+    if arm.near:
+        return Obstructed(
+            Reason.GOAL_IN_COLLISION, "something stands where the arm would be",
+            near=sorted(arm.near),
+        )
+    return Unreachable(Reason.UNREACHABLE, "no joint positions put the tool there")
 
 
 def _travel(
@@ -250,6 +259,54 @@ def _approach_from_here(arm: Arm, look: Look, cell: Workcell, target: str) -> Ap
                 if approach is not None:
                     return approach
     return None
+
+
+def _approach_anew(
+    cell: Workcell, arm: Arm, target: str, seed: int, report: _Report
+) -> Approach:
+    """Move to where the way down is free; where there is none, push the body free of its neighbours."""
+    half_extents = cell.bodies[target].half_extents
+    for attempt in range(NUDGES + 1):
+        look = arm.look(cell)
+        found = grasp_approaches(arm, look, target, half_extents, seed)
+        free = (approach for approach in found if approach.is_free)
+        first = next(free, None)
+        if first is not None:
+            approaches = itertools.chain([first], free)
+            return _go_above(cell, arm, look, approaches, seed, None, report)
+        sizes = {name: body.half_extents for name, body in cell.bodies.items()}
+        nudge = next(nudges(arm, look, target, sizes, seed), None)
+        if nudge is None or attempt == NUDGES:
+            break
+        _push_free(cell, arm, look, nudge, seed, report)
+    raise Obstructed(
+        Reason.NO_GRASP, f"no grasp of '{target}' is free", nudges=report.evidence.get("nudges", 0)
+    )
+
+
+def _push_free(
+    cell: Workcell, arm: Arm, look: Look, nudge: Nudge, seed: int, report: _Report
+) -> None:
+    report.evidence["nudges"] = report.evidence.get("nudges", 0) + 1
+    arm.scene.open_fingers(0.0)
+    motion.open_hand(cell, 0.0)
+    path = arm.plan(look.q, nudge.above, seed)
+    motion.follow(cell, time_parameterise(round_corners(path.corners, arm.chain_is_free)))
+    down, sweep = _along(nudge.down), _along(nudge.sweep, NUDGE_SPEED)
+    motion.follow(cell, down)
+    motion.follow(cell, sweep)
+    motion.follow(cell, _along(nudge.sweep[::-1][:3]))
+    up = arm.lines.follow(nudge.sweep[-3], [_raised(arm, nudge.sweep[-3], nudge.above)])
+    if up is not None:
+        motion.follow(cell, _along(up))
+    motion.open_hand(cell, MAXIMUM_OPENING)
+
+
+def _raised(arm: Arm, q: Array, above: Array) -> Array:
+    """The tool as at `q`, as high as at `above`."""
+    raised = arm.inverse.forward(q)
+    raised[2, 3] = arm.inverse.forward(above)[2, 3]
+    return raised
 
 
 def _take(cell: Workcell, target: str, approach: Approach, report: _Report) -> None:
@@ -330,11 +387,11 @@ def _put(cell: Workcell, held: str, line: Array, opening: float, report: _Report
         )
 
 
-def _along(line: Array) -> Trajectory:
-    """A straight line of the tool at `LINE_SPEED`."""
+def _along(line: Array, speed: float = LINE_SPEED) -> Trajectory:
+    """A straight line of the tool, at its own speed [m/s]."""
     solver = inverse.InverseKinematics()
     length = float(np.linalg.norm(solver.forward(line[-1])[:3, 3] - solver.forward(line[0])[:3, 3]))
-    return time_parameterise(line, LINE_SPEED, length)
+    return time_parameterise(line, speed, length)
 
 
 def _places(look: Look, sizes: dict[str, Any], region: Region) -> list[tuple[float, float]]:

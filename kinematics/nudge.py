@@ -1,0 +1,143 @@
+"""From a body that no grasp fits to a push with the closed hand that sets it free of its neighbours."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinematics import robot
+from kinematics.approach import CLEARANCE, graspable, top_of
+from kinematics.arm import Arm, Look
+from kinematics.geometry import (
+    Array,
+    Pose,
+    Vector,
+    rotation_from_quaternion,
+    transform_from,
+    vertical_extent,
+)
+
+Sizes = Mapping[str, Vector]  # half extents of the bodies [m]
+
+TOUCHING = 0.006  # nearer than this, a body is in the way of a finger [m]
+RUN_UP = 0.008  # between the fingers and the body before the push [m]
+ABOVE_TABLE = 0.012  # of the fingertips: higher, and the palm clears cubes beside the way [m]
+DISTANCES = (0.03, 0.045, 0.06)  # that the body is pushed [m]
+DIRECTIONS = 16
+ROOM = 0.004  # that a pushed body keeps from the others [m]
+_FINGER_DEPTHS = (0.0105, 0.0265)  # of the closed fingers along the tool's x and y [m]
+
+
+@dataclass(frozen=True)
+class Nudge:
+    """Joint positions of a push."""
+
+    above: Array  # (7,) [rad]
+    down: Array  # (n, 7) from above to beside the body
+    sweep: Array  # (m, 7) the push itself
+
+
+def nudges(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iterator[Nudge]:
+    """Pushes of the target, or of what touches it, after which a grasp fits or more room is.
+
+    Those after which a grasp fits come first, and of these the ones that push the target itself.
+    """
+    ranked = []
+    for order, mover in enumerate([target, *_loose_neighbours(arm, look, target, sizes)]):
+        for k, distance in itertools.product(range(DIRECTIONS), DISTANCES):
+            angle = 2 * math.pi * k / DIRECTIONS
+            shift = distance * np.array([math.cos(angle), math.sin(angle), 0.0])
+            if _has_room(arm, mover, shift):
+                frees = _frees(arm, look, target, mover, sizes, shift)
+                ranked.append(((not frees, order > 0, distance, order, k), mover, shift))
+    for _, mover, shift in sorted(ranked, key=lambda entry: entry[0]):
+        nudge = _nudge(arm, look, mover, sizes[mover], shift, seed)
+        if nudge is not None:
+            yield nudge
+
+
+def _loose_neighbours(arm: Arm, look: Look, target: str, sizes: Sizes) -> list[str]:
+    """What touches the target at its side and carries nothing."""
+    height = look.poses[target].position[2]
+    return [
+        name for name in sizes
+        if name != target
+        and arm.scene.distance(name, target) < TOUCHING
+        and abs(look.poses[name].position[2] - height) < min(sizes[name])
+        and not _carries(arm, look, name, sizes)
+    ]
+
+
+def _carries(arm: Arm, look: Look, name: str, sizes: Sizes) -> bool:
+    height = look.poses[name].position[2] + min(sizes[name])
+    return any(
+        look.poses[other].position[2] > height and arm.scene.distance(name, other) < TOUCHING
+        for other in sizes if other != name
+    )
+
+
+def _has_room(arm: Arm, mover: str, shift: Array) -> bool:
+    """Whether a body can be shifted without coming nearer to another than `ROOM`, or than it is."""
+    now = arm.scene.room_of(mover, [np.zeros(3)])
+    on_the_way = arm.scene.room_of(mover, [shift * t for t in (0.3, 0.6, 1.0)])
+    return on_the_way >= min(ROOM, now - 3e-4)
+
+
+def _frees(
+    arm: Arm, look: Look, target: str, mover: str, sizes: Sizes, shift: Array
+) -> bool:
+    """Whether a grasp would fit the target if the mover were shifted."""
+    pose = look.poses[mover]
+    x, y, z = (np.array(pose.position) + shift).tolist()
+    moved = {**look.poses, mover: Pose((x, y, z), pose.quaternion_xyzw)}
+    there = dataclasses.replace(look, poses=moved)
+    arm.scene.place(moved)
+    fits = graspable(arm, there, target, sizes[target])
+    arm.scene.place(look.poses)
+    return fits
+
+
+def _nudge(
+    arm: Arm, look: Look, target: str, half_extents: Vector, shift: Array, seed: int
+) -> Nudge | None:
+    pose = look.poses[target]
+    distance = float(np.linalg.norm(shift))
+    direction = shift / distance
+    rotation = rotation_from_quaternion(pose.quaternion_xyzw)
+    radius = float(np.abs(rotation.T @ direction) @ np.asarray(half_extents))
+    bottom = pose.position[2] - vertical_extent(half_extents, rotation)
+    arm.scene.open_fingers(0.0)
+    for turn, depth in ((0.0, _FINGER_DEPTHS[0]), (math.pi / 2, _FINGER_DEPTHS[1])):
+        low = _hand_facing(direction, turn)
+        low[:3, 3] = np.array(pose.position) - direction * (radius + depth + RUN_UP)
+        low[2, 3] = bottom + ABOVE_TABLE + robot.FINGERTIP_BEYOND_TOOL
+        above, end = low.copy(), low.copy()
+        above[2, 3] = top_of(look, target, half_extents) + CLEARANCE
+        end[:3, 3] += direction * (RUN_UP + distance)
+        for q in arm.solutions(above, look.q, seed, 2):
+            down = arm.lines.follow(q, [low])
+            if down is None or not arm.chain_is_free(down):
+                continue
+            sweep = arm.lines.follow(down[-1], [end])
+            if sweep is not None and _sweep_is_free(arm, look, target, sweep):
+                return Nudge(q, down, sweep)
+    return None
+
+
+def _sweep_is_free(arm: Arm, look: Look, target: str, sweep: Array) -> bool:
+    """Whether the hand meets nothing but the body that it pushes."""
+    arm.scene.place(look.poses, absent=frozenset([target]))
+    free = arm.chain_is_free(sweep)
+    arm.scene.place(look.poses)
+    return free
+
+
+def _hand_facing(direction: Array, turn: float) -> Array:
+    """A hand that points straight down, its x along the direction, or turned from there."""
+    angle = math.atan2(direction[1], direction[0]) + turn
+    x = np.array([math.cos(angle), math.sin(angle), 0.0])
+    y = np.array([math.sin(angle), -math.cos(angle), 0.0])
+    return transform_from(np.array([x, y, [0.0, 0.0, -1.0]]).T, (0.0, 0.0, 0.0))
