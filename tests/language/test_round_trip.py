@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import random
-import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parent))  # so that this folder needs no package of its own
-from samples import libraries
+from language_samples import libraries
 
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.diagnostics import SourceError
