@@ -2,6 +2,7 @@
 
 NtpError                   anything a user did that cannot work; the message is for them
 +-- SourceError            the text of a library is at fault; carries every diagnostic
++-- TaskFailed             all was as it should be, and the answer is still no
 """
 
 from __future__ import annotations
@@ -53,6 +54,10 @@ class Diagnostic:
 
 class NtpError(Exception):
     """The root of every error that is meant for the user: a plain sentence, never a traceback."""
+
+
+class TaskFailed(NtpError):
+    """The question was sound and the answer is no: the tower does not stand, nothing was recorded."""
 
 
 class SourceError(NtpError):

@@ -1,0 +1,122 @@
+"""From the words after `ntp` to one command's function, and from what it raises to an exit status.
+
+To add a command: a line in `COMMANDS`, and a module of that name with a function `command`, whose
+annotations are the options and whose docstring is the help, with an example. What it returns is
+the exit status; None is 0.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any, NoReturn
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from ntp_dsl.language.diagnostics import NtpError, TaskFailed, nearest
+
+DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
+
+Table = Mapping[str, "str | Table"]
+
+COMMANDS: Table = {
+    "check": "Say whether libraries are sound, and every mistake that is in them.",
+}
+GROUPS = {
+    "": "Declare a library of robot tasks, show a task once, and the arm does it.",
+}
+
+
+class LazyGroup(TyperGroup):
+    """A table of commands, each imported from `ntp_dsl.cli` when it is called, and not before."""
+
+    def __init__(self, table: Table, path: tuple[str, ...] = ()) -> None:
+        super().__init__(
+            name=path[-1] if path else "ntp",
+            help=GROUPS[" ".join(path)],
+            context_settings={"help_option_names": ["-h", "--help"]},
+            rich_markup_mode=None,
+            no_args_is_help=True,
+        )
+        self.table, self.path = table, path
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(self.table)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        entry, path = self.table.get(cmd_name), (*self.path, cmd_name)
+        if isinstance(entry, Mapping):
+            return LazyGroup(entry, path)
+        return None if entry is None else _imported(path)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args[0] not in self.table:
+            ctx.fail(_no_such(f"there is no command '{args[0]}'", args[0], self.table))
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self._summary(name)) for name in self.table])
+
+    def _summary(self, name: str) -> str:
+        entry = self.table[name]
+        return entry if isinstance(entry, str) else GROUPS[" ".join((*self.path, name))]
+
+
+def _imported(path: tuple[str, ...]) -> TyperCommand:
+    """The command `trace show` is the function `command` of `ntp_dsl.cli.trace_show`."""
+    module = import_module("ntp_dsl.cli." + "_".join(path).replace("-", "_"))
+    app = typer.Typer(
+        add_completion=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.command(path[-1])(module.command)
+    command = typer.main.get_command(app)
+    assert isinstance(command, TyperCommand)
+    return command
+
+
+def main() -> NoReturn:
+    """The entry point of `ntp`."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(words: Sequence[str]) -> int:
+    """Carry out one command line; the exit status. Mistakes of the user are one plain sentence."""
+    try:
+        status = LazyGroup(COMMANDS).main(list(words), prog_name="ntp", standalone_mode=False)
+    except TaskFailed as error:
+        return _complain(error, NO)
+    except NtpError as error:
+        return _complain(error, MISUSE)
+    except typer.TyperException as error:
+        return _misuse(error)
+    if status == INTERRUPTED:
+        _complain("interrupted; what is written so far is whole", INTERRUPTED)
+    return status or DONE
+
+
+def _complain(sentence: object, status: int) -> int:
+    print(sentence, file=sys.stderr)
+    return status
+
+
+def _misuse(error: typer.TyperException) -> int:
+    """An unknown or impossible option: what is wrong, what there is, and where to read on."""
+    sentence = error.format_message().replace("Value error, ", "")
+    context: Any = getattr(error, "ctx", None)
+    if context is None or sentence.startswith("Usage:"):
+        return _complain(sentence, MISUSE)
+    if (given := getattr(error, "option_name", None)) and sentence.startswith("No such option"):
+        known = [name for each in context.command.params for name in each.opts if name[0] == "-"]
+        sentence = _no_such(f"there is no option '{given}'", given, [*known, "--help"])
+    return _complain(f"{sentence}\nsee: {context.command_path} --help", MISUSE)
+
+
+def _no_such(sentence: str, given: str, known: Mapping[str, object] | Sequence[str]) -> str:
+    meant = nearest(given, known)
+    guess = f"; did you mean '{meant}'?" if meant else ""
+    return f"{sentence}{guess} (there is: {', '.join(known)})"

@@ -1,0 +1,57 @@
+"""What the commands show: answers on standard output, everything else on standard error."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
+
+answers = Console(highlight=False, soft_wrap=True)
+messages = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def print_json(document: Any) -> None:
+    """The one JSON document of a command that was asked for `--json`."""
+    print(json.dumps(document, indent=2))
+
+
+class Progress(Protocol):
+    """A long piece of work, step by step."""
+
+    def advance(self, steps: int = 1) -> None: ...
+
+    def describe(self, description: str) -> None: ...
+
+
+@contextmanager
+def progress(description: str, total: int | None) -> Iterator[Progress]:
+    """A bar on standard error that counts to `total`; nothing where that is not a terminal."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as RichProgress
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    bars = RichProgress(*columns, console=messages, disable=not messages.is_terminal)
+    with bars:
+        yield _Bar(bars, bars.add_task(description, total=total))
+
+
+class _Bar:
+    def __init__(self, bars: Any, task: TaskID) -> None:
+        self._bars, self._task = bars, task
+
+    def advance(self, steps: int = 1) -> None:
+        self._bars.advance(self._task, steps)
+
+    def describe(self, description: str) -> None:
+        self._bars.update(self._task, description=description)
