@@ -1,11 +1,11 @@
 """Many pick-and-places in the Bullet cell: what fails, why, and how long it takes.
 
-    python benchmarks/pick_and_place.py single --runs 200
-    python benchmarks/pick_and_place.py episode --runs 20
-    python benchmarks/pick_and_place.py tower --runs 20
-    python benchmarks/pick_and_place.py slips --runs 40
-    python benchmarks/pick_and_place.py pushes --runs 40
-    python benchmarks/pick_and_place.py clutter --runs 40
+python benchmarks/pick_and_place.py single --runs 200
+python benchmarks/pick_and_place.py episode --runs 20
+python benchmarks/pick_and_place.py tower --runs 20
+python benchmarks/pick_and_place.py slips --runs 40
+python benchmarks/pick_and_place.py pushes --runs 40
+python benchmarks/pick_and_place.py clutter --runs 40
 """
 
 import argparse
@@ -19,15 +19,23 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.geometry import Body
+from kinematics.approach import TILTED
+from kinematics.geometry import Body, rotation_from_quaternion
 from kinematics.simulation import Workcell
 from kinematics.skills import Motion, grasp, move_above, move_above_free_place, release
 
 HALF = 0.025
 COLOURS = [
-    (0.85, 0.2, 0.2, 1), (0.2, 0.65, 0.25, 1), (0.2, 0.35, 0.85, 1), (0.95, 0.8, 0.15, 1),
-    (0.6, 0.25, 0.7, 1), (0.15, 0.7, 0.8, 1), (0.95, 0.5, 0.1, 1), (0.5, 0.35, 0.2, 1),
-    (0.95, 0.6, 0.75, 1), (0.35, 0.35, 0.35, 1),
+    (0.85, 0.2, 0.2, 1),
+    (0.2, 0.65, 0.25, 1),
+    (0.2, 0.35, 0.85, 1),
+    (0.95, 0.8, 0.15, 1),
+    (0.6, 0.25, 0.7, 1),
+    (0.15, 0.7, 0.8, 1),
+    (0.95, 0.5, 0.1, 1),
+    (0.5, 0.35, 0.2, 1),
+    (0.95, 0.6, 0.75, 1),
+    (0.35, 0.35, 0.35, 1),
 ]
 
 
@@ -38,12 +46,8 @@ class Tally:
     outcomes: collections.Counter[str] = field(default_factory=collections.Counter)
     failures: list[str] = field(default_factory=list)
     errors_mm: list[float] = field(default_factory=list)
-    planning: dict[str, list[float]] = field(
-        default_factory=lambda: collections.defaultdict(list)
-    )
-    simulated: dict[str, list[float]] = field(
-        default_factory=lambda: collections.defaultdict(list)
-    )
+    planning: dict[str, list[float]] = field(default_factory=lambda: collections.defaultdict(list))
+    simulated: dict[str, list[float]] = field(default_factory=lambda: collections.defaultdict(list))
     cpu: list[float] = field(default_factory=list)
     wall: list[float] = field(default_factory=list)
     episode_simulated: list[float] = field(default_factory=list)
@@ -92,8 +96,11 @@ def scattered(generator: np.random.Generator, count: int) -> list[Body]:
     yaws = generator.uniform(-math.pi, math.pi, count)
     return [
         Body(
-            f"b{i}", (HALF,) * 3, (float(x), float(y), HALF),
-            (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), colour=COLOURS[i % len(COLOURS)],
+            f"b{i}",
+            (HALF,) * 3,
+            (float(x), float(y), HALF),
+            (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)),
+            colour=COLOURS[i % len(COLOURS)],
         )
         for i, ((x, y), yaw) in enumerate(zip(centres, yaws, strict=True))
     ]
@@ -142,13 +149,17 @@ class Runner:
         cell = self.cell
         height = cell.pose(name).position[2]
         return [
-            other for other in cell.bodies
-            if other != name and cell.pose(other).position[2] > height + 0.015
+            other
+            for other in cell.bodies
+            if other != name
+            and cell.pose(other).position[2] > height + 0.015
             and cell.contacts(other, name)
         ]
 
     def build(self, placements: list[tuple[str, str]], calls: int, **slips: Any) -> bool:
-        """A scripted expert with recovery: repeat until every placement holds, or the calls run out."""
+        """A scripted expert with recovery: repeat until every placement holds, or the calls run
+        out.
+        """
         limit = self.calls + calls
         while self.calls < limit:
             due = next((p for p in placements if not is_on(self.cell, *p)), None)
@@ -156,15 +167,22 @@ class Runner:
             if due is None:
                 return held is None
             item, support = due
-            if held == item and not self.covering(support):
+            tilted = self.tilted(support)
+            if tilted and held is None:
+                self.take(self.obstacle(support, support))
+            elif held == item and not self.covering(support) and not tilted:
                 if self.call(move_above, support, **self.slip(slips)):
                     self.call(release)
-            elif held is not None:
+            elif held is not None:  # a tilted support is put down flat, as is what nobody needs now
                 if self.call(move_above_free_place):
                     self.call(release)
             else:
                 self.take(self.obstacle(item, support))
         return False
+
+    def tilted(self, name: str) -> bool:
+        rotation = rotation_from_quaternion(self.cell.pose(name).quaternion_xyzw)
+        return bool(np.abs(rotation[2]).max() < math.cos(TILTED))
 
     def obstacle(self, item: str, support: str) -> str:
         for name in (support, item):
@@ -226,8 +244,12 @@ def clutter(runner: Runner, generator: np.random.Generator) -> bool:
 
 
 SCRIPTS = {
-    "single": (single, 8), "episode": (episode, 8), "tower": (tower, 8), "slips": (slips, 8),
-    "pushes": (pushes, 8), "clutter": (clutter, 10),
+    "single": (single, 8),
+    "episode": (episode, 8),
+    "tower": (tower, 8),
+    "slips": (slips, 8),
+    "pushes": (pushes, 8),
+    "clutter": (clutter, 10),
 }
 
 

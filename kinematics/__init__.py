@@ -1,1 +1,3 @@
-"""Robot, inverse kinematics, collision, planning, trajectories and the simulated cell. Knows nothing of tasks."""
+"""Robot, inverse kinematics, collision, planning, trajectories and the simulated cell. Knows
+nothing of tasks.
+"""

@@ -1,6 +1,9 @@
-"""From a target to where the arm is to wait above it, such that the straight way down is feasible and free."""
+"""From a target to where the arm is to wait above it, such that the straight way down is feasible
+and free.
+"""
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,6 +18,7 @@ from kinematics.placements import Placement, placements
 CLEARANCE = 0.10  # of the tool above the top of the target [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
 ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
+TILTED = math.radians(8)  # more than this, and nothing can stand on a body
 RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
 
 
@@ -23,7 +27,7 @@ class Approach:
     """Joint positions above a target, and the straight line from there."""
 
     above: Array  # (7,) [rad]
-    line: Array  # (n, 7) from above to the grasp or the placement; only `above` where that is obstructed
+    line: Array  # (n, 7) from above to the end; only `above` itself where that is obstructed
     opening: float  # of each finger at the end of the line [m]
     trouble: float  # how far the grasp is from a plain one
 
@@ -40,6 +44,12 @@ def top_of(look: Look, name: str, half_extents: Vector) -> float:
     )
 
 
+def tilt_of(look: Look, name: str) -> float:
+    """Of a body against the nearest way of standing upright [rad]."""
+    rotation = rotation_from_quaternion(look.poses[name].quaternion_xyzw)
+    return math.acos(min(1.0, float(np.abs(rotation[2]).max())))
+
+
 def corners_of(grasp: Grasp) -> list[Array]:
     """Tool transforms through which a straight way to the grasp leads."""
     stand_off = grasp.tool.copy()
@@ -51,7 +61,7 @@ def corners_of(grasp: Grasp) -> list[Array]:
 def grasp_approaches(
     arm: Arm, look: Look, target: str, half_extents: Vector, seed: int
 ) -> Iterator[Approach]:
-    """Feasible approaches to grasps, the plainest and nearest first; then one that is obstructed."""
+    """Feasible approaches to grasps, plainest and nearest first; then those that are obstructed."""
     position = look.poses[target].position
     height = top_of(look, target, half_extents) + CLEARANCE
     for restarts in (0, RESTARTS):
@@ -87,9 +97,7 @@ def _hand_fits(arm: Arm, grasp: Grasp) -> bool:
     return arm.scene.hand_is_free(grasp.tool, grasp.openings[-1], LINE_MARGIN)
 
 
-def _free_ends(
-    arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int
-) -> Iterator[Array]:
+def _free_ends(arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int) -> Iterator[Array]:
     """Joint positions at the grasp that are free with the narrowest opening of the fingers."""
     arm.scene.open_fingers(grasp.openings[-1])
     starts = arm.inverse.starts(grasp.tool, look.q, seed, restarts)
@@ -126,7 +134,9 @@ def line_to_grasp(arm: Arm, above: Array, grasp: Grasp, end: Array) -> Approach 
 def placement_approaches(
     arm: Arm, look: Look, half_extents: Vector, place: Vector, yaws: list[float], seed: int
 ) -> Iterator[Approach]:
-    """Feasible approaches for standing the held body on a point, least tilted first; then obstructed ones."""
+    """Feasible approaches for standing the held body on a point, least tilted first; then
+    obstructed ones.
+    """
     assert look.held is not None
     tool_to_body = look.tool_to(look.held)
     options = [p for yaw in yaws for p in placements(tool_to_body, half_extents, yaw)]

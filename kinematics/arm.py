@@ -1,4 +1,6 @@
-"""What the arm knows of itself and of the cell: kinematics, collision scene and planner, as of the last look."""
+"""What the arm knows of itself and of the cell: kinematics, collision scene and planner, as of the
+last look.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -49,9 +51,7 @@ class Arm:
         """Measure the cell, and put everything in the collision scene where it is."""
         self.scene = self._scene(cell)
         q = cell.joint_positions()
-        look = Look(
-            q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2
-        )
+        look = Look(q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2)
         self.near = set()
         self.scene.tolerate_nothing()
         self.scene.open_fingers(look.opening)

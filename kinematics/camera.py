@@ -1,6 +1,7 @@
 """Pictures of the cell: joint positions and poses in, pixels out.
 
-A PyBullet client of its own holds the robot's visual meshes, so that the simulation need not load them.
+A PyBullet client of its own holds the robot's visual meshes, so that the simulation need not load
+them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,21 +29,26 @@ class Camera:
         self._ids: dict[str, int] = {}
         with bullet.output_silenced():
             self._robot = self._bullet.loadURDF(
-                str(robot.folder() / "panda.urdf"), useFixedBase=True,
+                str(robot.folder() / "panda.urdf"),
+                useFixedBase=True,
                 physicsClientId=self._client,
             )
         self._add_box(_TABLE_HALF_EXTENTS, _TABLE_COLOUR, (0.35, 0.0, -0.021))
 
     def picture(
-        self, bodies: Mapping[str, Body], poses: Mapping[str, Pose], joints: Sequence[float],
-        width: int, height: int,
+        self,
+        bodies: Mapping[str, Body],
+        poses: Mapping[str, Pose],
+        joints: Sequence[float],
+        width: int,
+        height: int,
     ) -> NDArray[np.uint8]:
-        """Rendered larger and averaged, since the renderer does not smooth edges. (height, width, 3)"""
+        """Rendered larger and averaged, since the renderer does not smooth edges. (height, width,
+        3)
+        """
         self._show(bodies)
         for joint, position in zip(_JOINTS, joints, strict=True):
-            self._bullet.resetJointState(
-                self._robot, joint, position, physicsClientId=self._client
-            )
+            self._bullet.resetJointState(self._robot, joint, position, physicsClientId=self._client)
         for name, identity in self._ids.items():
             self._bullet.resetBasePositionAndOrientation(
                 identity, *poses[name], physicsClientId=self._client
@@ -70,8 +76,11 @@ class Camera:
         self, half_extents: Sequence[float], colour: Sequence[float], position: Sequence[float]
     ) -> int:
         shape = self._bullet.createVisualShape(
-            self._bullet.GEOM_BOX, halfExtents=half_extents, rgbaColor=colour,
-            specularColor=(0.1, 0.1, 0.1), physicsClientId=self._client,
+            self._bullet.GEOM_BOX,
+            halfExtents=half_extents,
+            rgbaColor=colour,
+            specularColor=(0.1, 0.1, 0.1),
+            physicsClientId=self._client,
         )
         identity: int = self._bullet.createMultiBody(
             0, -1, shape, position, physicsClientId=self._client
@@ -82,9 +91,17 @@ class Camera:
         view = self._bullet.computeViewMatrix((1.5, -0.8, 0.85), (0.33, 0.02, 0.24), (0, 0, 1))
         projection = self._bullet.computeProjectionMatrixFOV(42, width / height, 0.1, 4.0)
         image = self._bullet.getCameraImage(
-            width, height, view, projection, lightDirection=(0.9, -0.6, 1.6), shadow=1,
-            lightAmbientCoeff=0.55, lightDiffuseCoeff=0.5, lightSpecularCoeff=0.05,
+            width,
+            height,
+            view,
+            projection,
+            lightDirection=(0.9, -0.6, 1.6),
+            shadow=1,
+            lightAmbientCoeff=0.55,
+            lightDiffuseCoeff=0.5,
+            lightSpecularCoeff=0.05,
             flags=self._bullet.ER_NO_SEGMENTATION_MASK,
-            renderer=self._bullet.ER_TINY_RENDERER, physicsClientId=self._client,
+            renderer=self._bullet.ER_TINY_RENDERER,
+            physicsClientId=self._client,
         )
         return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3]

@@ -1,7 +1,10 @@
-"""The collision checker: joint positions in, clearance out; arm, hand, held body and scene, in MuJoCo.
+"""The collision checker: joint positions in, clearance out; arm, hand, held body and scene, in
+MuJoCo.
 
-One model serves as long as the sizes of the bodies stay the same: bodies are moved, never rebuilt. Every body
-of the scene is a mocap body of its own, since a geom moved inside the world body silently loses its collisions.
+One model serves as long as the sizes of the bodies stay the same: bodies are moved, never rebuilt.
+Every body
+of the scene is a mocap body of its own, since a geom moved inside the world body silently loses its
+collisions.
 """
 
 import math
@@ -10,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from kinematics import robot
 from kinematics.geometry import Array, Pose, Vector, pose_of, quaternion_from_rotation, wxyz
@@ -38,7 +40,9 @@ class CollisionScene:
 
     def __init__(self, sizes: Mapping[str, Vector]) -> None:
         self._sizes = dict(sizes)
-        self._in_hand_name = {size: f"held_{i}" for i, size in enumerate(dict.fromkeys(sizes.values()))}
+        self._in_hand_name = {
+            size: f"held_{i}" for i, size in enumerate(dict.fromkeys(sizes.values()))
+        }
         self._model = self._compile()
         self._data = mujoco.MjData(self._model)
         self._mocap = {
@@ -82,7 +86,9 @@ class CollisionScene:
             self._model.body_pos[body][1] = _OUTWARD[name] * opening
 
     def clearance(self, q: Array) -> float:
-        """The least distance at these joint positions, up to `MARGIN`; negative where things overlap [m]."""
+        """The least distance at these joint positions, up to `MARGIN`; negative where things
+        overlap [m].
+        """
         self.checks += 1
         self._data.qpos[:7] = q
         mujoco.mj_kinematics(self._model, self._data)
@@ -103,7 +109,9 @@ class CollisionScene:
         return self._touches()
 
     def hand_is_free(self, tool: Array, opening: float, margin: float) -> bool:
-        """Whether a hand alone, its tool frame there, keeps the margin: no inverse kinematics needed."""
+        """Whether a hand alone, its tool frame there, keeps the margin: no inverse kinematics
+        needed.
+        """
         self._show_ghost(tool, opening)
         self.checks += 1
         mujoco.mj_kinematics(self._model, self._data)
@@ -115,7 +123,9 @@ class CollisionScene:
         return is_free
 
     def tolerate_here(self, *configurations: Array) -> None:
-        """What is near at these joint positions may stay as near (not nearer) until `tolerate_nothing`."""
+        """What is near at these joint positions may stay as near (not nearer) until
+        `tolerate_nothing`.
+        """
         tolerated: dict[tuple[int, int], float] = {}
         self._tolerated = {}
         for q in configurations:
@@ -127,10 +137,11 @@ class CollisionScene:
         self._tolerated = {}
 
     def drop_height(self, q: Array, held: str, below: float) -> float:
-        """How far the held body can go straight down before it rests on something, at most `below` [m].
+        """How far the held body can go straight down before it rests on something, at most `below`
+        [m].
 
-        Conservative advancement: the distance to anything is a safe step. The body is slimmed meanwhile,
-        so that a neighbour at its side does not stop it.
+        Conservative advancement: the distance to anything is a safe step. The body is slimmed
+        meanwhile, so that a neighbour at its side does not stop it.
         """
         self._data.qpos[:7] = q
         mujoco.mj_kinematics(self._model, self._data)
@@ -150,7 +161,7 @@ class CollisionScene:
         return float(mujoco.mj_geomDistance(self._model, self._data, *geoms, 1.0, None))
 
     def room_of(self, name: str, shifts: Sequence[Array]) -> float:
-        """The least distance of a body to all others, were it shifted by any of these vectors [m]."""
+        """The least distance of a body to all others, were it shifted by any of these [m]."""
         mujoco.mj_kinematics(self._model, self._data)
         geom = self._model.geom(f"body_{name}").id
         others = [self._model.geom(f"body_{other}").id for other in self._sizes if other != name]
@@ -224,8 +235,12 @@ class CollisionScene:
         tool = spec.body(robot.TOOL_FRAME)
         for size, name in self._in_hand_name.items():
             tool.add_body(name=name).add_geom(
-                name=name, type=box, size=list(size), contype=_ROBOT,
-                conaffinity=_ROBOT | _SCENE, margin=MARGIN,
+                name=name,
+                type=box,
+                size=list(size),
+                contype=_ROBOT,
+                conaffinity=_ROBOT | _SCENE,
+                margin=MARGIN,
             )
         return spec.compile()
 
@@ -245,6 +260,11 @@ def _add_ghost(spec: Any) -> None:
             ghost.pos, ghost.quat = original.pos, original.quat
         for geom in original.geoms:
             ghost.add_geom(
-                type=geom.type, meshname=geom.meshname, pos=geom.pos, quat=geom.quat,
-                contype=_GHOST, conaffinity=_SCENE, margin=MARGIN,
+                type=geom.type,
+                meshname=geom.meshname,
+                pos=geom.pos,
+                quat=geom.quat,
+                contype=_GHOST,
+                conaffinity=_SCENE,
+                margin=MARGIN,
             )

@@ -1,4 +1,6 @@
-"""Differential inverse kinematics by mink: a straight line of the tool in, a chain of joint positions out."""
+"""Differential inverse kinematics by mink: a straight line of the tool in, a chain of joint
+positions out.
+"""
 
 import math
 
@@ -29,7 +31,8 @@ class StraightLines:
     def follow(self, start: Array, corners: list[Array]) -> Array | None:
         """Joint positions (n, 7) that lead the tool from `start` through the corner transforms.
 
-        The orientation is that of each corner (corners of one line differ little). None where the line
+        The orientation is that of each corner (corners of one line differ little). None where the
+        line
         leaves the joint limits or the arm would have to fold over.
         """
         self._configuration.update(start)
@@ -55,7 +58,11 @@ class StraightLines:
         for _ in range(STEPS_A_POINT):
             try:
                 velocity = mink.solve_ik(
-                    self._configuration, [self._task], 1.0, solver="daqp", damping=1e-9,
+                    self._configuration,
+                    [self._task],
+                    1.0,
+                    solver="daqp",
+                    damping=1e-9,
                     limits=self._limits,
                 )
             except mink.NoSolutionFound:

@@ -69,7 +69,9 @@ def rotation_from_quaternion(quaternion_xyzw: Quaternion) -> Array:
 
 
 def quaternion_from_rotation(rotation: Array) -> Quaternion:
-    """Quaternion with the largest component computed first, so that it is stable for every rotation."""
+    """Quaternion with the largest component computed first, so that it is stable for every
+    rotation.
+    """
     m = rotation.tolist()
     squares = (  # four times the square of x, y, z, w
         1 + m[0][0] - m[1][1] - m[2][2],
@@ -81,7 +83,10 @@ def quaternion_from_rotation(rotation: Array) -> Quaternion:
     s = 0.5 / math.sqrt(squares[largest])
     if largest == 3:
         return (
-            (m[2][1] - m[1][2]) * s, (m[0][2] - m[2][0]) * s, (m[1][0] - m[0][1]) * s, 0.25 / s,
+            (m[2][1] - m[1][2]) * s,
+            (m[0][2] - m[2][0]) * s,
+            (m[1][0] - m[0][1]) * s,
+            0.25 / s,
         )
     i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
     parts = [0.0, 0.0, 0.0]
@@ -120,7 +125,8 @@ def rotation_about(axis: Array, angle: float) -> Array:
     """Rotation by `angle` [rad] about a unit axis (Rodrigues)."""
     x, y, z = axis.tolist()
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
-    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    turned: Array = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    return turned
 
 
 def angle_between(a: Array, b: Array) -> float:

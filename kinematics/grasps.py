@@ -1,6 +1,7 @@
 """From a box's pose to the ways of grasping it, best first.
 
-A grasp closes on a pair of opposite faces. The approach is as vertical as those faces allow, so that a tilted
+A grasp closes on a pair of opposite faces. The approach is as vertical as those faces allow, so
+that a tilted
 box is grasped by a tilted hand; turned about the closing direction it still meets the faces flatly.
 """
 
@@ -12,8 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics import robot
-from kinematics.geometry import Array, Pose, Vector, rotation_about, rotation_from_quaternion
-from kinematics.geometry import transform_from
+from kinematics.geometry import (
+    Array,
+    Pose,
+    Vector,
+    rotation_about,
+    rotation_from_quaternion,
+    transform_from,
+)
 
 FINGER_DEPTH = 0.025  # of the tool below the body's top, at most [m]
 LARGEST_TILT = math.radians(50)  # of the approach from the vertical
@@ -21,7 +28,12 @@ FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
 NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
-_LIFTS = (0.0, 0.008, 0.014, 0.019)  # of the tool along the body, so that the fingertips go in less deep [m]
+_LIFTS = (
+    0.0,
+    0.008,
+    0.014,
+    0.019,
+)  # of the tool along the body, so that the fingertips go in less deep [m]
 _SHIFTS = (0.0, 0.006, -0.006, 0.012, -0.012)  # of the tool along its x, across the faces [m]
 
 
@@ -68,7 +80,7 @@ def _trouble(variant: tuple[float, float, float]) -> float:
 
 
 def _closings(rotation: Array, half_extents: Vector) -> Iterator[tuple[Array, Array, float]]:
-    """Closing direction, approach and width, for both directions of every pair of faces that fits."""
+    """Closing direction, approach and width, both ways round for every pair of faces that fits."""
     for axis in range(3):
         width = 2 * half_extents[axis]
         if width / 2 + NARROW_FINGER_ROOMS[-1] > robot.MAXIMUM_OPENING:
@@ -83,9 +95,13 @@ def _closings(rotation: Array, half_extents: Vector) -> Iterator[tuple[Array, Ar
 
 
 def _extent(direction: Array, rotation: Array, half_extents: Vector) -> float:
-    """From the centre to the farthest point of the box along a direction, flat faces counted as they lie [m]."""
+    """From the centre to the farthest point of the box along a direction, flat faces counted as
+    they lie [m].
+    """
     components = np.abs(rotation.T @ direction)
-    return float(components @ np.asarray(half_extents)) if components.max() > 0.999 else FINGER_DEPTH
+    return (
+        float(components @ np.asarray(half_extents)) if components.max() > 0.999 else FINGER_DEPTH
+    )
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:

@@ -1,4 +1,6 @@
-"""Global inverse kinematics: tool transforms in, joint positions out, by Levenberg-Marquardt with restarts."""
+"""Global inverse kinematics: tool transforms in, joint positions out, by Levenberg-Marquardt with
+restarts.
+"""
 
 import math
 from collections.abc import Iterator
@@ -18,7 +20,7 @@ DAMPING = 0.01  # times the squared error
 
 
 class InverseKinematics:
-    """A Pinocchio model with its work space. Joint positions [rad], tool transforms to the world."""
+    """A Pinocchio model and its work space. Joint positions [rad], tool transforms to world."""
 
     def __init__(self) -> None:
         self._model = robot.pinocchio_model()
@@ -72,7 +74,7 @@ class InverseKinematics:
                 yield q
 
     def starts(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
-        """Where to start from: the usual posture turned towards the target, here, then at random."""
+        """Where to start from: the usual posture, facing the target; here; then at random."""
         yield usual_posture(target)
         yield current
         generator = np.random.default_rng(seed)

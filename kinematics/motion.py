@@ -108,9 +108,7 @@ def _wait_for_fingers(cell: Workcell) -> None:
             return
 
 
-def _drive(
-    cell: Workcell, trajectory: Trajectory, stop: Callable[[int], bool]
-) -> int | None:
+def _drive(cell: Workcell, trajectory: Trajectory, stop: Callable[[int], bool]) -> int | None:
     """The step at which `stop` said so, or None at the end of the way."""
     positions, velocities = trajectory.positions.tolist(), trajectory.velocities.tolist()
     for step, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
@@ -148,5 +146,3 @@ def _arrive(cell: Workcell, goal: Array) -> None:
         raise KinematicsError(
             Reason.NOT_ARRIVED, f"a joint stopped {error:.4f} rad short", error=error
         )
-
-

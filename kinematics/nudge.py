@@ -1,4 +1,6 @@
-"""From a body that no grasp fits to a push with the closed hand that sets it free of its neighbours."""
+"""From a body that no grasp fits to a push with the closed hand that sets it free of its
+neighbours.
+"""
 
 import dataclasses
 import itertools
@@ -9,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics import robot
-from kinematics.approach import CLEARANCE, graspable, top_of
+from kinematics.approach import CLEARANCE, TILTED, graspable, tilt_of, top_of
 from kinematics.arm import Arm, Look
 from kinematics.geometry import (
     Array,
@@ -27,6 +29,7 @@ RUN_UP = 0.008  # between the fingers and the body before the push [m]
 ABOVE_TABLE = 0.012  # of the fingertips: higher, and the palm clears cubes beside the way [m]
 DISTANCES = (0.03, 0.045, 0.06)  # that the body is pushed [m]
 DIRECTIONS = 16
+GRIP_FROM_TOP = 0.02  # of the fingertips below the top of a body that is to be toppled [m]
 ROOM = 0.004  # that a pushed body keeps from the others [m]
 _FINGER_DEPTHS = (0.0105, 0.0265)  # of the closed fingers along the tool's x and y [m]
 
@@ -57,13 +60,34 @@ def nudges(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iterat
         nudge = _nudge(arm, look, mover, sizes[mover], shift, seed)
         if nudge is not None:
             yield nudge
+    if tilt_of(look, target) > TILTED:
+        yield from _topples(arm, look, target, sizes, seed)
+
+
+def _topples(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iterator[Nudge]:
+    """Pushes high up on a body that leans on others, towards where there is most room."""
+    position = np.array(look.poses[target].position)
+    others = [np.array(pose.position) for name, pose in look.poses.items() if name != target]
+
+    def room(direction: Array) -> float:
+        fallen = position + 0.09 * direction
+        return min((float(np.hypot(*(fallen - other)[:2])) for other in others), default=1.0)
+
+    angles = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
+    directions = [np.array([math.cos(angle), math.sin(angle), 0.0]) for angle in angles]
+    tips = top_of(look, target, sizes[target]) - GRIP_FROM_TOP
+    for direction in sorted(directions, key=lambda d: -round(room(d), 4)):
+        nudge = _nudge(arm, look, target, sizes[target], 0.06 * direction, seed, tips)
+        if nudge is not None:
+            yield nudge
 
 
 def _loose_neighbours(arm: Arm, look: Look, target: str, sizes: Sizes) -> list[str]:
     """What touches the target at its side and carries nothing."""
     height = look.poses[target].position[2]
     return [
-        name for name in sizes
+        name
+        for name in sizes
         if name != target
         and arm.scene.distance(name, target) < TOUCHING
         and abs(look.poses[name].position[2] - height) < min(sizes[name])
@@ -75,7 +99,8 @@ def _carries(arm: Arm, look: Look, name: str, sizes: Sizes) -> bool:
     height = look.poses[name].position[2] + min(sizes[name])
     return any(
         look.poses[other].position[2] > height and arm.scene.distance(name, other) < TOUCHING
-        for other in sizes if other != name
+        for other in sizes
+        if other != name
     )
 
 
@@ -86,9 +111,7 @@ def _has_room(arm: Arm, mover: str, shift: Array) -> bool:
     return on_the_way >= min(ROOM, now - 3e-4)
 
 
-def _frees(
-    arm: Arm, look: Look, target: str, mover: str, sizes: Sizes, shift: Array
-) -> bool:
+def _frees(arm: Arm, look: Look, target: str, mover: str, sizes: Sizes, shift: Array) -> bool:
     """Whether a grasp would fit the target if the mover were shifted."""
     pose = look.poses[mover]
     x, y, z = (np.array(pose.position) + shift).tolist()
@@ -101,19 +124,27 @@ def _frees(
 
 
 def _nudge(
-    arm: Arm, look: Look, target: str, half_extents: Vector, shift: Array, seed: int
+    arm: Arm,
+    look: Look,
+    target: str,
+    half_extents: Vector,
+    shift: Array,
+    seed: int,
+    tips: float | None = None,
 ) -> Nudge | None:
+    """The push, with the fingertips at a height, or just above what the body stands on."""
     pose = look.poses[target]
     distance = float(np.linalg.norm(shift))
     direction = shift / distance
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
     radius = float(np.abs(rotation.T @ direction) @ np.asarray(half_extents))
     bottom = pose.position[2] - vertical_extent(half_extents, rotation)
+    tips = bottom + ABOVE_TABLE if tips is None else tips
     arm.scene.open_fingers(0.0)
     for turn, depth in ((0.0, _FINGER_DEPTHS[0]), (math.pi / 2, _FINGER_DEPTHS[1])):
         low = _hand_facing(direction, turn)
         low[:3, 3] = np.array(pose.position) - direction * (radius + depth + RUN_UP)
-        low[2, 3] = bottom + ABOVE_TABLE + robot.FINGERTIP_BEYOND_TOOL
+        low[2, 3] = tips + robot.FINGERTIP_BEYOND_TOOL
         above, end = low.copy(), low.copy()
         above[2, 3] = top_of(look, target, half_extents) + CLEARANCE
         end[:3, 3] += direction * (RUN_UP + distance)

@@ -1,4 +1,6 @@
-"""From a held box and what is to be under it to the ways of holding it there, best first; and free places."""
+"""From a held box and what is to be under it to the ways of holding it there, best first; and free
+places.
+"""
 
 import itertools
 import math
@@ -50,7 +52,9 @@ def yaw_of(rotation: Array) -> float:
 
 
 def placements(tool_to_body: Array, half_extents: Vector, yaw: float) -> list[Placement]:
-    """All ways of standing the body on one of its faces, turned as `yaw` says: least tilted hand first."""
+    """All ways of standing the body on one of its faces, turned as `yaw` says: least tilted hand
+    first.
+    """
     base = rotation_about(_UP, yaw)
     found = []
     for face in _cube_rotations():
@@ -70,7 +74,9 @@ def free_places(
     """Spots of the table with room for the held body and the fingers, the clearest first."""
     own = _reach(sizes[held])
     others = [
-        (pose.position, _footprint(pose, sizes[name])) for name, pose in poses.items() if name != held
+        (pose.position, _footprint(pose, sizes[name]))
+        for name, pose in poses.items()
+        if name != held
     ]
     scored = []
     for x, y in _spots(region, own):
@@ -88,7 +94,7 @@ def _spots(region: Region, own: float) -> Iterator[tuple[float, float]]:
     for low, high in region:
         count = max(1, round((high - low) / _GRID))
         axes.append([low + (high - low) * k / count for k in range(count + 1)])
-    return itertools.product(*axes)
+    return itertools.product(axes[0], axes[1])
 
 
 def _from_middle(x: float, y: float, region: Region) -> float:

@@ -1,7 +1,9 @@
 """From start and goal joint positions to a collision-free chain of joint positions.
 
-The straight edge is tried first; it is free in about half of all queries. A planner's limit is a number of
-validity checks, which no load of the machine changes; wall time is a backstop with a reason of its own.
+The straight edge is tried first; it is free in about half of all queries. A planner's limit is a
+number of
+validity checks, which no load of the machine changes; wall time is a backstop with a reason of its
+own.
 """
 
 import math
@@ -62,7 +64,7 @@ class Planner:
     def plan(
         self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
     ) -> Path:
-        """A path of which every edge is checked at `RESOLUTION`; or `Obstructed`, or `NoPathFound`."""
+        """A path whose every edge is checked at `RESOLUTION`; or `Obstructed`, or `NoPathFound`."""
         make = PLANNERS[planner]
         self._valid, self._checks, self._started = valid, 0, time.monotonic()
         for q, end in ((start, "start"), (goal, "goal")):

@@ -28,6 +28,7 @@ class Reason(StrEnum):
     GOAL_IN_COLLISION = "goal_in_collision"
     NO_PATH = "no_path"
     PLANNER_TIMEOUT = "planner_timeout"
+    SUPPORT_TILTED = "support_tilted"
     NO_GRASP = "no_grasp"
     NO_FREE_PLACE = "no_free_place"
     GRASP_FAILED = "grasp_failed"

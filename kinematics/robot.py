@@ -1,6 +1,7 @@
 """The Panda of `pybullet_data`, as Pinocchio, MuJoCo (for mink too) and PyBullet read it.
 
-Lengths in metres, angles in radians, the robot's base at the world's origin. The tool frame sits between
+Lengths in metres, angles in radians, the robot's base at the world's origin. The tool frame sits
+between
 the fingertips: z along the approach, y along the closing direction.
 """
 
@@ -43,7 +44,9 @@ class Limits:
 
 
 def folder() -> Path:
-    """Where `pybullet_data` keeps the robot. Found without importing it, so that nothing is printed."""
+    """Where `pybullet_data` keeps the robot. Found without importing it, so that nothing is
+    printed.
+    """
     spec = importlib.util.find_spec("pybullet_data")
     if spec is None or spec.origin is None:
         raise FileNotFoundError("the package pybullet_data (part of pybullet) is not installed")
@@ -58,7 +61,9 @@ def description() -> str:
 
 @cache
 def limits() -> Limits:
-    """The soft limits of the `safety_controller` elements: the `limit` elements are wider than the maker's."""
+    """The soft limits of the `safety_controller` elements: the `limit` elements are wider than the
+    maker's.
+    """
     joints = [_joint_text(name) for name in ARM_JOINTS]
     return Limits(
         lower=_numbers(joints, r'soft_lower_limit="([^"]+)"'),

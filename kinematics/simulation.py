@@ -1,7 +1,9 @@
-"""The simulated cell: motor commands in, what is measured out. Friction and gravity only, in PyBullet.
+"""The simulated cell: motor commands in, what is measured out. Friction and gravity only, in
+PyBullet.
 
-The Panda stands at the world's origin, the table's top is the plane z = 0. Every reset builds the world anew
-(12 ms): then nothing of an earlier episode, not even the order of its contacts, is left to be felt.
+The Panda stands at the world's origin, the table's top is the plane z = 0. Every reset builds the
+world anew (12 ms): then nothing of an earlier episode, not even the order of its contacts, is left
+to be felt.
 """
 
 import math
@@ -49,10 +51,12 @@ class Workcell:
         self.on_frame: Callable[[], None] | None = None
         self.reset([], seed=0)
 
-    # -- the world ---------------------------------------------------------------------------------------
+    # -- the world -------------------------------------------------------------------------
 
     def reset(self, bodies: Sequence[Body], seed: int) -> None:
-        """Arm at home with an open hand, bodies where they are said to be, settled; the clock at zero."""
+        """Arm at home with an open hand, bodies where they are said to be, settled; the clock at
+        zero.
+        """
         _check_bodies(bodies)
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
         self.seed = seed
@@ -80,7 +84,7 @@ class Workcell:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # -- what is measured --------------------------------------------------------------------------------
+    # -- what is measured ------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -100,9 +104,7 @@ class Workcell:
 
     def speed(self, name: str) -> float:
         """At most this fast is any point of the body [m/s]."""
-        linear, angular = self._bullet.getBaseVelocity(
-            self._id(name), physicsClientId=self._client
-        )
+        linear, angular = self._bullet.getBaseVelocity(self._id(name), physicsClientId=self._client)
         radius = math.hypot(*self.bodies[name].half_extents)
         return math.hypot(*linear) + radius * math.hypot(*angular)
 
@@ -118,7 +120,9 @@ class Workcell:
         return np.array([state[0] for state in states])
 
     def tool_pose(self) -> Pose:
-        """Of the point between the fingertips, where a grasped body's centre is; z along the approach."""
+        """Of the point between the fingertips, where a grasped body's centre is; z along the
+        approach.
+        """
         state = self._bullet.getLinkState(
             self._robot, _TOOL, computeForwardKinematics=1, physicsClientId=self._client
         )
@@ -141,7 +145,7 @@ class Workcell:
         both = left.keys() & right.keys()
         return min(both, key=lambda name: (-min(left[name], right[name]), name), default=None)
 
-    # -- what is done ------------------------------------------------------------------------------------
+    # -- what is done ----------------------------------------------------------------------
 
     def step(self) -> None:
         """One time step under the present motor commands."""
@@ -166,10 +170,15 @@ class Workcell:
                 return
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
-        """Set points of the arm's position controllers, with velocity feed-forward [rad], [rad/s]."""
+        """Set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
         self._bullet.setJointMotorControlArray(
-            self._robot, _ARM, self._bullet.POSITION_CONTROL, targetPositions=position,
-            targetVelocities=velocity, forces=self._effort, positionGains=[_POSITION_GAIN] * 7,
+            self._robot,
+            _ARM,
+            self._bullet.POSITION_CONTROL,
+            targetPositions=position,
+            targetVelocities=velocity,
+            forces=self._effort,
+            positionGains=[_POSITION_GAIN] * 7,
             physicsClientId=self._client,
         )
 
@@ -183,24 +192,34 @@ class Workcell:
         self.hand_closed = True
         for finger in _FINGERS:
             self._bullet.setJointMotorControl2(
-                self._robot, finger, self._bullet.VELOCITY_CONTROL,
-                targetVelocity=-CLOSING_SPEED, force=GRIP_FORCE, physicsClientId=self._client,
+                self._robot,
+                finger,
+                self._bullet.VELOCITY_CONTROL,
+                targetVelocity=-CLOSING_SPEED,
+                force=GRIP_FORCE,
+                physicsClientId=self._client,
             )
 
     def weaken_fingers(self) -> None:
-        """The disturbance: the fingers lose their force and give way, though they are told to hold."""
+        """The disturbance: the fingers lose their force and give way, though told to hold."""
         self._drive_fingers(0.5 * self.finger_width() + 3e-3, force=2.0)
 
-    def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:  # noqa: N803
-        """Push a body above its centre for 50 ms, horizontally; then wait until all has come to rest."""
+    def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:
+        """Push a body above its centre for 50 ms, horizontally; then wait until all has come to
+        rest.
+        """
         length = math.hypot(*direction_xy)
         strength = impulse_Ns / (_PUSH_STEPS * TIME_STEP) / length
         force = (direction_xy[0] * strength, direction_xy[1] * strength, 0.0)
         for _ in range(_PUSH_STEPS):
             x, y, z = self.pose(name).position
             self._bullet.applyExternalForce(
-                self._id(name), -1, force, (x, y, z + _PUSH_ABOVE_CENTRE),
-                self._bullet.WORLD_FRAME, physicsClientId=self._client,
+                self._id(name),
+                -1,
+                force,
+                (x, y, z + _PUSH_ABOVE_CENTRE),
+                self._bullet.WORLD_FRAME,
+                physicsClientId=self._client,
             )
             self.step()
         self.settle_until_still(list(self.bodies), at_most=2.0)
@@ -213,14 +232,16 @@ class Workcell:
         joints = [*self.joint_positions().tolist(), *(state[0] for state in fingers)]
         return self._camera.picture(self.bodies, self.poses(), joints, width, height)
 
-    # -- inside ------------------------------------------------------------------------------------------
+    # -- inside ----------------------------------------------------------------------------
 
     def _build(self) -> None:
         world, client = self._bullet, self._client
         world.resetSimulation(physicsClientId=client)
         world.setPhysicsEngineParameter(
-            fixedTimeStep=TIME_STEP, numSolverIterations=SOLVER_ITERATIONS,
-            solverResidualThreshold=RESIDUAL, deterministicOverlappingPairs=1,
+            fixedTimeStep=TIME_STEP,
+            numSolverIterations=SOLVER_ITERATIONS,
+            solverResidualThreshold=RESIDUAL,
+            deterministicOverlappingPairs=1,
             physicsClientId=client,
         )
         world.setGravity(0, 0, -9.81, physicsClientId=client)
@@ -228,9 +249,7 @@ class Workcell:
         self._table = world.createMultiBody(0, plane, physicsClientId=client)
         world.changeDynamics(self._table, -1, lateralFriction=1.0, physicsClientId=client)
         with bullet.output_silenced():
-            self._robot = world.loadURDF(
-                str(self._urdf), useFixedBase=True, physicsClientId=client
-            )
+            self._robot = world.loadURDF(str(self._urdf), useFixedBase=True, physicsClientId=client)
         self._place_arm()
         shapes: dict[Vector, int] = {}
         self._ids = {body.name: self._add(body, shapes) for body in self.bodies.values()}
@@ -246,8 +265,15 @@ class Workcell:
                 self._robot, finger, robot.MAXIMUM_OPENING, physicsClientId=client
             )
         gear = world.createConstraint(
-            self._robot, _FINGERS[0], self._robot, _FINGERS[1], world.JOINT_GEAR,
-            [1, 0, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client,
+            self._robot,
+            _FINGERS[0],
+            self._robot,
+            _FINGERS[1],
+            world.JOINT_GEAR,
+            [1, 0, 0],
+            [0, 0, 0],
+            [0, 0, 0],
+            physicsClientId=client,
         )
         world.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50, physicsClientId=client)
         self.drive_arm(home, [0.0] * 7)
@@ -260,7 +286,11 @@ class Workcell:
                 world.GEOM_BOX, halfExtents=body.half_extents, physicsClientId=client
             )
         identity: int = world.createMultiBody(
-            body.mass, shapes[body.half_extents], -1, body.position, body.quaternion_xyzw,
+            body.mass,
+            shapes[body.half_extents],
+            -1,
+            body.position,
+            body.quaternion_xyzw,
             physicsClientId=client,
         )
         world.changeDynamics(identity, -1, lateralFriction=1.0, physicsClientId=client)
@@ -269,8 +299,13 @@ class Workcell:
     def _drive_fingers(self, opening: float, force: float) -> None:
         for finger in _FINGERS:
             self._bullet.setJointMotorControl2(
-                self._robot, finger, self._bullet.POSITION_CONTROL, targetPosition=opening,
-                force=force, maxVelocity=CLOSING_SPEED, physicsClientId=self._client,
+                self._robot,
+                finger,
+                self._bullet.POSITION_CONTROL,
+                targetPosition=opening,
+                force=force,
+                maxVelocity=CLOSING_SPEED,
+                physicsClientId=self._client,
             )
 
     def _pressing(self, finger: int) -> dict[str, float]:

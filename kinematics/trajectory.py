@@ -1,7 +1,9 @@
 """From a chain of joint positions to positions and velocities at every control step.
 
-Corners are rounded, then the path is followed as fast as the joints' velocities and accelerations and the
-tool's speed allow: a forward and a backward pass over the path, as in time-optimal path parameterisation.
+Corners are rounded, then the path is followed as fast as the joints' velocities and accelerations
+and the
+tool's speed allow: a forward and a backward pass over the path, as in time-optimal path
+parameterisation.
 """
 
 import math
@@ -64,11 +66,14 @@ def _rounded(before: Array, corner: Array, after: Array, free: Callable[[Array],
         reach /= 2
 
 
-def time_parameterise(chain: Array, tool_speed: float = math.inf, tool_length: float = 0.0) -> Trajectory:
+def time_parameterise(
+    chain: Array, tool_speed: float = math.inf, tool_length: float = 0.0
+) -> Trajectory:
     """The fastest motion along a chain, from rest to rest.
 
     Args:
-        tool_speed: the most that the tool may do [m/s], on a chain whose points are equally far apart for it.
+        tool_speed: the most that the tool may do [m/s], on a chain whose points are equally far
+        apart for it.
         tool_length: the way of the tool along the chain [m].
     """
     path = _resampled(chain)
@@ -86,7 +91,9 @@ def time_parameterise(chain: Array, tool_speed: float = math.inf, tool_length: f
 
 
 def _resampled(chain: Array) -> Array:
-    """Points equally spaced along the chain; equal spacing keeps the differences below well-behaved."""
+    """Points equally spaced along the chain; equal spacing keeps the differences below well-
+    behaved.
+    """
     steps = np.linalg.norm(np.diff(chain, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(steps)])
     keep = np.concatenate([[True], steps > 1e-9])
@@ -103,12 +110,15 @@ def _widest(bend: Array) -> Array:
 
 
 def _speed_limits(tangent: Array, bend: Array) -> Array:
-    """The highest path speed at every point: joint velocities, and half the acceleration for the bend."""
+    """The highest path speed at every point: joint velocities, and half the acceleration for the
+    bend.
+    """
     limits = robot.limits()
     by_velocity = (VELOCITY_SHARE * limits.velocity / (np.abs(tangent) + 1e-9)).min(axis=1)
     acceleration = ACCELERATION_SHARE * robot.ACCELERATION
     by_bend = np.sqrt((0.5 * acceleration / (bend + 1e-9)).min(axis=1))
-    return np.minimum(by_velocity, by_bend)
+    limit: Array = np.minimum(by_velocity, by_bend)
+    return limit
 
 
 def _tangential_acceleration(tangent: Array, bend: Array, highest: Array) -> Array:
@@ -119,7 +129,9 @@ def _tangential_acceleration(tangent: Array, bend: Array, highest: Array) -> Arr
 
 
 def _passes(s: Array, highest: Array, acceleration: Array) -> Array:
-    """Forward, then backward: no point is reached faster, or left slower, than the acceleration allows."""
+    """Forward, then backward: no point is reached faster, or left slower, than the acceleration
+    allows.
+    """
     squared = (highest**2).tolist()
     gain = (2 * np.minimum(acceleration[1:], acceleration[:-1]) * np.diff(s)).tolist()
     squared[0] = squared[-1] = 0.0
@@ -127,7 +139,8 @@ def _passes(s: Array, highest: Array, acceleration: Array) -> Array:
         squared[i] = min(squared[i], squared[i - 1] + gain[i - 1])
     for i in range(len(squared) - 2, -1, -1):
         squared[i] = min(squared[i], squared[i + 1] + gain[i])
-    return np.sqrt(np.array(squared))
+    speed: Array = np.sqrt(np.array(squared))
+    return speed
 
 
 def _sampled(s: Array, path: Array, tangent: Array, speed: Array) -> Trajectory:
@@ -152,10 +165,10 @@ def _hermite(path: Array, tangent: Array, s: Array, i: Any, along: Array) -> tup
     u = (along - s[i])[:, None] / length
     a, b, da, db = path[i], path[i + 1], tangent[i] * length, tangent[i + 1] * length
     points = (
-        (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * da
-        + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * db
+        (1 + 2 * u) * (1 - u) ** 2 * a
+        + u * (1 - u) ** 2 * da
+        + u**2 * (3 - 2 * u) * b
+        + u**2 * (u - 1) * db
     )
-    slope = (
-        6 * u * (u - 1) * (a - b) + (1 - u) * (1 - 3 * u) * da + u * (3 * u - 2) * db
-    ) / length
+    slope = (6 * u * (u - 1) * (a - b) + (1 - u) * (1 - 3 * u) * da + u * (3 * u - 2) * db) / length
     return points, slope

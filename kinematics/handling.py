@@ -1,0 +1,259 @@
+"""One attempt at a skill: from a look at the cell to paths, grasps, placements and pushes that are
+carried out.
+"""
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kinematics import differential, inverse, motion
+from kinematics.approach import (
+    ABOVE_SUPPORT,
+    Approach,
+    grasp_approaches,
+    line_to_grasp,
+    opening_that_is_free,
+)
+from kinematics.arm import Arm, Look
+from kinematics.geometry import Array, Vector, angle_between
+from kinematics.grasps import grasps_by_trouble
+from kinematics.nudge import Nudge, nudges
+from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
+from kinematics.robot import MAXIMUM_OPENING
+from kinematics.simulation import Workcell
+from kinematics.trajectory import Trajectory, round_corners, time_parameterise
+
+NUDGES = 4  # before a grasp is given up
+NUDGE_SPEED = 0.1  # of the tool [m/s]
+LINE_SPEED = 0.35  # of the tool on straight lines [m/s]
+WIDTH_TOLERANCE = 0.006  # between the fingers and the body's width [m]
+STAYED = 0.005  # how far a body may be from where it was let go [m]
+STAYS = 0.1  # how fast it may be then [m/s]
+MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
+APPROACHES = 4  # that are planned to before a skill gives up
+_TURNED = 0.05  # a grasp whose rotation is so near the tool's is the one it waits above [rad]
+
+
+@dataclass
+class Attempt:
+    """A cell, the arm's solvers, and what is to be said about the attempt afterwards."""
+
+    cell: Workcell
+    arm: Arm
+    seed: int
+    evidence: dict[str, Any] = field(default_factory=dict)
+    solvers: list[str] = field(default_factory=list)
+    planner: str = ""
+
+    @property
+    def sizes(self) -> Mapping[str, Vector]:
+        """Half extents of all bodies [m]."""
+        return {name: body.half_extents for name, body in self.cell.bodies.items()}
+
+    def look(self) -> Look:
+        return self.arm.look(self.cell)
+
+    def solved_by(self, solver: str) -> None:
+        if solver not in self.solvers:
+            self.solvers.append(solver)
+
+    # -- above -----------------------------------------------------------------------------
+
+    def go_above(
+        self, look: Look, approaches: Iterator[Approach], slip_at: float | None = None
+    ) -> Approach:
+        """Plan to the first approach that a path leads to, and move there."""
+        failure: KinematicsError | None = None
+        self.solved_by(inverse.SOLVER)
+        for approach, _ in zip(approaches, range(APPROACHES), strict=False):
+            try:
+                trajectory = self._plan(look, approach.above)
+            except KinematicsError as found:
+                failure = found
+                continue
+            self.evidence.update(descent_free=approach.is_free, trouble=approach.trouble)
+            self._travel(look, trajectory, slip_at)
+            return approach
+        raise failure or self._no_approach()
+
+    def _plan(self, look: Look, goal: Array) -> Trajectory:
+        arm = self.arm
+        arm.scene.open_fingers(look.opening)
+        arm.show_held(look)
+        path = arm.plan(look.q, goal, self.seed)
+        self.planner = path.planner
+        self.evidence["validity_checks"] = path.checks
+        return time_parameterise(round_corners(path.corners, arm.chain_is_free))
+
+    def _travel(self, look: Look, trajectory: Trajectory, slip_at: float | None) -> None:
+        if look.held is None:
+            motion.follow(self.cell, trajectory)
+            return
+        grip = motion.measure_grip(self.cell, look.held)
+        drop = motion.carry(self.cell, trajectory, grip, slip_at)
+        if drop is not None:
+            raise self._dropped(drop, forced=slip_at is not None)
+
+    def _dropped(self, drop: motion.Drop, forced: bool = False) -> KinematicsError:
+        """Open the hand, wait for the fall to end, and say what was noticed."""
+        motion.open_hand(self.cell, MAXIMUM_OPENING)
+        self.cell.settle_until_still([drop.name], motion.WAIT_FOR_FALL)
+        return KinematicsError(
+            Reason.OBJECT_DROPPED,
+            f"'{drop.name}' was lost on the way",
+            name=drop.name,
+            at_fraction=drop.at_fraction,
+            finger_width=drop.finger_width,
+            slid=drop.slid,
+            lies_at=self.cell.pose(drop.name).position,
+            forced=forced,
+        )
+
+    def _no_approach(self) -> KinematicsError:
+        if self.arm.near:
+            return Obstructed(
+                Reason.GOAL_IN_COLLISION,
+                "something stands where the arm would be",
+                near=sorted(self.arm.near),
+            )
+        return Unreachable(Reason.UNREACHABLE, "no joint positions put the tool there")
+
+    # -- grasp -----------------------------------------------------------------------------
+
+    def approach_from_here(self, look: Look, target: str) -> Approach | None:
+        """The line down from where the arm is, to a grasp in the orientation that the tool has."""
+        for group in grasps_by_trouble(look.poses[target], self.sizes[target]):
+            for option in group:
+                if angle_between(option.tool[:3, :3], look.tool[:3, :3]) > _TURNED:
+                    continue
+                end = self.arm.inverse.solve(option.tool, look.q)
+                approach = None if end is None else line_to_grasp(self.arm, look.q, option, end)
+                if approach is not None:
+                    return approach
+        return None
+
+    def approach_anew(self, target: str) -> Approach:
+        """Move to where the way down is free; where none is, push things apart until one is."""
+        for attempt in range(NUDGES + 1):
+            look = self.look()
+            found = grasp_approaches(self.arm, look, target, self.sizes[target], self.seed)
+            free = (approach for approach in found if approach.is_free)
+            first = next(free, None)
+            if first is not None:
+                return self.go_above(look, itertools.chain([first], free))
+            nudge = next(nudges(self.arm, look, target, self.sizes, self.seed), None)
+            if nudge is None or attempt == NUDGES:
+                break
+            self._push_apart(look, nudge)
+        count = self.evidence.get("nudges", 0)
+        raise Obstructed(Reason.NO_GRASP, f"no grasp of '{target}' is free", nudges=count)
+
+    def take(self, target: str, approach: Approach) -> None:
+        """Down, close, and up again by the same way backwards."""
+        cell, down = self.cell, self.along(approach.line)
+        motion.open_hand(cell, approach.opening)
+        try:
+            motion.follow(cell, down)
+        except KinematicsError:
+            self._go_back(approach.above)
+            raise
+        motion.close_hand(cell)
+        failure = self._grasp_failure(target)
+        if failure is not None:
+            motion.open_hand(cell, approach.opening)
+            motion.follow(cell, down.reversed())
+            raise failure
+        self._lift(target, down.reversed(), approach.above)
+
+    def _lift(self, target: str, up: Trajectory, above: Array) -> None:
+        cell = self.cell
+        drop = motion.carry(cell, up, motion.measure_grip(cell, target))
+        if drop is None and cell.held() == target:
+            self.evidence["in_hand"] = tuple(motion.measure_grip(cell, target).offset.tolist())
+            return
+        motion.open_hand(cell, MAXIMUM_OPENING)
+        self._go_back(above)
+        cell.settle_until_still([target], motion.WAIT_FOR_FALL)
+        raise KinematicsError(Reason.GRASP_SLIPPED, f"'{target}' slipped while it was lifted")
+
+    def _grasp_failure(self, target: str) -> KinematicsError | None:
+        """None where contact, the finger width and the body's pose say that the target is held."""
+        width, held = self.cell.finger_width(), self.cell.held()
+        offset = float(np.linalg.norm(motion.measure_grip(self.cell, target).offset))
+        self.evidence.update(finger_width=width, held=held, off_centre=offset)
+        fits = min(abs(width - 2 * half) for half in self.sizes[target]) < WIDTH_TOLERANCE
+        if fits and held == target and offset < max(self.sizes[target]):
+            return None
+        return KinematicsError(
+            Reason.GRASP_FAILED, f"the fingers are {1000 * width:.1f} mm apart and hold {held}"
+        )
+
+    def _go_back(self, above: Array) -> None:
+        """Straight in the joints, from wherever a line was broken off: the rest of it, nearly."""
+        chain = np.array([self.cell.joint_positions(), above])
+        motion.follow(self.cell, time_parameterise(chain))
+
+    def _push_apart(self, look: Look, nudge: Nudge) -> None:
+        self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
+        motion.open_hand(self.cell, 0.0)
+        closed = self.look()
+        motion.follow(self.cell, self._plan(closed, nudge.above))
+        motion.follow(self.cell, self.along(nudge.down))
+        motion.follow(self.cell, self.along(nudge.sweep, NUDGE_SPEED))
+        motion.follow(self.cell, self.along(nudge.sweep[::-1][:3]))  # back off, then up
+        raised = self.arm.inverse.forward(nudge.sweep[-3])
+        raised[2, 3] = look.tool[2, 3]
+        up = self.arm.lines.follow(nudge.sweep[-3], [raised])
+        if up is not None:
+            motion.follow(self.cell, self.along(up))
+        motion.open_hand(self.cell, MAXIMUM_OPENING)
+
+    # -- release ---------------------------------------------------------------------------
+
+    def line_down(self, look: Look, held: str) -> tuple[Array, float]:
+        """The line to where the held body rests on what is below, and how wide to open there."""
+        drop = self.arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - ABOVE_SUPPORT
+        low = look.tool.copy()
+        low[2, 3] -= max(0.0, drop)
+        self.solved_by(differential.SOLVER)
+        line = self.arm.lines.follow(look.q, [low])
+        if line is None:
+            raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
+        self._check_line_down(line)
+        self.arm.scene.hold(None)
+        width = 2 * look.opening
+        opening = opening_that_is_free(self.arm, line, width)
+        return line, width / 2 + 0.004 if opening is None else opening
+
+    def put(self, held: str, line: Array, opening: float) -> None:
+        """Down, open, and up again by the same way; then see that the body stayed."""
+        cell, down = self.cell, self.along(line)
+        drop = motion.carry(cell, down, motion.measure_grip(cell, held))
+        if drop is not None:
+            raise self._dropped(drop)
+        put_at = np.array(cell.pose(held).position)
+        motion.open_hand(cell, opening)
+        motion.follow(cell, down.reversed())
+        moved = float(np.linalg.norm(np.array(cell.pose(held).position) - put_at))
+        self.evidence.update(moved=moved, speed=cell.speed(held))
+        if moved > STAYED or cell.speed(held) > STAYS:
+            cell.settle_until_still([held], motion.WAIT_FOR_FALL)
+            raise KinematicsError(
+                Reason.PLACEMENT_FAILED, f"'{held}' did not stay where it was put", moved=moved
+            )
+
+    def _check_line_down(self, line: Array) -> None:
+        scene = self.arm.scene
+        if not self.arm.chain_is_free(line[:-1], margin=0.0):
+            near = {name for q in line[:-1] for touch in scene.touches(q) for name in touch.names}
+            raise Obstructed(
+                Reason.GOAL_IN_COLLISION, "something stands beside the way down", near=sorted(near)
+            )
+
+    def along(self, line: Array, speed: float = LINE_SPEED) -> Trajectory:
+        """A straight line of the tool, at its own speed [m/s]."""
+        ends = [self.arm.inverse.forward(q)[:3, 3] for q in (line[0], line[-1])]
+        return time_parameterise(line, speed, float(np.linalg.norm(ends[1] - ends[0])))

@@ -1,0 +1,146 @@
+"""Paths, straight lines and trajectories: where they lead, what they keep clear of, what they
+repeat.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from kinematics import robot
+from kinematics.collision import CollisionScene
+from kinematics.differential import StraightLines
+from kinematics.geometry import UPRIGHT, Array, Pose, angle_between
+from kinematics.inverse import InverseKinematics, usual_tool
+from kinematics.planning import PLANNERS, RESOLUTION, Path, Planner
+from kinematics.reasons import NoPathFound, Obstructed, Reason
+from kinematics.trajectory import (
+    ACCELERATION_SHARE,
+    TIME_STEP,
+    round_corners,
+    time_parameterise,
+)
+
+SOLVER = InverseKinematics()
+PLANNER = Planner()
+SIZES = {f"brick{i}": (0.025, 0.025, 0.025) for i in range(6)}
+
+
+def walled_scene() -> CollisionScene:
+    """A wall of six cubes, two abreast and three high, between the left and the right of the table."""
+    scene = CollisionScene(SIZES)
+    places = [
+        (0.5 + 0.051 * column, 0.0, 0.025 + 0.05 * row) for column in (0, 1) for row in (0, 1, 2)
+    ]
+    scene.place({name: Pose(place, UPRIGHT) for name, place in zip(SIZES, places, strict=True)})
+    scene.open_fingers(0.04)
+    return scene
+
+
+def beside(y: float) -> Array:
+    q = SOLVER.solve(usual_tool(0.52, y, 0.08), robot.HOME)
+    assert q is not None
+    return q
+
+
+def plan(scene: CollisionScene, seed: int, planner: str = "rrt_connect") -> Path:
+    return PLANNER.plan(beside(-0.15), beside(0.15), scene.is_free, seed, planner)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_planned_path_joins_its_ends_and_stays_clear(seed: int) -> None:
+    scene = walled_scene()
+    corners = plan(scene, seed).corners
+    assert np.allclose(corners[0], beside(-0.15)) and np.allclose(corners[-1], beside(0.15))
+    for a, b in zip(corners, corners[1:], strict=False):
+        steps = math.ceil(5 * float(np.linalg.norm(b - a)) / RESOLUTION)
+        assert all(scene.is_free(a + (b - a) * k / steps, margin=0.0) for k in range(steps + 1))
+
+
+def test_the_same_seed_gives_the_same_path_and_another_seed_another() -> None:
+    scene = walled_scene()
+    first, between, again = plan(scene, 3), plan(scene, 4), plan(scene, 3)
+    assert np.array_equal(first.corners, again.corners) and first.checks == again.checks
+    assert not np.array_equal(first.corners, between.corners)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_every_planner_finds_the_way_round_the_wall(planner: str) -> None:
+    assert plan(walled_scene(), 0, planner).planner == planner
+
+
+def test_an_end_in_collision_is_said_to_be_the_start_or_the_goal() -> None:
+    scene = walled_scene()
+    with pytest.raises(Obstructed) as failure:
+        PLANNER.plan(beside(-0.15), beside(0.0), scene.is_free, seed=0)
+    assert failure.value.reason is Reason.GOAL_IN_COLLISION
+
+
+def test_a_budget_of_checks_ends_a_search_that_cannot_succeed() -> None:
+    ends = beside(-0.15), beside(0.15)
+
+    def walled_off(q: Array) -> bool:
+        return any(float(np.abs(q - end).max()) < 0.05 for end in ends)
+
+    with pytest.raises(NoPathFound) as failure:
+        PLANNER.plan(*ends, walled_off, seed=0)
+    assert failure.value.reason is Reason.NO_PATH
+
+
+def test_a_body_moved_in_the_scene_is_felt_where_it_is_now() -> None:
+    scene = walled_scene()
+    assert not scene.is_free(beside(0.0))
+    scene.place({name: Pose((0.0, 0.6, 0.025), UPRIGHT) for name in SIZES})
+    assert scene.is_free(beside(0.0))
+
+
+def test_a_held_body_is_felt_and_the_hand_alone_is_too() -> None:
+    scene = walled_scene()
+    over = SOLVER.solve(usual_tool(0.52, 0.0, 0.19), robot.HOME)
+    assert over is not None and scene.is_free(over)
+    scene.place({name: Pose((0.52, 0.0, 0.125), UPRIGHT) for name in SIZES}, frozenset(["brick0"]))
+    scene.hold("brick0", np.eye(4))
+    assert scene.clearance(over) < 0.0 or scene.is_free(over, margin=0.0)
+    assert scene.drop_height(over, "brick0", 1.0) == pytest.approx(0.015, abs=1e-3)
+    assert not scene.hand_is_free(usual_tool(0.52, 0.0, 0.1), 0.04, margin=0.0)
+    assert scene.hand_is_free(usual_tool(0.52, 0.3, 0.1), 0.04, margin=0.0)
+
+
+def test_a_straight_line_is_straight_and_keeps_its_orientation() -> None:
+    start = beside(0.1)
+    tool = SOLVER.forward(start)
+    low = tool.copy()
+    low[:3, 3] += 0.03, -0.02, -0.05
+    line = StraightLines().follow(start, [low])
+    assert line is not None
+    way = low[:3, 3] - tool[:3, 3]
+    for q in line:
+        reached = SOLVER.forward(q)
+        along = reached[:3, 3] - tool[:3, 3]
+        off = along - way * float(along @ way) / float(way @ way)
+        assert np.linalg.norm(off) < 5e-4
+        assert angle_between(reached[:3, :3], low[:3, :3]) < 2e-3
+    assert np.allclose(SOLVER.forward(line[-1])[:3, 3], low[:3, 3], atol=5e-4)
+
+
+def test_a_line_that_leaves_the_reach_is_none() -> None:
+    far = usual_tool(1.3, 0.0, 0.2)
+    assert StraightLines().follow(beside(0.1), [far]) is None
+
+
+def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest() -> None:
+    scene = walled_scene()
+    path = plan(scene, 1)
+
+    def free(chain: Array) -> bool:
+        return all(scene.is_free(q) for q in chain)
+
+    trajectory = time_parameterise(round_corners(path.corners, free))
+    velocity = np.diff(trajectory.positions, axis=0) / TIME_STEP
+    acceleration = np.diff(velocity, axis=0) / TIME_STEP
+    assert (np.abs(velocity) <= robot.limits().velocity).all()
+    assert (np.abs(acceleration) <= 2 * ACCELERATION_SHARE * robot.ACCELERATION).all()
+    assert np.allclose(trajectory.positions[-1], path.corners[-1])
+    assert np.allclose(trajectory.velocities[-1], 0.0)
+    back = trajectory.reversed()
+    assert np.array_equal(back.positions[::-1], trajectory.positions)
