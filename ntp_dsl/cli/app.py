@@ -23,9 +23,14 @@ Table = Mapping[str, "str | Table"]
 
 COMMANDS: Table = {
     "check": "Say whether libraries are sound, and every mistake that is in them.",
+    "trace": {
+        "show": "Show the call tree of a trace in the terminal.",
+    },
+    "import-vat": "Turn a task file of the paper's authors into our own format.",
 }
 GROUPS = {
     "": "Declare a library of robot tasks, show a task once, and the arm does it.",
+    "trace": "Look at what a program did, call by call.",
 }
 
 
