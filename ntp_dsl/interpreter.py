@@ -36,6 +36,7 @@ class Run:
     deciding_seconds: float
     planning_seconds: float
     moving_seconds: float
+    disturbances: int
     failures: list[Outcome]
     last_failure: Outcome | None
 
@@ -66,7 +67,7 @@ class Interpreter:
         self.interfere = interfere
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
-        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, [], None)
+        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], None)
         confirmed = retries = 0
         while not run.reason:
             before = run.primitives
@@ -145,6 +146,7 @@ class Interpreter:
         run.primitives += 1
         run.planning_seconds += outcome.planning_seconds
         run.moving_seconds += outcome.moving_seconds
+        run.disturbances += len(outcome.disturbances)
         if not outcome.achieved:
             run.failures.append(outcome)
         run.last_failure = None if outcome.achieved else outcome

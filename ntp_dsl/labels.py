@@ -1,14 +1,13 @@
-"""Labelled queries from recorded episodes: every decision made, and programs that were not on the stack."""
+"""Sample queries from recorded episodes: every decision made, and programs that were not on the stack."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ntp_dsl.experts import Expert, Return
-from ntp_dsl.queries import Answer, Query
+from ntp_dsl.queries import Answer, Query, Sample
 from ntp_dsl.registry import Program
 from ntp_dsl.scripted import DemonstratedCall, counterpart, shown_anywhere
 from ntp_dsl.specification import Demonstration
@@ -19,19 +18,13 @@ from ntp_dsl.world import Argument, Observation
 OFF_STACK = 2  # queries about other programs, for each state
 
 
-@dataclass(frozen=True)
-class Labelled:
-    query: Query
-    answer: Answer
-
-
 def labelled(
     expert: Expert,
     demonstration: Demonstration,
     shown: DemonstratedCall,
     trace: Trace,
     rng: np.random.Generator,
-) -> Iterator[Labelled]:
+) -> Iterator[Sample]:
     """Decisions of the trace, and for each of its states the expert's word on programs drawn at random."""
     yield from _on_stack(expert, demonstration, trace)
     for observation in trace.states:
@@ -44,16 +37,17 @@ def objects(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
     return tuple(argument for argument in arguments if isinstance(argument, str))
 
 
-def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Labelled]:
+def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
     calls = {call.id: call for call in trace.calls}
     for call in trace.calls:
         if call.parent != ROOT:
             query = _query(calls[call.parent], trace.states[call.state], demonstration)
-            yield Labelled(query, Answer(call.name, objects(call.arguments), call.scope))
+            yield Sample(query, Answer(call.name, objects(call.arguments), call.scope))
     for call in trace.calls:
         if call.kind == "program" and call.outcome in ("done", "unfinished"):
             state = trace.states[call.details["state"]]
-            yield Labelled(_query(call, state, demonstration), Answer(None))
+            answer = Answer(None, done=call.outcome == "done")
+            yield Sample(_query(call, state, demonstration), answer)
 
 
 def _query(call: Call, state: Observation, demonstration: Demonstration) -> Query:
@@ -66,17 +60,17 @@ def _off_stack(
     shown: DemonstratedCall,
     observation: Observation,
     rng: np.random.Generator,
-) -> Labelled:
+) -> Sample:
     program, arguments = random_call(expert, observation, shown, rng)
     node = shown_anywhere(shown, program.name, arguments)
     scope = node.scope if node else None
     query = Query(program.name, objects(arguments), scope, observation, demonstration)
     decision = expert.decide(program.name, arguments, State(expert.registry, observation))
     if isinstance(decision, Return):
-        return Labelled(query, Answer(None))
+        return Sample(query, Answer(None, done=decision.done))
     child = counterpart(node, decision.callee, decision.arguments)
     answer = Answer(decision.callee, objects(decision.arguments), child.scope if child else None)
-    return Labelled(query, answer)
+    return Sample(query, answer)
 
 
 def random_call(

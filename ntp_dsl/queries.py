@@ -21,8 +21,17 @@ class Query:
 
 @dataclass(frozen=True)
 class Answer:
-    """The next call, or the end of the program where `callee` is None."""
+    """The next call, or the end of the program where `callee` is None: done, or unfinished."""
 
     callee: str | None
     objects: tuple[str, ...] = ()
     scope: Scope | None = None
+    done: bool = True
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A query with its answer, as training takes them."""
+
+    query: Query
+    answer: Answer

@@ -15,6 +15,7 @@ from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.labels import random_call
 from ntp_dsl.registry import Registry
 from ntp_dsl.scripted import DemonstratedCall, ScriptedPolicy, demonstrated
+from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, Recorder
 from ntp_dsl.tasks import Instance
 from ntp_dsl.traces import TraceWriter, parse_trace
@@ -51,7 +52,8 @@ def demonstrate(
     world.on_frame = None
     if not run.done or run.failures:
         return run
-    notes = {"task": instance.name, "library": registry.name, "seed": seed}
+    goal = [dict(placement.fields) for placement in instance.goal]
+    notes = {"task": instance.name, "library": registry.name, "seed": seed, "goal": goal}
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
     return Shown(recorder.demonstration(notes), demonstrated(trace))
 
@@ -70,7 +72,7 @@ def record_episode(
     rng = np.random.default_rng((seed, 1))
     messy = trouble > 0 and rng.random() < 0.5
     scene: Scene = (scrambled if messy else scattered)(instance.things, rng)
-    world.reset(scene, seed + 1, Disturbances(slips=trouble, pushes=trouble))
+    world.reset(scene, derived(seed, 1), Disturbances(slips=trouble, pushes=trouble))
     facts = header(registry, instance, seed, "scripted")
     writer.header(**facts, demonstration=shown.calls.to_json())
     recorder = Recorder(world)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -53,13 +53,17 @@ class Demonstration:
 class Recorder:
     """Collects frames of a world into a demonstration; attach it as the world's `on_frame`."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(
+        self, world: World, also: Callable[[Observation], None] | None = None
+    ) -> None:
+        self._world, self._also = world, also
         self._frames: list[tuple[float, Observation]] = []
         world.on_frame = self.take
 
     def take(self, observation: Observation) -> None:
         self._frames.append((self._world.time, observation))
+        if self._also is not None:
+            self._also(observation)
 
     def __len__(self) -> int:
         return len(self._frames)

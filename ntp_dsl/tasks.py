@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from ntp_dsl.language.syntax import Name, Sampler, TaskDeclaration
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
 from ntp_dsl.world import Argument, Observation, Record, Thing
-from ntp_dsl.worlds.scenes import declared_things
+from ntp_dsl.task_files import read_tasks
+from ntp_dsl.worlds.scenes import CUBE, declared_things, with_furniture
 
 Goal = tuple[Record, ...]
+Configuration = frozenset[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,20 @@ def draw(registry: Registry, task: TaskDeclaration, rng: np.random.Generator) ->
         if g.name == name
     ]
     return instance(task, things, SAMPLERS[task.goal.name](task.goal, groups, rng))
+
+
+def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
+    """The tasks of a file (ours, or the paper's authors'), as instances of a declared task."""
+    type_name = task.scene[0].type.name
+    found = []
+    for entry in read_tasks(path):
+        things = [Thing(name, type_name, (CUBE, CUBE, CUBE)) for name in entry.things]
+        goal = tuple(
+            Record("Placement", (("item", item), ("support", support)))
+            for item, support in entry.goal
+        )
+        found.append(instance(task, with_furniture(registry, things), goal, entry.id))
+    return found
 
 
 def instance(
@@ -119,9 +136,13 @@ SAMPLERS: Mapping[str, Callable[[Sampler, Sequence[Sequence[str]], np.random.Gen
 }
 
 
-def end_configuration(goal: Goal) -> frozenset[tuple[str, str]]:
+def end_configuration(goal: Goal) -> Configuration:
+    return configuration((placement["item"], placement["support"]) for placement in goal)
+
+
+def configuration(pairs: Iterable[tuple[str, str]]) -> Configuration:
     """Labelled: which thing ends up on which, by the numbers at the end of their names."""
-    return frozenset((_number(p["item"]), _number(p["support"])) for p in goal)
+    return frozenset((_number(item), _number(support)) for item, support in pairs)
 
 
 def _number(name: str) -> str:

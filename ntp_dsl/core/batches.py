@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from ntp_dsl.core import keyframes
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.queries import Answer, Query
 from ntp_dsl.specification import Demonstration, Scope
 from ntp_dsl.world import Observation, Thing
 
 IGNORE = -100
+NOTHING = -1
 
 
 @dataclass(frozen=True)
@@ -48,20 +51,18 @@ class Answers:
 
     slot: Tensor  # (queries,) IGNORE at an end
     end: Tensor  # (queries,) 1 where the program returns
-    start_frame: Tensor  # (queries,) within the spec; IGNORE without a scope
-    last_frame: Tensor  # (queries,)
+    start_frame: Tensor  # (queries,) within the spec; NOTHING where all that is shown is done
+    last_frame: Tensor  # (queries,) of the callee's scope
+    lost: Tensor  # (queries,) 1 where the callee's scope is none: a recovery that was never shown
     pointers: Tensor  # (queries, arity)
     candidates: Tensor  # (queries, arity, things) of the declared types
     weight: Tensor  # (queries,)
 
 
-def type_rows(memory: Memory, things: Sequence[Thing]) -> Tensor:
+@lru_cache(maxsize=4096)
+def type_rows(memory: Memory, things: tuple[Thing, ...]) -> Tensor:
     """(things, types): a thing is of its type and of all the ancestors of it."""
-    rows = torch.zeros(len(things), len(memory.types))
-    for index, thing in enumerate(things):
-        for name in memory.ancestors(thing.type):
-            rows[index, memory.types.index(name)] = 1.0
-    return rows
+    return torch.tensor([[memory.takes(t.type, name) for name in memory.types] for t in things]).float()
 
 
 def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> States:
@@ -77,7 +78,7 @@ def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> St
         n = len(seen.things)
         positions[index, :n] = relative
         there[index, :n] = visible
-        types[index, :n] = type_rows(memory, seen.things)
+        types[index, :n] = type_rows(memory, tuple(seen.things))
         names = [thing.name for thing in seen.things]
         for place, name in enumerate(query.objects):
             arguments[index, names.index(name), place] = 1.0
@@ -107,7 +108,8 @@ def frames(
     orders: Sequence[Sequence[str]] | None = None,
 ) -> Frames:
     """`orders` lists the things of each part as the present state lists them."""
-    length = max(end - begin for _, (begin, end), _ in parts)
+    shown = [keyframes.within(demonstration, scope) for demonstration, scope, _ in parts]
+    length = max(map(len, shown))
     count = max(len(demonstration.things) for demonstration, _, _ in parts)
     size = len(parts)
     positions = torch.zeros(size, length, count, 3)
@@ -115,14 +117,15 @@ def frames(
     mask = torch.zeros(size, length, dtype=torch.bool)
     types = torch.zeros(size, count, len(memory.types))
     there = torch.zeros(size, count, dtype=torch.bool)
-    for index, (demonstration, (begin, end), _) in enumerate(parts):
-        n, span = len(demonstration.things), end - begin
+    for index, (demonstration, _, _) in enumerate(parts):
+        chosen, n = shown[index], len(demonstration.things)
+        span = len(chosen)
         order = _order(demonstration, orders[index] if orders else demonstration.names)
-        shown = demonstration.positions[begin:end][:, order]
-        positions[index, :span, :n] = torch.from_numpy(shown)
-        closed[index, :span] = torch.from_numpy(demonstration.closed[begin:end].astype(np.float32))
+        seen = demonstration.positions[chosen][:, order]
+        positions[index, :span, :n] = torch.from_numpy(seen)
+        closed[index, :span] = torch.from_numpy(demonstration.closed[chosen].astype(np.float32))
         mask[index, :span] = True
-        types[index, :n] = type_rows(memory, [demonstration.things[i] for i in order])
+        types[index, :n] = type_rows(memory, tuple(demonstration.things[i] for i in order))
         there[index, :n] = True
     rows = torch.tensor([memory.index(program) for _, _, program in parts])
     return Frames(positions, closed, mask, types, there, rows)
@@ -139,33 +142,39 @@ def answers(
     slot = torch.full((size,), IGNORE)
     start, last = torch.full((size,), IGNORE), torch.full((size,), IGNORE)
     pointers = torch.full((size, memory.arity), IGNORE)
+    lost = torch.full((size,), IGNORE)
     for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
         if answer.callee is None:
+            start[index] = NOTHING if answer.done else IGNORE
             continue
+        lost[index] = int(answer.scope is None)
         slot[index] = memory.row(query.program).callees.index(answer.callee)
         names = [thing.name for thing in query.observation.things]
         for place, name in enumerate(answer.objects):
             pointers[index, place] = names.index(name)
         if query.scope is not None and answer.scope is not None:
-            start[index] = answer.scope[0] - query.scope[0]
-            last[index] = answer.scope[1] - 1 - query.scope[0]
+            shown = keyframes.within(query.demonstration, query.scope)
+            start[index] = keyframes.first_from(shown, answer.scope[0])
+            last[index] = keyframes.last_before(shown, answer.scope[1])
     return Answers(
         slot,
         torch.tensor([float(answer.callee is None) for answer in right]),
         start,
         last,
+        lost,
         pointers,
         _candidates(memory, queries, right, things),
         torch.tensor(list(weights), dtype=torch.float32),
     )
 
 
-def candidate_rows(memory: Memory, callee: str, things: Sequence[Thing]) -> Tensor:
+@lru_cache(maxsize=4096)
+def candidate_rows(memory: Memory, callee: str, things: tuple[Thing, ...]) -> Tensor:
     """(arity, things): what each argument of the callee may point at."""
     rows = torch.zeros(memory.arity, len(things), dtype=torch.bool)
     for place, type_name in enumerate(memory.signature(callee).object_types):
         for index, thing in enumerate(things):
-            rows[place, index] = type_name in memory.ancestors(thing.type)
+            rows[place, index] = memory.takes(thing.type, type_name)
     return rows
 
 
@@ -176,7 +185,7 @@ def _candidates(
     for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
         if answer.callee is not None:
             seen = query.observation.things
-            rows[index, :, : len(seen)] = candidate_rows(memory, answer.callee, seen)
+            rows[index, :, : len(seen)] = candidate_rows(memory, answer.callee, tuple(seen))
     return rows
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TypeVar
 
 import numpy as np
@@ -15,20 +15,11 @@ from ntp_dsl.core import batches
 from ntp_dsl.core.batches import Answers, Frames, States
 from ntp_dsl.core.config import TrainingConfig
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.queries import Answer, Query
+from ntp_dsl.queries import Sample
 
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
 NOISE = 0.002  # [m] added to what is observed in half of the queries
-
-
-@dataclass(frozen=True)
-class Sample:
-    """A query with its answer; `demonstration` counts from zero."""
-
-    query: Query
-    answer: Answer
-    demonstration: int
 
 
 class Corpus:
@@ -51,17 +42,17 @@ class Corpus:
             _weights(samples),
             self._states.positions.shape[1],
         )
-        self._whole: dict[int, list[int]] = defaultdict(list)
+        whole: dict[int, list[int]] = defaultdict(list)
         self._scoped: list[int] = []
         self._unscoped: list[int] = []
         for index, sample in enumerate(samples):
             if takes_list(sample.query.program):
-                self._whole[sample.demonstration].append(index)
+                whole[id(sample.query.demonstration)].append(index)
             else:
                 self._unscoped.append(index)
                 if sample.query.scope is not None:
                     self._scoped.append(index)
-        self._demonstrations = sorted(self._whole)
+        self._demonstrations = list(whole.values())
 
     def __len__(self) -> int:
         return len(self._samples)
@@ -69,9 +60,9 @@ class Corpus:
     def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
         """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
         drawn = []
-        shown = rng.choice(self._demonstrations, config.demonstrations)
+        shown = rng.choice(len(self._demonstrations), config.demonstrations)
         many = [
-            int(rng.choice(self._whole[int(number)]))
+            int(rng.choice(self._demonstrations[int(number)]))
             for number in shown
             for _ in range(config.queries_per_demonstration)
         ]
@@ -109,11 +100,7 @@ class Corpus:
         states = _replaced(
             states, positions=states.positions + noise, spec=torch.from_numpy(spec)
         )
-        right = _select(self._answers, index)
-        if (spec < 0).all():  # the scope is hidden, so nothing can be said of the callee's
-            none = torch.full_like(right.start_frame, batches.IGNORE)
-            right = _replaced(right, start_frame=none, last_frame=none)
-        return states, right
+        return states, _select(self._answers, index)
 
 
 def _weights(samples: Sequence[Sample]) -> list[float]:

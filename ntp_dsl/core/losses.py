@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor
-from torch.nn.functional import binary_cross_entropy_with_logits, cross_entropy, logsigmoid
+from torch.nn.functional import (
+    binary_cross_entropy_with_logits,
+    cross_entropy,
+    logsigmoid,
+    one_hot,
+)
 
-from ntp_dsl.core.batches import IGNORE, Answers, Frames, States
+from ntp_dsl.core.batches import IGNORE, NOTHING, Answers, Frames, States
 from ntp_dsl.core.model import Core, Hint
 from ntp_dsl.core.reader import Reading
 
@@ -19,8 +24,10 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
         reading = core.reader(frames)
         hits, none = core.reader.locate(reading, states)
         parts["start"], parts["end frame"] = _scope_losses(reading, hits, none, states, right)
-        hint = _told_hint(reading, states, right)
+        hint = _hint(reading, hits, none, states, right)
     thought = core.consider(states, hint)
+    if frames is not None:
+        parts["lost"] = _lost_loss(thought.lost, right)
     parts["end"] = _mean(
         binary_cross_entropy_with_logits(thought.end, right.end, reduction="none"), right.weight
     )
@@ -44,20 +51,24 @@ def silent_hint(core: Core, states: States) -> Hint:
     return Hint(pointers, nothing, nothing)
 
 
-def _told_hint(reading: Reading, states: States, right: Answers) -> Hint:
-    """What the demonstration shows at the true start: the rest is learnt as if it had been found."""
-    known = right.start_frame != IGNORE
-    at = right.start_frame.clamp(min=0)
-    pointers = reading.pointers[states.spec, at] * known[:, None, None]
-    return Hint(pointers, (~known).float(), torch.ones_like(states.closed))
+def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers) -> Hint:
+    """What is shown at the true start, or where that is unknown, what the reader itself makes of it."""
+    start = right.start_frame
+    told = one_hot(start.clamp(min=0), hits.shape[1]).float() * (start >= 0).unsqueeze(-1)
+    unknown = (start == IGNORE).unsqueeze(-1)
+    weights = torch.where(unknown, hits.detach().exp(), told)  # (queries, frames)
+    pointers = torch.einsum("qt,qtnh->qnh", weights, reading.pointers[states.spec])
+    silent = torch.where(start == IGNORE, none.detach().exp(), (start == NOTHING).float())
+    return Hint(pointers, silent, torch.ones_like(silent))
 
 
 def _scope_losses(
     reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers
 ) -> tuple[Tensor, Tensor]:
-    known = right.start_frame != IGNORE
+    known = right.start_frame >= 0
     at = right.start_frame.clamp(min=0)
-    start = -torch.where(known, hits.gather(1, at[:, None]).squeeze(1), none)
+    found = torch.where(known, hits.gather(1, at[:, None]).squeeze(1), none)
+    start = -found * (right.start_frame != IGNORE)
     events = reading.events[states.spec]  # (queries, frames)
     frame = torch.arange(events.shape[1], device=events.device)
     last = right.last_frame.clamp(min=0)
@@ -65,6 +76,13 @@ def _scope_losses(
     quiet = (logsigmoid(-events) * inside).sum(1)
     end = -(quiet + logsigmoid(events.gather(1, last[:, None]).squeeze(1)))
     return _mean(start, right.weight), _mean(end * known, right.weight)
+
+
+def _lost_loss(logits: Tensor, right: Answers) -> Tensor:
+    asked = (right.lost != IGNORE).float()
+    chosen = logits.gather(1, right.slot.clamp(min=0)[:, None]).squeeze(1)
+    values = binary_cross_entropy_with_logits(chosen, right.lost.float(), reduction="none")
+    return _mean(values * asked, right.weight)
 
 
 def _mean(values: Tensor, weight: Tensor) -> Tensor:

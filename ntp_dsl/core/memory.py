@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 from ntp_dsl.registry import Callable, Parameter, Registry
@@ -55,11 +56,11 @@ class Memory:
             tuple(signature(registry, api) for api in apis),
         )
 
-    @property
+    @cached_property
     def slots(self) -> int:
         return max(len(row.callees) for row in self.rows)
 
-    @property
+    @cached_property
     def arity(self) -> int:
         return max(1, *(len(s.object_types) for s in self.signatures()))
 
@@ -68,24 +69,35 @@ class Memory:
         yield from self.apis
 
     def index(self, program: str) -> int:
-        return self._positions()[program]
+        return self._places[program]
 
     def row(self, program: str) -> Row:
         return self.rows[self.index(program)]
 
     def signature(self, name: str) -> Signature:
-        return next(s for s in self.signatures() if s.name == name)
+        return self._by_name[name]
 
-    def ancestors(self, type_name: str) -> list[str]:
-        parents, chain = dict(self.parents), []
-        current: str | None = type_name
-        while current is not None:
-            chain.append(current)
-            current = parents.get(current)
-        return chain
+    def takes(self, type_name: str, declared: str) -> bool:
+        """Whether a thing of a type may stand where another type is declared."""
+        return declared in self.lineage[type_name]
 
-    def _positions(self) -> dict[str, int]:
+    @cached_property
+    def lineage(self) -> dict[str, tuple[str, ...]]:
+        """Each type with its ancestors, itself first."""
+        parents = dict(self.parents)
+
+        def chain(name: str | None) -> tuple[str, ...]:
+            return () if name is None else (name, *chain(parents.get(name)))
+
+        return {name: chain(name) for name in self.types}
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
         return {row.signature.name: index for index, row in enumerate(self.rows)}
+
+    @cached_property
+    def _by_name(self) -> dict[str, Signature]:
+        return {signature.name: signature for signature in self.signatures()}
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)

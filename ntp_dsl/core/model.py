@@ -34,6 +34,7 @@ class Thought:
     things: Tensor  # (queries, things, width)
     end: Tensor  # (queries,) logit of end-of-program
     slots: Tensor  # (queries, slots) scores; what the row does not declare is masked
+    lost: Tensor  # (queries, slots) logits: the callee does what the demonstration never showed
 
 
 class Core(nn.Module):
@@ -45,7 +46,7 @@ class Core(nn.Module):
         width = config.width
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
-        self.reader = Reader(config, self.types, self.rows)
+        self.reader = Reader(config, memory)
         context = config.row_width + 2  # the program's row, silent, scoped
         thing = features.WIDTH + 1 + config.type_width + memory.arity + config.hops
         self.see = nn.Sequential(
@@ -56,6 +57,7 @@ class Core(nn.Module):
         self.think = nn.Sequential(nn.Linear(pooled, width), nn.ReLU())
         self.end = nn.Linear(width, 1)
         self.key = nn.Linear(width, memory.slots)
+        self.lost = nn.Linear(width, memory.slots)
         self.point_context = nn.Linear(memory.slots + config.row_width, width)
         self.pointer = nn.Sequential(
             nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity)
@@ -87,7 +89,7 @@ class Core(nn.Module):
         thought = self.think(torch.cat([hidden.amax(1), called_with, context], -1))
         scores = self.key(thought) @ self.keys.T  # (queries, slots)
         scores = scores.masked_fill(~self.declared[states.rows], -1e4)
-        return Thought(things, self.end(thought).squeeze(-1), scores)
+        return Thought(things, self.end(thought).squeeze(-1), scores, self.lost(thought))
 
     def point(self, thought: Thought, states: States, slots: Tensor) -> Tensor:
         """Scores (queries, arity, things) of what each argument of the callee in a slot points at."""

@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from ntp_dsl.core import batches
+from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import States
 from ntp_dsl.core.losses import silent_hint
 from ntp_dsl.core.model import Core, Hint, Thought
@@ -58,6 +58,8 @@ class LearnedPolicy:
         if end > 0.5:
             return Answer(None), details | {"probability": round(end, 4)}
         slot = int(probabilities.argmax())
+        if float(thought.lost[0, slot]) > 0:
+            scope = None
         objects, certainty = self._objects(query.observation, states, thought, slot, callees[slot])
         probability = float(probabilities[slot]) * (1 - end) * certainty
         details["probability"] = round(probability, 4)
@@ -86,9 +88,10 @@ class LearnedPolicy:
         best = int(hits[0].argmax())
         if float(none[0]) > float(hits[0, best]):
             return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None
-        begin = query.scope[0] + best
         hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped)
-        return hint, (begin, query.scope[0] + _end_frame(reading.events[0], best) + 1)
+        shown = keyframes.within(self.demonstration, query.scope)
+        last = int(shown[_end_frame(reading.events[0], best)])
+        return hint, (int(shown[best]), last + 1)
 
     def _reading(self, query: Query) -> Reading:
         """Kept: a part of a demonstration is read once for a program."""

@@ -10,6 +10,7 @@ from torch import Tensor, nn
 from ntp_dsl.core import features
 from ntp_dsl.core.batches import Frames, States
 from ntp_dsl.core.config import CoreConfig
+from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.scopes import first_hit, look_ahead
 
 NEVER, ALWAYS = -20.0, 20.0  # logits
@@ -23,7 +24,7 @@ class Reading:
     """
 
     pointers: Tensor  # (specs, frames, things, hops) at the objects of the next event
-    shown: Tensor  # (specs, frames, features) how these stood to each other at that event
+    shown: Tensor  # (specs, frames, width) how these stood to each other at that event
     events: Tensor  # (specs, frames) logits: something ends with this frame
     mask: Tensor  # (specs, frames)
 
@@ -31,9 +32,10 @@ class Reading:
 class Reader(nn.Module):
     """Each frame throws `hops` soft pointers, each at an object near the one before; events gate them."""
 
-    def __init__(self, config: CoreConfig, types: nn.Embedding, rows: nn.Embedding) -> None:
+    def __init__(self, config: CoreConfig, memory: Memory) -> None:
         super().__init__()
-        self.config, self.types, self.rows = config, types, rows
+        self.types = nn.Embedding(len(memory.types), config.type_width)
+        self.rows = nn.Embedding(len(memory.rows), config.row_width)
         width, seen = config.width, features.WIDTH
         thing = 2 * seen + 1 + 1 + config.type_width  # to gripper, to last hop, its weight, closed
         self.hops = nn.ModuleList(
@@ -48,12 +50,10 @@ class Reader(nn.Module):
             nn.Conv1d(width, width, config.kernel, padding=pad) for _ in range(2)
         )
         self.event = nn.Linear(width, 1)
+        self.shown = nn.Linear(self.relations + config.row_width, width)
+        self.present = nn.Linear(self.relations, width)
         self.unmet = nn.Sequential(
-            nn.Linear(2 * self.relations + config.row_width, width),
-            nn.ReLU(),
-            nn.Linear(width, width // 2),
-            nn.ReLU(),
-            nn.Linear(width // 2, 1),
+            nn.ReLU(), nn.Linear(width, width // 2), nn.ReLU(), nn.Linear(width // 2, 1)
         )
 
     def forward(self, frames: Frames) -> Reading:
@@ -63,7 +63,9 @@ class Reader(nn.Module):
         flat = pointers.flatten(2)  # (specs, frames, things * hops)
         ahead = look_ahead(gates, torch.cat([flat, relations], -1))
         pointers = ahead[..., : flat.shape[-1]].unflatten(-1, pointers.shape[2:])
-        return Reading(pointers, ahead[..., flat.shape[-1] :], events, frames.mask)
+        rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
+        shown = self.shown(torch.cat([ahead[..., flat.shape[-1] :], rows], -1))
+        return Reading(pointers, shown, events, frames.mask)
 
     def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
         """First-hit over frames of the first event that the present does not meet yet.
@@ -75,9 +77,8 @@ class Reader(nn.Module):
         pointers = reading.pointers[spec]  # (queries, frames, things, hops)
         now = torch.einsum("qtnh,qnd->qthd", pointers, states.positions)
         closed = states.closed[:, None, None].expand(*now.shape[:2], 1)
-        present = self._relations(now, closed)
-        rows = self.rows(states.rows)[:, None].expand(*now.shape[:2], -1)
-        logits = self.unmet(torch.cat([present, reading.shown[spec], rows], -1)).squeeze(-1)
+        compared = self.present(self._relations(now, closed)) + reading.shown[spec]
+        logits = self.unmet(compared).squeeze(-1)
         return first_hit(logits, reading.mask[spec])
 
     def _point(self, frames: Frames) -> tuple[Tensor, Tensor]:

@@ -52,7 +52,7 @@ class KinematicWorld:
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
         self._time = 0.0
-        self._speed = float(self._rng.uniform(0.12, 0.5))  # of the tool [m/s]
+        self._speed = float(self._rng.uniform(0.2, 0.6))  # of the tool [m/s]
         self.disturbed = set()
 
     # What is seen -------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
 CELL, JITTER, SPACING = 0.1, 0.03, 0.08  # the authors' grid and boundary boxes [m]
 CUBE = 0.05
 TABLE_SIZE = (1.5, 1.5, 0.04)
-CAPACITY = 16  # cells of the grid
+CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 
 def declared_things(registry: Registry, task: TaskDeclaration) -> tuple[Thing, ...]:
@@ -75,23 +75,27 @@ def scrambled(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
             tops[tops.index(below)] = name
         else:
             tops.append(name)
-    x, y = (float(value) for value in rng.uniform((0.3, -0.2), (0.7, 0.2)))
-    gripper = (x, y, 0.35)
     held = str(rng.choice(tops)) if rng.random() < 0.3 else None
-    over = tops[int(rng.integers(len(tops)))]
-    if rng.random() < 0.5 and over != held:
-        x, y, z = positions[over]
-        gripper = (x, y, z + CUBE / 2 + 0.1)
+    gripper = _somewhere([positions[name] for name in tops if name != held], rng)
     if held is not None:
         positions[held] = gripper
     return Scene(things, positions, scene.yaws, gripper, held)
 
 
 def _stacked(below: Vector, rng: np.random.Generator) -> Vector:
-    """On top; mostly centred, sometimes as far off as carries."""
-    spread = 0.001 if rng.random() < 0.8 else 0.01
-    dx, dy = np.clip(rng.normal(0, spread, 2), -0.018, 0.018)
+    """On top; centred, or as far off as just carries: where decisions are closest."""
+    dx, dy = rng.normal(0, 0.001, 2) if rng.random() < 0.6 else rng.uniform(-CARRIES, CARRIES, 2)
     return (below[0] + float(dx), below[1] + float(dy), below[2] + CUBE)
+
+
+def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
+    """Where the hand may be: anywhere, over something, or nearly over it."""
+    if not tops or rng.random() < 0.3:
+        x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
+        return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
+    x, y, z = tops[int(rng.integers(len(tops)))]
+    dx, dy = rng.uniform(-CUBE, CUBE, 2) if rng.random() < 0.6 else (0.0, 0.0)
+    return (x + float(dx), y + float(dy), z + CUBE / 2 + float(rng.uniform(0.04, 0.12)))
 
 
 def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:

@@ -1,0 +1,66 @@
+"""`ntp record`: demonstrations and labelled traces from the expert."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import messages, print_json, progress
+from ntp_dsl.cli.options import Json, Library, Seed, Task, Workers, WorldName
+from ntp_dsl.dataset import RecordingPlan, record
+from ntp_dsl.language.diagnostics import TaskFailed
+from ntp_dsl.recording import TROUBLE
+from ntp_dsl.task_files import read_tasks
+from ntp_dsl.tasks import Configuration, configuration
+
+
+def command(
+    library: Library,
+    task: Task,
+    episodes: Annotated[
+        int, typer.Option("-n", "--episodes", min=1, help="How many to record.")
+    ] = 100,
+    out: Annotated[Path, typer.Option(help="The folder to write.")] = Path("runs/data"),
+    world: WorldName = "kinematic",
+    seed: Seed = 0,
+    workers: Workers = 1,
+    trouble: Annotated[
+        float,
+        typer.Option(min=0, max=1, help="How often a labelled episode slips or is led astray."),
+    ] = TROUBLE,
+    exclude: Annotated[
+        list[Path] | None,
+        typer.Option(help="A task file whose labelled end configurations are never drawn."),
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Record demonstrations and labelled traces from the scripted expert.
+
+    Each episode is a clean demonstration from one placement, and a labelled episode from another in which things
+    slip, fall and are led astray, so that recoveries are learnt too. Failed ones are named in the manifest.
+
+    Example: ntp record block_stacking block_stacking -n 300 --out runs/data
+    """
+    plan = RecordingPlan(library, task, out, world, seed, trouble, _excluded(exclude or []))
+    failed = []
+    with progress("recording", episodes) as bar:
+        for row in record(plan, episodes, workers):
+            bar.advance()
+            if row["outcome"] != "done":
+                failed.append(row)
+    kept = episodes - len(failed)
+    for row in failed:
+        messages.print(f"episode {row['number']}: {row['outcome']}")
+    if json:
+        print_json({"out": str(out), "episodes": episodes, "kept": kept, "seed": seed})
+    else:
+        messages.print(f"{kept} of {episodes} episodes in {out}")
+    if not kept:
+        raise TaskFailed("no episode went well: see the manifest for the reasons")
+    return 0
+
+
+def _excluded(files: list[Path]) -> frozenset[Configuration]:
+    return frozenset(configuration(entry.goal) for path in files for entry in read_tasks(path))

@@ -1,0 +1,188 @@
+"""Folders of recorded episodes: demonstrations, traces of labelled episodes, and a manifest of them all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl.experts import Expert
+from ntp_dsl.files import written_whole
+from ntp_dsl.labels import labelled
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.loader import load
+from ntp_dsl.queries import Sample
+from ntp_dsl.recording import TROUBLE, Shown, demonstrate, record_episode
+from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import DemonstratedCall
+from ntp_dsl.seeds import derived
+from ntp_dsl.specification import read_demonstration, write_demonstration
+from ntp_dsl.tasks import Configuration, Instance, draw, end_configuration, find_task
+from ntp_dsl.traces import TraceWriter, read_trace
+from ntp_dsl.world import World
+from ntp_dsl.worlds import make_world
+
+FORMAT = "ntp-dataset"
+VERSION = 1
+MANIFEST = "manifest.json"
+REDRAWS = 1000  # of a goal that is excluded
+
+
+@dataclass(frozen=True)
+class RecordingPlan:
+    """What is recorded, in a form that every worker understands."""
+
+    library: Path
+    task: str
+    out: Path
+    world: str = "kinematic"
+    seed: int = 0
+    trouble: float = TROUBLE
+    excluded: frozenset[Configuration] = frozenset()
+
+
+class RecordingStudio:
+    """One process's library, expert and world. Episode n depends on the plan and n alone."""
+
+    def __init__(self, plan: RecordingPlan) -> None:
+        self.plan = plan
+        self.registry = load(plan.library)
+        self.expert = Expert(self.registry)
+        self.task = find_task(self.registry, plan.task)
+        self.world: World = make_world(plan.world)
+
+    def instance(self, number: int) -> Instance:
+        """A goal drawn from the seed that is not among the excluded ones."""
+        for attempt in range(REDRAWS):
+            rng = np.random.default_rng((self.plan.seed, number, attempt))
+            drawn = draw(self.registry, self.task, rng)
+            if end_configuration(drawn.goal) not in self.plan.excluded:
+                return drawn
+        raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
+
+    def record(self, number: int) -> dict[str, Any]:
+        """Writes an episode's two files; a failed one leaves only its row of the manifest."""
+        instance = self.instance(number)
+        seed = derived(self.plan.seed, number)
+        row: dict[str, Any] = {"number": number, "seed": seed}
+        row["goal"] = [dict(placement.fields) for placement in instance.goal]
+        shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
+        if not isinstance(shown, Shown):
+            return row | {"outcome": f"the demonstration failed: {shown.reason}"}
+        trace = self.plan.out / f"episode_{number:05d}.trace.jsonl"
+        try:
+            with written_whole(trace) as partial, partial.open("w") as stream:
+                run = record_episode(
+                    self.registry,
+                    self.expert,
+                    self.world,
+                    instance,
+                    shown,
+                    seed,
+                    TraceWriter(stream),
+                    self.plan.trouble,
+                )
+                if not run.done:
+                    raise EpisodeFailed(run.reason)
+        except EpisodeFailed as failure:
+            return row | {"outcome": f"the labelled episode failed: {failure}"}
+        path = trace.with_name(trace.name.replace(".trace.jsonl", ".demo.parquet"))
+        write_demonstration(shown.demonstration, path)
+        frames = len(shown.demonstration)
+        return row | {"outcome": "done", "frames": frames, "primitives": run.primitives}
+
+
+class EpisodeFailed(Exception):
+    """An episode that is not kept; its reason goes into the manifest."""
+
+
+def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
+    """The manifest's rows, in order, whatever the number of workers; the manifest comes last."""
+    plan.out.mkdir(parents=True, exist_ok=True)
+    (plan.out / MANIFEST).unlink(missing_ok=True)
+    rows = []
+    for row in _rows(plan, episodes, workers):
+        rows.append(row)
+        yield row
+    registry = load(plan.library)
+    manifest = {
+        "format": FORMAT,
+        "version": VERSION,
+        "library": registry.name,
+        "registry": registry.hash,
+        "task": plan.task,
+        "world": plan.world,
+        "seed": plan.seed,
+        "trouble": plan.trouble,
+        "excluded": len(plan.excluded),
+        "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
+        "episodes": rows,
+    }
+    with written_whole(plan.out / MANIFEST) as partial:
+        partial.write_text(json.dumps(manifest, indent=1))
+
+
+def _rows(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
+    if workers == 1:
+        studio = RecordingStudio(plan)
+        yield from (studio.record(number) for number in range(episodes))
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), _open_studio, (plan,)) as pool:
+        yield from pool.map(_record, range(episodes))
+
+
+_studio: RecordingStudio
+
+
+def _open_studio(plan: RecordingPlan) -> None:
+    global _studio
+    _studio = RecordingStudio(plan)
+
+
+def _record(number: int) -> dict[str, Any]:
+    return _studio.record(number)
+
+
+# Reading back ------------------------------------------------------------------------------------
+
+
+def read_manifest(folder: Path, registry: Registry) -> dict[str, Any]:
+    """Raises `NtpError` where the folder was not recorded by this library."""
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_text())
+    except OSError as error:
+        raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
+    except ValueError as error:
+        raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
+    if manifest["registry"] != registry.hash:
+        raise NtpError(
+            f"{folder}: was recorded with another library or version: '{manifest['library']}' "
+            f"({manifest['registry']}); expected '{registry.name}' ({registry.hash}): record anew"
+        )
+    return manifest
+
+
+def samples(
+    registry: Registry, folder: Path, manifest: dict[str, Any], seed: int
+) -> Iterator[list[Sample]]:
+    """The labelled queries of each episode that was kept."""
+    expert = Expert(registry)
+    for row in manifest["episodes"]:
+        if row["outcome"] != "done":
+            continue
+        number = int(row["number"])
+        trace = read_trace(folder / f"episode_{number:05d}.trace.jsonl")
+        demonstration = read_demonstration(folder / f"episode_{number:05d}.demo.parquet")
+        shown = DemonstratedCall.from_json(trace.header["demonstration"])
+        rng = np.random.default_rng((seed, number))
+        yield list(labelled(expert, demonstration, shown, trace, rng))

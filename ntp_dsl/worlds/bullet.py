@@ -1,0 +1,246 @@
+"""The planned world: PyBullet with a real arm; every primitive is a planned motion and a friction grasp.
+
+The one module that knows `kinematics`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics import skills
+from kinematics.geometry import Body, Pose
+from kinematics.reasons import Reason
+from kinematics.simulation import Workcell
+from ntp_dsl import predicates
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.world import (
+    Argument,
+    Disturbances,
+    Failure,
+    Observation,
+    Outcome,
+    Scene,
+    Thing,
+    Vector,
+)
+from ntp_dsl.worlds.scenes import furniture_positions, movable
+
+IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
+MOVED = 0.005  # from where a disturbance counts as having moved a thing [m]
+LIKE_FAILURES = 3  # after so many in a row a thing is unreachable until it moves
+COLOURS = (
+    (0.86, 0.24, 0.22),
+    (0.20, 0.48, 0.78),
+    (0.96, 0.76, 0.20),
+    (0.30, 0.66, 0.36),
+    (0.58, 0.38, 0.72),
+    (0.95, 0.53, 0.20),
+    (0.35, 0.75, 0.78),
+    (0.90, 0.58, 0.72),
+    (0.55, 0.43, 0.32),
+    (0.62, 0.65, 0.68),
+)
+
+FAILURES: Mapping[Reason, Failure] = {
+    Reason.UNKNOWN_BODY: Failure.MISSING_OBJECT,
+    Reason.UNUSABLE_POSE: Failure.MISSING_OBJECT,
+    Reason.UNREACHABLE: Failure.NO_IK,
+    Reason.HAND_FULL: Failure.NOT_READY,
+    Reason.TARGET_IN_HAND: Failure.NOT_READY,
+    Reason.NOT_ABOVE: Failure.NOT_READY,
+    Reason.START_IN_COLLISION: Failure.START_IN_COLLISION,
+    Reason.GOAL_IN_COLLISION: Failure.GOAL_IN_COLLISION,
+    Reason.NO_PATH: Failure.NO_PATH,
+    Reason.PLANNER_TIMEOUT: Failure.TIME_OUT,
+    Reason.SUPPORT_TILTED: Failure.PLACE_FAILED,
+    Reason.NO_GRASP: Failure.GRASP_FAILED,
+    Reason.NO_FREE_PLACE: Failure.NO_PATH,
+    Reason.GRASP_FAILED: Failure.GRASP_FAILED,
+    Reason.GRASP_SLIPPED: Failure.GRASP_FAILED,
+    Reason.OBJECT_DROPPED: Failure.OBJECT_DROPPED,
+    Reason.PLACEMENT_FAILED: Failure.PLACE_FAILED,
+    Reason.NOT_ARRIVED: Failure.NO_PATH,
+}
+
+
+class BulletWorld:
+    """Gravity, friction and the Panda. Nothing is attached by a constraint or placed by hand."""
+
+    def __init__(self) -> None:
+        self._cell = Workcell()
+        self.on_frame: Callable[[Observation], None] | None = None
+        self.disturbed: set[str] = set()
+        self._skills: dict[str, Callable[..., Outcome]] = {
+            "move_to": self._move_to,
+            "grasp": self._grasp,
+            "release": self._release,
+        }
+
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = Disturbances()) -> None:
+        if scene.held is not None:
+            raise NtpError("the bullet world cannot start with a thing in the hand")
+        self._cell.on_frame = None
+        items = movable(scene.things)
+        self._cell.reset([_body(item, n, scene) for n, item in enumerate(items)], seed)
+        self._cell.on_frame = self._emit
+        self._things = scene.things
+        self._furniture = furniture_positions(scene.things)
+        self._disturbances = disturbances
+        self._seed, self._calls = seed, 0
+        self._noise_rng = np.random.default_rng((seed, 1))
+        self._failed: Counter[str] = Counter()
+        self._failed_at: dict[str, Vector] = {}
+        self.disturbed = set()
+
+    # What is seen -------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        return self._cell.time
+
+    def truth(self) -> Observation:
+        positions = {name: pose.position for name, pose in self._cell.poses().items()}
+        return Observation(
+            self._things,
+            positions | self._furniture,
+            self._cell.tool_position(),
+            self._cell.hand_closed,
+            self._unreachable(positions),
+        )
+
+    def observe(self) -> Observation:
+        sigma = self._disturbances.noise
+        truth = self.truth()
+        if not sigma:
+            return truth
+        noisy = {}
+        for name, (x, y, z) in truth.positions.items():
+            dx, dy, dz = self._noise_rng.normal(0, sigma, 3)
+            noisy[name] = (x + float(dx), y + float(dy), z + float(dz))
+        return replace(truth, positions=noisy)
+
+    def supported(self, item: str, support: str) -> bool:
+        return self._cell.contacts(item, support)
+
+    def settle(self, seconds: float) -> None:
+        self._cell.settle(seconds)
+
+    def render(self, width: int, height: int) -> NDArray[np.uint8]:
+        """(height, width, 3): the arm and the table from the front and above."""
+        return self._cell.render(width, height)
+
+    # Primitives ---------------------------------------------------------------------------------
+
+    def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
+        self._calls += 1
+        self._rng = np.random.default_rng((self._seed, self._calls))
+        outcome = self._skills[api](*arguments)
+        self._remember(outcome, str(arguments[0]) if arguments else "")
+        self._emit()
+        return outcome
+
+    def _move_to(self, target: str) -> Outcome:
+        held = self._cell.held()
+        slips = held is not None and self._rng.random() < self._disturbances.slips
+        slip_at = float(self._rng.uniform(0.1, 0.9)) if slips else None
+        before = self._cell.poses()
+        if target in self._furniture:
+            motion = skills.move_above_free_place(self._cell, self._call_seed(), slip_at)
+        else:
+            motion = skills.move_above(self._cell, target, self._call_seed(), slip_at)
+        if slip_at is None or motion.reason is not Reason.OBJECT_DROPPED:
+            return _outcome(motion)
+        self.disturbed |= {str(held), *self._displaced(before)}
+        return _outcome(motion, (f"slip {held}",))
+
+    def _grasp(self, target: str) -> Outcome:
+        return _outcome(skills.grasp(self._cell, target, self._call_seed()))
+
+    def _release(self) -> Outcome:
+        held = self._cell.held()
+        motion = skills.release(self._cell, self._call_seed())
+        if held is None or not motion.achieved:
+            return _outcome(motion)
+        return _outcome(motion, self._push(held))
+
+    def _push(self, item: str) -> tuple[str, ...]:
+        """After a placement on another thing, perhaps, an impulse that may topple what was built."""
+        stacked = any(predicates.on(self.truth(), item, other) for other in self._cell.bodies)
+        if not stacked or self._rng.random() >= self._disturbances.pushes:
+            return ()
+        angle = float(self._rng.uniform(0, 2 * pi))
+        before = self._cell.poses()
+        self._cell.push(item, IMPULSE, (cos(angle), sin(angle)))
+        self.disturbed |= self._displaced(before)
+        return (f"push {item}",)
+
+    def _displaced(self, before: Mapping[str, Pose]) -> set[str]:
+        """What is not where it was, but for what the hand holds."""
+        now = self._cell.poses()
+        return {
+            name
+            for name, pose in before.items()
+            if float(np.linalg.norm(np.subtract(pose.position, now[name].position))) > MOVED
+        } - {str(self._cell.held())}
+
+    # Facts --------------------------------------------------------------------------------------
+
+    def _remember(self, outcome: Outcome, target: str) -> None:
+        """A failure that recurs becomes a fact: the target is unreachable until it moves."""
+        if target not in self._cell.bodies:
+            return
+        if outcome.achieved or outcome.failure in (Failure.NOT_READY, Failure.OBJECT_DROPPED):
+            self._failed.pop(target, None)
+            return
+        self._failed[target] += 1
+        self._failed_at[target] = self._cell.pose(target).position
+
+    def _unreachable(self, positions: Mapping[str, Vector]) -> frozenset[str]:
+        return frozenset(
+            name
+            for name, times in self._failed.items()
+            if times >= LIKE_FAILURES
+            and float(np.linalg.norm(np.subtract(positions[name], self._failed_at[name]))) < MOVED
+        )
+
+    def _call_seed(self) -> int:
+        return int(np.random.SeedSequence((self._seed, self._calls)).generate_state(1)[0])
+
+    def _emit(self) -> None:
+        if self.on_frame is not None:
+            self.on_frame(self.observe())
+
+
+def _body(thing: Thing, number: int, scene: Scene) -> Body:
+    half = (thing.size[0] / 2, thing.size[1] / 2, thing.size[2] / 2)
+    yaw = scene.yaws.get(thing.name, 0.0)
+    return Body(
+        thing.name,
+        half,
+        scene.positions[thing.name],
+        (0.0, 0.0, sin(yaw / 2), cos(yaw / 2)),
+        colour=(*COLOURS[number % len(COLOURS)], 1.0),
+    )
+
+
+def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outcome:
+    evidence: dict[str, Any] = dict(motion.evidence)
+    if motion.reason is not None:
+        evidence["reason"] = str(motion.reason)
+    return Outcome(
+        motion.achieved,
+        FAILURES[motion.reason] if motion.reason is not None else None,
+        evidence,
+        motion.planning_seconds,
+        motion.moving_seconds,
+        motion.solver,
+        motion.planner,
+        disturbances,
+    )
