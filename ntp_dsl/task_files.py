@@ -1,8 +1,8 @@
 """Files of tasks: things and goals from outside, in our JSON or as the paper's authors wrote them.
 
 Ours is `{"format": "ntp-tasks", "version": 1, "task": NAME or null, "tasks": [TASK...]}`, where a
-TASK is `{"id", "things": [{"name", "type", "size"}...], "goal": [{"item", "support"}...]}`, the goal
-in the order in which a demonstration is to show it.
+TASK is `{"id", "things": [{"name", "type", "size"}...], "goal": [{"item", "support"}...]}`, the
+goal in the order in which a demonstration is to show it.
 """
 
 from __future__ import annotations

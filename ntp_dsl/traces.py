@@ -10,11 +10,13 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.specification import Scope
 from ntp_dsl.world import Argument, Observation, Record, Thing
+
+if TYPE_CHECKING:  # so that reading a trace does not wait for numpy
+    from ntp_dsl.specification import Scope
 
 FORMAT = "ntp-trace"
 VERSION = 1
@@ -112,7 +114,9 @@ def read_trace(path: Path) -> Trace:
 
 def parse_trace(text: bytes, path: Path) -> Trace:
     rows = list(_rows(text.split(b"\n"), path))
-    header = rows[0] if rows else {}
+    if not rows:
+        raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found not one whole line")
+    header = rows[0]
     if header.get("format") != FORMAT:
         raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found something else")
     if header.get("version") != VERSION:

@@ -23,6 +23,11 @@ Table = Mapping[str, "str | Table"]
 
 COMMANDS: Table = {
     "check": "Say whether libraries are sound, and every mistake that is in them.",
+    "demo": "Watch the shipped checkpoint build what it was shown once.",
+    "run": "Carry out a task on the arm, from one demonstration or by the expert.",
+    "record": "Record demonstrations and labelled traces from the scripted expert.",
+    "train": "Train a core to dispatch over a library, from the traces of its expert.",
+    "eval": "Run many episodes and count, with who is to blame for every failure.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
     },

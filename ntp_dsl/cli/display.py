@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
@@ -12,8 +13,10 @@ from rich.console import Console
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-answers = Console(highlight=False, soft_wrap=True)
-messages = Console(stderr=True, highlight=False, soft_wrap=True)
+FILE_WIDTH = 200  # of lines that are piped or redirected; a terminal knows its own
+
+answers = Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
+messages = Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else FILE_WIDTH)
 
 
 def print_json(document: Any) -> None:

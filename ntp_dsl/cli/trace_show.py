@@ -15,6 +15,7 @@ from ntp_dsl.traces import ROOT, Call, Trace, read_trace
 from ntp_dsl.world import Argument, Record
 
 BAR = 12  # characters for the whole demonstration
+BRIEF = 3  # elements of a list that are shown
 WELL = {"done": "green", "achieved": "green", "unfinished": "yellow"}
 Children = dict[int, list[Call]]
 
@@ -91,7 +92,8 @@ def shown(argument: Argument) -> str:
     if isinstance(argument, Record):
         return f"({', '.join(value for _, value in argument.fields)})"
     if isinstance(argument, tuple):
-        return f"[{', '.join(shown(each) for each in argument)}]"
+        more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
+        return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
     return str(argument)
 
 
