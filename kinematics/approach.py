@@ -19,6 +19,7 @@ CLEARANCE = 0.10  # of the tool above the top of the target [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
 ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
 TILTED = math.radians(8)  # more than this, and nothing can stand on a body
+RETRIED_TROUBLE = 2.0  # of the grasps for which the inverse kinematics starts again
 RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
 
 
@@ -64,8 +65,10 @@ def grasp_approaches(
     """Feasible approaches to grasps, plainest and nearest first; then those that are obstructed."""
     position = look.poses[target].position
     height = top_of(look, target, half_extents) + CLEARANCE
-    for restarts in (0, RESTARTS):
+    for restarts, most_trouble in ((0, math.inf), (RESTARTS, RETRIED_TROUBLE)):
         for group in grasps_by_trouble(look.poses[target], half_extents):
+            if group[0].trouble > most_trouble:
+                break
             ways = [
                 (q, end, grasp)
                 for grasp in group

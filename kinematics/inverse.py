@@ -67,6 +67,8 @@ class InverseKinematics:
     def solutions(self, target: Array, starts: Iterator[Array]) -> Iterator[Array]:
         """Every distinct solution found from the starts, in their order."""
         found: list[Array] = []
+        if np.linalg.norm(target[:3, 3] - robot.SHOULDER) > robot.REACH:
+            return
         for start in starts:
             q = self.solve(target, start)
             if q is not None and all(np.abs(q - other).max() > 1e-2 for other in found):

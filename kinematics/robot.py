@@ -26,6 +26,9 @@ MAXIMUM_OPENING = 0.04  # of one finger from the middle [m]
 TOOL_FROM_HAND = 0.105  # along the approach [m]
 FINGERTIP_BEYOND_TOOL = 0.0073  # [m]
 
+SHOULDER = np.array([0.0, 0.0, 0.333])  # where the first two axes meet [m]
+REACH = 0.95  # of the tool from the shoulder: all links in a line come to 0.949 [m]
+
 HOME = np.array([0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785398163397])  # tool down, in front of the base
 ACCELERATION = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])  # published by Franka [rad/s2]
 

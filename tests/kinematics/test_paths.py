@@ -27,7 +27,7 @@ SIZES = {f"brick{i}": (0.025, 0.025, 0.025) for i in range(6)}
 
 
 def walled_scene() -> CollisionScene:
-    """A wall of six cubes, two abreast and three high, between the left and the right of the table."""
+    """A wall of six cubes, two abreast and three high, from left to right of which is a detour."""
     scene = CollisionScene(SIZES)
     places = [
         (0.5 + 0.051 * column, 0.0, 0.025 + 0.05 * row) for column in (0, 1) for row in (0, 1, 2)
