@@ -1,0 +1,45 @@
+# With Python 3.11 on the machine: `make demo` runs the main job, `make test` passes the tests.
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/installed
+NEEDED := Python 3.11 is needed and was not found: install it, or say where it is with `make PYTHON=PATH`
+
+# The first of these that is Python 3.11; nothing where none is.
+RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
+	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
+
+.PHONY: demo test lint check-tests install soak soak-experts clean
+.DEFAULT_GOAL := demo
+
+demo: install
+	$(BIN)/ntp demo
+
+test: lint check-tests
+
+lint: install
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+check-tests: install
+	$(BIN)/pytest -n 2 -q
+
+# What `make test` runs a few of, in the numbers that the measured figures were made with.
+soak: soak-experts
+
+soak-experts: install
+	$(BIN)/pytest -n 2 -q --soak tests/experts
+
+# The stamp holds what was installed by, so that nothing is installed twice.
+install: $(BIN)/python
+	@cat pyproject.toml constraints.txt | cmp -s - $(STAMP) || { \
+		$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[test]" && \
+		cat pyproject.toml constraints.txt > $(STAMP); }
+
+$(BIN)/python:
+	$(if $(RIGHT_PYTHON),,$(error $(NEEDED)))
+	$(RIGHT_PYTHON) -m venv $(VENV)
+
+clean:
+	rm -rf $(VENV) dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
