@@ -224,13 +224,13 @@ class Workcell:
             self.step()
         self.settle_until_still(list(self.bodies), at_most=2.0)
 
-    def render(self, width: int, height: int) -> NDArray[np.uint8]:
+    def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
         """A picture of the cell from the front and above: (height, width, 3)."""
         if self._camera is None:
             self._camera = Camera()
         fingers = self._bullet.getJointStates(self._robot, _FINGERS, physicsClientId=self._client)
         joints = [*self.joint_positions().tolist(), *(state[0] for state in fingers)]
-        return self._camera.picture(self.bodies, self.poses(), joints, width, height)
+        return self._camera.picture(self.bodies, self.poses(), joints, width, height, smooth)
 
     # -- inside ----------------------------------------------------------------------------
 

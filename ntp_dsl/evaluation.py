@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import hypot
 from multiprocessing import get_context
 from pathlib import Path
@@ -29,7 +29,7 @@ from ntp_dsl.specification import Demonstration, Recorder
 from ntp_dsl.state import State
 from ntp_dsl.tasks import Goal, Instance, draw, find_task, from_file
 from ntp_dsl.traces import TraceWriter
-from ntp_dsl.world import Disturbances, Failure, Observation, Scene, Vector, World
+from ntp_dsl.world import Disturbances, Failure, Observation, Record, Scene, Vector, World
 from ntp_dsl.worlds import make_world
 from ntp_dsl.worlds.scenes import movable, scattered
 
@@ -86,6 +86,8 @@ class Evaluator:
     """One process's library, policy and world. Episode n depends on the plan and n alone."""
 
     def __init__(self, plan: Plan) -> None:
+        if plan.traces is not None:
+            plan.traces.mkdir(parents=True, exist_ok=True)
         self.plan = plan
         self.registry = load(plan.library)
         self.expert = Expert(self.registry)
@@ -98,6 +100,10 @@ class Evaluator:
 
             self._core = load_core(plan.model).core
             check_fits(self._core.memory, self.registry, plan.model)
+
+    @property
+    def is_learned(self) -> bool:
+        return self._core is not None
 
     def instance(self, number: int) -> Instance:
         """From the task file, in its order and over again, or drawn from the seed."""
@@ -134,7 +140,9 @@ class Evaluator:
     ) -> Episode:
         instance = self.instance(number)
         attempts = 0
-        if self._core is not None and demonstration is None:
+        if demonstration is not None:
+            instance = replace(instance, goal=_goal_shown(demonstration))
+        elif self.is_learned:
             shown, attempts = self.demonstration(instance, number)
             demonstration = shown.demonstration
         scene = self.scene(instance, number)
@@ -188,6 +196,21 @@ class Evaluator:
             writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
         self.world.on_frame = None
         return run
+
+
+def _goal_shown(demonstration: Demonstration) -> Goal:
+    """What success is judged by where a demonstration is brought: its own goal. The policy never sees it."""
+    try:
+        goal = [
+            Record("Placement", (("item", row["item"]), ("support", row["support"])))
+            for row in demonstration.notes["goal"]
+        ]
+    except (KeyError, TypeError) as error:
+        raise NtpError("the demonstration does not say what it shows; record it anew") from error
+    missing = {name for row in goal for _, name in row.fields} - set(demonstration.names)
+    if missing:
+        raise NtpError(f"the demonstration's goal names {', '.join(sorted(missing))}, which it lacks")
+    return tuple(goal)
 
 
 def run_all(plan: Plan, episodes: int, workers: int) -> Iterator[Episode]:

@@ -148,5 +148,5 @@ def _header(table: Any, path: Path) -> dict[str, Any]:
 
 
 def _vectors(table: Any, column: str) -> NDArray[np.float32]:
-    flat = table[column].combine_chunks().flatten().to_numpy()
-    return flat.reshape(-1, 3).astype(np.float32)
+    flat = np.asarray(table[column].combine_chunks().flatten(), dtype=np.float32)
+    return flat.reshape(-1, 3)

@@ -12,9 +12,9 @@ from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import Name, Sampler, TaskDeclaration
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
-from ntp_dsl.world import Argument, Observation, Record, Thing
 from ntp_dsl.task_files import read_tasks
-from ntp_dsl.worlds.scenes import CUBE, declared_things, with_furniture
+from ntp_dsl.world import Argument, Observation, Record, Thing
+from ntp_dsl.worlds.scenes import declared_things, with_furniture
 
 Goal = tuple[Record, ...]
 Configuration = frozenset[tuple[str, str]]
@@ -58,15 +58,16 @@ def draw(registry: Registry, task: TaskDeclaration, rng: np.random.Generator) ->
 
 def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
     """The tasks of a file (ours, or the paper's authors'), as instances of a declared task."""
-    type_name = task.scene[0].type.name
     found = []
     for entry in read_tasks(path):
-        things = [Thing(name, type_name, (CUBE, CUBE, CUBE)) for name in entry.things]
+        unknown = {thing.type for thing in entry.things} - registry.parents.keys()
+        if unknown:
+            raise NtpError(f"{path}: {entry.id}: library '{registry.name}' has no type {', '.join(unknown)}")
         goal = tuple(
             Record("Placement", (("item", item), ("support", support)))
             for item, support in entry.goal
         )
-        found.append(instance(task, with_furniture(registry, things), goal, entry.id))
+        found.append(instance(task, with_furniture(registry, entry.things), goal, entry.id))
     return found
 
 

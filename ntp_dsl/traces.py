@@ -1,7 +1,7 @@
 """Execution traces: one schema for scripted and learned programs, written as it happens.
 
-A trace is a file of JSON lines. The first is the header; then `call` and `return` lines in the order of execution,
-`state` lines that calls refer to, and at last an `end` line. A line is whole or it is not there.
+A trace is a file of JSON lines. The first is the header; then `call` and `return` lines in the order of
+execution, `state` lines that calls refer to, and at last an `end` line. A line is whole or it is not there.
 """
 
 from __future__ import annotations

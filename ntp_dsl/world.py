@@ -109,13 +109,16 @@ class Disturbances:
     noise: float = 0.0
 
 
+UNDISTURBED = Disturbances()
+
+
 class World(Protocol):
     """Things on a table and an arm over them."""
 
     on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
     disturbed: set[str]  # things that a disturbance has moved since the reset
 
-    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = ...) -> None: ...
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None: ...
 
     def observe(self) -> Observation:
         """What a policy sees, observation noise included."""

@@ -47,8 +47,8 @@ def command(
 ) -> int:
     """Run many episodes, each from one demonstration in another placement, and count.
 
-    `success` is strict: every placement by contact and centred, nothing else moved, the hand empty, still so two
-    seconds later. `success_authors` is the test of the paper's authors.
+    `success` is strict: every placement by contact and centred, nothing else moved, the hand empty, still
+    so two seconds later. `success_authors` is the test of the paper's authors.
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """

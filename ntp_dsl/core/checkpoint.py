@@ -12,7 +12,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
-from ntp_dsl.core.config import CoreConfig, TrainingConfig
+from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
 from ntp_dsl.core.training import Trainer
@@ -107,7 +107,7 @@ def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if not path.is_file():
         raise NtpError(f"{path}: no such checkpoint; `ntp train` makes them")
     try:
-        with safe_open(path, framework="pt") as file:  # type: ignore[no-untyped-call]
+        with safe_open(path, framework="pt") as file:
             header = file.metadata() or {}
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     except (SafetensorError, OSError, ValueError) as error:

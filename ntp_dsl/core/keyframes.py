@@ -1,8 +1,8 @@
 """Which frames of a demonstration are read: enough to follow the hand, however fast it moved.
 
-A recording has a frame every tenth of a second, most of them on a straight line between two others. The kept ones are
-at most `SPACING` apart along the hand's path, and at its corners and where the hand opens or closes. So a reading does
-not depend on the speed of the arm, nor on how long it stood still.
+A recording has a frame every tenth of a second, most of them on a straight line between two others. The
+kept ones are at most `SPACING` apart along the hand's path, and at its corners and where the hand opens or
+closes. So a reading does not depend on the speed of the arm, nor on how long it stood still.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The key-program memory: a row per program, with a slot for each callee that its declaration names.
 
-The core answers with a slot, never with a name. Keys of slots are fixed and orthonormal, so a program can only call
-what it declares, and a new program cannot capture the calls of an old one.
+The core answers with a slot, never with a name. Keys of slots are fixed and orthonormal, so a program can
+only call what it declares, and a new program cannot capture the calls of an old one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The core network: what to call next, on which objects, with which part of the demonstration.
 
-Xu et al., "Neural Task Programming", ICRA 2018, Algorithm 1, made object-centric: weights are shared over things,
-arguments are pointers, and callees are slots of the running program's row.
+Xu et al., "Neural Task Programming", ICRA 2018, Algorithm 1, made object-centric: weights are shared over
+things, arguments are pointers, and callees are slots of the running program's row.
 """
 
 from __future__ import annotations
@@ -95,8 +95,9 @@ class Core(nn.Module):
         """Scores (queries, arity, things) of what each argument of the callee in a slot points at."""
         context = torch.cat([self.keys[slots], self.rows(states.rows)], -1)
         context = self.point_context(context)[:, None].expand_as(thought.things)
-        scores: Tensor = self.pointer(torch.cat([thought.things, context], -1)).transpose(1, 2)
-        return scores.masked_fill(~states.things[:, None], -1e4)
+        scores = self.pointer(torch.cat([thought.things, context], -1)).transpose(1, 2)
+        visible: Tensor = scores.masked_fill(~states.things[:, None], -1e4)
+        return visible
 
 
 class Message(nn.Module):

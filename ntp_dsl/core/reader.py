@@ -1,4 +1,4 @@
-"""f_TSE and f_TSI: reads a demonstration, frame by frame, as pointers at objects and as events between them."""
+"""f_TSE and f_TSI: reads a demonstration, frame by frame, as pointers at objects and events between them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Reader(nn.Module):
         gates = torch.sigmoid(events) * frames.mask
         flat = pointers.flatten(2)  # (specs, frames, things * hops)
         ahead = look_ahead(gates, torch.cat([flat, relations], -1))
-        pointers = ahead[..., : flat.shape[-1]].unflatten(-1, pointers.shape[2:])
+        pointers = ahead[..., : flat.shape[-1]].reshape(pointers.shape)
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
         shown = self.shown(torch.cat([ahead[..., flat.shape[-1] :], rows], -1))
         return Reading(pointers, shown, events, frames.mask)
@@ -70,8 +70,8 @@ class Reader(nn.Module):
     def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
         """First-hit over frames of the first event that the present does not meet yet.
 
-        For the queries that have a part of a demonstration. Returns log-probabilities (queries, frames) and, that
-        there is none, (queries).
+        For the queries that have a part of a demonstration. Returns log-probabilities (queries, frames)
+        and, that there is none, (queries).
         """
         spec = states.spec
         pointers = reading.pointers[spec]  # (queries, frames, things, hops)

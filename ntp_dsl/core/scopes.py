@@ -1,8 +1,8 @@
 """First-hit distributions over frames: which frame is the first that fires, and what lies there.
 
-In place of the paper's four labels a frame and two argmaxes, the start of a scope is the first frame whose hazard
-fires, its end the first event from there on, and «none» is what is left over. All of it is linear in frames up to a
-logarithm, and needs no matrix of frames by frames.
+In place of the paper's four labels a frame and two argmaxes, the start of a scope is the first frame whose
+hazard fires, its end the first event from there on, and «none» is what is left over. All of it is linear in
+frames up to a logarithm, and needs no matrix of frames by frames.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from kinematics.simulation import Workcell
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import (
+    UNDISTURBED,
     Argument,
     Disturbances,
     Failure,
@@ -83,7 +84,7 @@ class BulletWorld:
             "release": self._release,
         }
 
-    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = Disturbances()) -> None:
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if scene.held is not None:
             raise NtpError("the bullet world cannot start with a thing in the hand")
         self._cell.on_frame = None

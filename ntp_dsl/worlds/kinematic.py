@@ -10,6 +10,7 @@ import numpy as np
 from ntp_dsl import predicates
 from ntp_dsl.world import (
     ACHIEVED,
+    UNDISTURBED,
     Argument,
     Disturbances,
     Failure,
@@ -41,7 +42,7 @@ class KinematicWorld:
         }
 
     def reset(
-        self, scene: Scene, seed: int, disturbances: Disturbances = Disturbances()
+        self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED
     ) -> None:
         self._rng = np.random.default_rng(seed)
         self._noise_rng = np.random.default_rng((seed, 1))
@@ -93,11 +94,10 @@ class KinematicWorld:
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
         goal = self._hover(target)
-        slips = self._held and self._rng.random() < self._disturbances.slips
-        if not slips:
+        lost = self._held
+        if lost is None or self._rng.random() >= self._disturbances.slips:
             self._travel(goal)
             return ACHIEVED
-        lost = self._held
         self._travel(_between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
         self._drop_held(spread=0.03)
         self.disturbed.add(lost)

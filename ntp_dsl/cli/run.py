@@ -1,0 +1,134 @@
+"""`ntp run`: one task, carried out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import answers, messages, print_json
+from ntp_dsl.cli.live import LiveTree
+from ntp_dsl.cli.options import (
+    Json,
+    Library,
+    Model,
+    Noise,
+    Pushes,
+    Scripted,
+    Seed,
+    Slips,
+    Task,
+    WorldName,
+)
+from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.language.diagnostics import NtpError, TaskFailed
+from ntp_dsl.movie import Camera
+from ntp_dsl.specification import Demonstration, read_demonstration, write_demonstration
+from ntp_dsl.world import Disturbances
+
+
+def command(
+    library: Library,
+    task: Task,
+    model: Model = None,
+    demo: Annotated[
+        Path | None,
+        typer.Option(help="A demonstration file; by default one is recorded from the seed."),
+    ] = None,
+    expert: Scripted = False,
+    world: WorldName = "bullet",
+    seed: Seed = 0,
+    slips: Slips = 0.0,
+    pushes: Pushes = 0.0,
+    noise: Noise = 0.0,
+    out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
+    json: Json = False,
+) -> int:
+    """Carry out a task: learned from one demonstration, or by the scripted expert.
+
+    What the demonstration shows is what gets built, whatever goal the seed would have drawn.
+    Exit status: 0 done, 1 the task failed, 2 misuse.
+
+    Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
+    """
+    if expert and (demo or model):
+        raise NtpError("--expert needs neither --model nor --demo: the script decides")
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    path = None
+    if not expert:
+        from ntp_dsl.cli.models import model_for
+
+        path = model_for(library, task, model)
+    plan = Plan(library, task, path, world, seed, Disturbances(slips, pushes, noise), traces=out)
+    evaluator = Evaluator(plan)
+    carry_out(evaluator, _demonstration(evaluator, demo, out), out, json)
+    return 0
+
+
+def carry_out(
+    evaluator: Evaluator, demonstration: Demonstration | None, out: Path | None, json: bool
+) -> None:
+    """One episode, shown as it unfolds. Raises `TaskFailed` with the reason where it fails."""
+    camera = _camera(evaluator, out)
+    episode = evaluator.episode(
+        0,
+        demonstration,
+        watch=None if json else LiveTree(evaluator.registry),
+        on_frame=camera.frame if camera else None,
+    )
+    files = []
+    if out is not None:
+        files.append(out / "episode_00000.trace.jsonl")
+    if camera is not None and out is not None:
+        camera.take()
+        for path, write in (
+            (out / "strip.png", camera.write_strip),
+            (out / "arm.gif", camera.write_animation),
+        ):
+            write(path)
+            files.append(path)
+    if json:
+        print_json(
+            {
+                "success": episode.success,
+                "success_authors": episode.success_authors,
+                "blame": episode.blame,
+                "reason": episode.reason,
+                "primitives": episode.primitives,
+                "simulated_seconds": episode.simulated_seconds,
+                "seconds": round(episode.wall_seconds, 3),
+                "files": [str(path) for path in files],
+            }
+        )
+    for path in files:
+        messages.print(f"wrote {path}")
+    if not episode.success:
+        raise TaskFailed(f"the task failed ({episode.blame}): {episode.reason}")
+    if not json:
+        answers.print(
+            f"done: {episode.placements} placements, {episode.primitives} primitives, "
+            f"{episode.simulated_seconds:.1f} s on the robot's clock"
+        )
+
+
+def _demonstration(
+    evaluator: Evaluator, given: Path | None, out: Path | None
+) -> Demonstration | None:
+    if not evaluator.is_learned:
+        return None
+    if given is not None:
+        return read_demonstration(given)
+    messages.print(f"no --demo: the expert shows the task once, from seed {evaluator.plan.seed}")
+    shown, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    if out is not None:
+        write_demonstration(shown.demonstration, out / "demo.parquet")
+        messages.print(f"wrote {out / 'demo.parquet'}")
+    return shown.demonstration
+
+
+def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:
+    """Pictures where they are wanted and the world can render itself."""
+    render = getattr(evaluator.world, "render", None)
+    return Camera(render) if out is not None and render is not None else None
