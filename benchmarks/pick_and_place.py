@@ -241,6 +241,8 @@ def clutter(runner: Runner, generator: np.random.Generator) -> bool:
         if not (runner.call(move_above, name) and runner.call(grasp, name)):
             return False
         runner.call(move_above, "b3", slip_at=float(generator.uniform(0.5, 0.98)))
+        if runner.cell.held() and not (runner.call(move_above_free_place) and runner.call(release)):
+            return False
     return runner.build([("b1", "b0"), ("b2", "b1")], 60)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinematics import robot
 from kinematics.collision import MARGIN, CollisionScene
 from kinematics.differential import StraightLines
 from kinematics.geometry import Array, Pose, Vector, transform_of
@@ -50,7 +51,8 @@ class Arm:
     def look(self, cell: Workcell) -> Look:
         """Measure the cell, and put everything in the collision scene where it is."""
         self.scene = self._scene(cell)
-        q = cell.joint_positions()
+        limits = robot.limits()  # a joint that rests at its limit is measured beyond it by a hair
+        q: Array = np.clip(cell.joint_positions(), limits.lower, limits.upper)
         look = Look(q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2)
         self.near = set()
         self.scene.tolerate_nothing()

@@ -63,6 +63,7 @@ class Workcell:
         self._build()
         self._steps = 0
         self.stepping_seconds = 0.0  # wall time spent in the simulator since the reset
+        self.watching_seconds = 0.0  # wall time spent in `on_frame` since the reset
         frame, self.on_frame = self.on_frame, None
         self.settle(0.2)
         self.on_frame = frame
@@ -154,7 +155,9 @@ class Workcell:
         self.stepping_seconds += time.perf_counter() - started
         self._steps += 1
         if self._steps % FRAME_STEPS == 0 and self.on_frame is not None:
+            started = time.perf_counter()
             self.on_frame()
+            self.watching_seconds += time.perf_counter() - started
 
     def settle(self, seconds: float) -> None:
         """Let simulated time pass."""
@@ -209,6 +212,8 @@ class Workcell:
         rest.
         """
         length = math.hypot(*direction_xy)
+        if not (math.isfinite(impulse_Ns) and math.isfinite(length) and length > 0):
+            raise ValueError(f"no push: {impulse_Ns} N s towards {direction_xy}")
         strength = impulse_Ns / (_PUSH_STEPS * TIME_STEP) / length
         force = (direction_xy[0] * strength, direction_xy[1] * strength, 0.0)
         for _ in range(_PUSH_STEPS):

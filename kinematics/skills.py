@@ -128,18 +128,20 @@ def _perform(cell: Workcell, seed: int, skill: Callable[[Attempt], None]) -> Mot
     """Run a skill, with the clocks around it; failures become reasons."""
     attempt = Attempt(cell, _arm(), seed % 2**32)
     failure: KinematicsError | None = None
-    started, simulated, stepping = time.perf_counter(), cell.time, cell.stepping_seconds
+    started, simulated = time.perf_counter(), cell.time
+    stepping, watching = cell.stepping_seconds, cell.watching_seconds
     try:
         skill(attempt)
     except KinematicsError as found:
         failure = found
         attempt.evidence.update(found.evidence, message=str(found))
     moving = cell.stepping_seconds - stepping
+    elapsed = time.perf_counter() - started - (cell.watching_seconds - watching)
     return Motion(
         achieved=failure is None,
         reason=None if failure is None else failure.reason,
         evidence=attempt.evidence,
-        planning_seconds=time.perf_counter() - started - moving,
+        planning_seconds=elapsed - moving,
         moving_seconds=moving,
         simulated_seconds=cell.time - simulated,
         solver="+".join(attempt.solvers),
