@@ -23,6 +23,7 @@ class Limits:
     primitives: int = 150
     idle_decisions: int = 60
     retries: int = 5  # how often an unfinished root is asked again
+    like_failures: int = 8  # of one primitive in a row
 
 
 @dataclass
@@ -38,7 +39,7 @@ class Run:
     moving_seconds: float
     disturbances: int
     failures: list[Outcome]
-    last_failure: Outcome | None
+    failing: int  # the same failure so often in a row
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -67,7 +68,7 @@ class Interpreter:
         self.interfere = interfere
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
-        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], None)
+        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], 0)
         confirmed = retries = 0
         while not run.reason:
             before = run.primitives
@@ -91,8 +92,8 @@ class Interpreter:
         while True:
             frame, number = stack[-1]
             idle += 1
-            if idle > self.limits.idle_decisions or run.primitives >= self.limits.primitives:
-                run.reason = f"stopped after {run.primitives} primitives"
+            run.reason = self._stop(idle, run)
+            if run.reason:
                 for _, open_call in reversed(stack):
                     self.writer.returned(open_call, "stopped", self.frame_number())
                 return False
@@ -110,6 +111,17 @@ class Interpreter:
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
                 stack.append((child, self._enter(child, number, choice.details, len(stack))))
+
+    def _stop(self, idle: int, run: Run) -> str:
+        """Why a run that gets nowhere is broken off, or nothing."""
+        last = run.failures[-self.limits.like_failures :]
+        if len(last) == self.limits.like_failures and run.failing == len(last):
+            return f"stopped: {last[-1].failure} {len(last)} times in a row"
+        if idle > self.limits.idle_decisions:
+            return f"stopped: {idle} decisions without a primitive"
+        if run.primitives >= self.limits.primitives:
+            return f"stopped after {run.primitives} primitives"
+        return ""
 
     def _decide(self, frame: Frame, run: Run) -> Choice:
         start = perf_counter()
@@ -147,9 +159,12 @@ class Interpreter:
         run.planning_seconds += outcome.planning_seconds
         run.moving_seconds += outcome.moving_seconds
         run.disturbances += len(outcome.disturbances)
-        if not outcome.achieved:
+        if outcome.achieved:
+            run.failing = 0
+        else:
+            same = bool(run.failures) and run.failures[-1].failure is outcome.failure
+            run.failing = run.failing + 1 if same else 1
             run.failures.append(outcome)
-        run.last_failure = None if outcome.achieved else outcome
         word = "achieved" if outcome.achieved else str(outcome.failure)
         self.watch("return", depth, choice.callee, choice.arguments, word)
         self.writer.returned(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import cos, pi, sin
+from math import atan2, cos, pi, sin
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from ntp_dsl.world import (
     Thing,
     Vector,
 )
-from ntp_dsl.worlds.scenes import furniture_positions, movable
+from ntp_dsl.worlds.scenes import CENTRE, furniture_positions, movable
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved a thing [m]
@@ -176,11 +176,15 @@ class BulletWorld:
         stacked = any(predicates.on(self.truth(), item, other) for other in self._cell.bodies)
         if not stacked or self._rng.random() >= self._disturbances.pushes:
             return ()
-        angle = float(self._rng.uniform(0, 2 * pi))
         before = self._cell.poses()
+        angle = self._inward(before[item].position) + float(self._rng.uniform(-pi / 2, pi / 2))
         self._cell.push(item, IMPULSE, (cos(angle), sin(angle)))
         self.disturbed |= self._displaced(before)
         return (f"push {item}",)
+
+    def _inward(self, position: Vector) -> float:
+        """Towards the workspace's centre [rad]: what is pushed must stay where the arm can get to it."""
+        return atan2(CENTRE[1] - position[1], CENTRE[0] - position[0])
 
     def _displaced(self, before: Mapping[str, Pose]) -> set[str]:
         """What is not where it was, but for what the hand holds."""

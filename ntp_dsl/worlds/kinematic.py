@@ -147,6 +147,7 @@ class KinematicWorld:
             x, y, _ = self._positions[name]
             self.disturbed.add(name)
             self._fall(name, x + reach * np.cos(angle), y + reach * np.sin(angle))
+        self._drop_unsupported()
         self._emit()
         return Outcome(True, disturbances=tuple(f"push {name}" for name in fallen))
 
@@ -157,12 +158,14 @@ class KinematicWorld:
         start = np.array(self._gripper)
         way = np.array(goal) - start
         duration = 0.15 + float(np.linalg.norm(way)) / self._speed
+        began = self._time
         for moment in np.arange(FRAME, duration, FRAME):
             phase = moment / duration
+            self._time = began + float(moment)
             self._move_tool(start + way * (phase * phase * (3 - 2 * phase)))
             self._emit()
+        self._time = began + duration
         self._move_tool(np.array(goal))
-        self._time += duration
 
     def _move_tool(self, tool: np.ndarray) -> None:
         shift = tool - np.array(self._gripper)
@@ -216,6 +219,28 @@ class KinematicWorld:
         else:
             x, y = self._clearest_place(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
+
+    def _drop_unsupported(self) -> None:
+        """What leant on something that is gone comes down as well, the lowest first."""
+        standing: list[Vector] = []
+        loose: dict[str, Vector] = {}
+        for name, place in sorted(self._others(None), key=lambda each: each[1][2]):
+            if self._carried(name, place, standing):
+                standing.append(place)
+            else:
+                loose[name] = self._positions.pop(name)
+        for name, (x, y, _) in loose.items():
+            self.disturbed.add(name)
+            self._fall(name, x, y)
+
+    def _carried(self, item: str, place: Vector, standing: list[Vector]) -> bool:
+        x, y, z = place
+        if z < self._items[item].size[2]:
+            return True  # by the table
+        return any(
+            max(abs(x - px), abs(y - py)) < CUBE and abs(z - pz - CUBE) < 0.01
+            for px, py, pz in standing
+        )
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> tuple[float, float] | None:
         """The centre of the topmost thing below that overlaps without carrying the item's centre."""
