@@ -34,6 +34,7 @@ STAYED = 0.005  # how far a body may be from where it was let go [m]
 STAYS = 0.1  # how fast it may be then [m/s]
 MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
 APPROACHES = 4  # that are planned to before a skill gives up
+NOTICEABLE = 1e-3  # of a finger's way [m]
 _TURNED = 0.05  # a grasp whose rotation is so near the tool's is the one it waits above [rad]
 
 
@@ -69,19 +70,24 @@ class Attempt:
         failure: KinematicsError | None = None
         self.solved_by(inverse.SOLVER)
         for approach, _ in zip(approaches, range(APPROACHES), strict=False):
+            opening = look.opening
+            if look.held is None:  # room for wider fingers is not promised there
+                opening = min(opening, approach.opening)
             try:
-                trajectory = self._plan(look, approach.above)
+                trajectory = self._plan(look, approach.above, opening)
             except KinematicsError as found:
                 failure = found
                 continue
             self.evidence.update(descent_free=approach.is_free, trouble=approach.trouble)
+            if opening < look.opening - NOTICEABLE:
+                motion.open_hand(self.cell, opening)
             self._travel(look, trajectory, slip_at)
             return approach
         raise failure or self._no_approach()
 
-    def _plan(self, look: Look, goal: Array) -> Trajectory:
+    def _plan(self, look: Look, goal: Array, opening: float) -> Trajectory:
         arm = self.arm
-        arm.scene.open_fingers(look.opening)
+        arm.scene.open_fingers(opening)
         arm.show_held(look)
         path = arm.plan(look.q, goal, self.seed)
         self.planner = path.planner
@@ -200,7 +206,7 @@ class Attempt:
         self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
         motion.open_hand(self.cell, 0.0)
         closed = self.look()
-        motion.follow(self.cell, self._plan(closed, nudge.above))
+        motion.follow(self.cell, self._plan(closed, nudge.above, closed.opening))
         motion.follow(self.cell, self.along(nudge.down))
         motion.follow(self.cell, self.along(nudge.sweep, NUDGE_SPEED))
         motion.follow(self.cell, self.along(nudge.sweep[::-1][:3]))  # back off, then up
