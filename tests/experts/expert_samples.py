@@ -1,0 +1,63 @@
+"""Experts, goals and states for the tests: anything that an arm over a table may find itself in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ntp_dsl.experts import Expert, NextCall, View, call, first
+from ntp_dsl.interpreter import Interpreter, Limits, Run
+from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.state import State
+from ntp_dsl.tasks import Instance, draw, find_task
+from ntp_dsl.world import Disturbances, Record
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import scrambled
+
+PRIMITIVES = 300  # more than any start needs: some ten for each of eight placements, with slips
+
+
+def stack_in_python(view: View, goal: Iterable[Record]) -> list[NextCall]:
+    """What the body of `stack` says, as a function."""
+    return first(
+        call("pick_and_place", p["item"], p["support"])
+        for p in goal
+        if not view.on(p["item"], p["support"])
+    )
+
+
+def pick_and_place_in_python(view: View, item: str, support: str) -> NextCall:
+    if not view.clear(support):
+        return call("clear", support)
+    return call("place", item, support) if view.holding(item) else call("pick", item)
+
+
+def experts(registry: Registry) -> dict[str, Expert]:
+    functions = {"stack": stack_in_python, "pick_and_place": pick_and_place_in_python}
+    return {"declared": Expert(registry), "in Python": Expert(registry, functions)}
+
+
+def drawn(registry: Registry, seed: int, task: str = "") -> tuple[Instance, KinematicWorld]:
+    """A goal, and a world in a scrambled state."""
+    rng = np.random.default_rng(seed)
+    name = task or ("block_stacking", "tall_towers")[seed % 2]
+    instance = draw(registry, find_task(registry, name), rng)
+    world = KinematicWorld()
+    world.reset(scrambled(instance.things, rng), seed)
+    return instance, world
+
+
+def run_from_anywhere(
+    expert: Expert, seed: int, disturbances: Disturbances, primitives: int = PRIMITIVES
+) -> tuple[Run, bool]:
+    """A run from a scrambled state, and whether the goal holds in truth at its end."""
+    rng = np.random.default_rng(seed)
+    instance, world = drawn(expert.registry, seed)
+    world.reset(scrambled(instance.things, rng), seed, disturbances)
+    limits = Limits(primitives=primitives)
+    interpreter = Interpreter(expert.registry, ScriptedPolicy(expert), world, limits=limits)
+    run = interpreter.run(instance.program, instance.arguments)
+    state = State(expert.registry, world.truth())
+    return run, all(state.holds(x) for x in instance.literals(expert.registry, world.truth()))

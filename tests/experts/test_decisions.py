@@ -1,0 +1,125 @@
+"""A decision is a function of the program, its arguments and the state, and of nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from expert_samples import drawn, experts
+
+from ntp_dsl.experts import Decision, Expert, NextCall, UndeclaredCall, View, call
+from ntp_dsl.labels import random_call
+from ntp_dsl.registry import Registry
+from ntp_dsl.state import Literal, State
+from ntp_dsl.world import Argument, Observation, Record, Thing
+
+SEEDS = range(60)
+Question = tuple[str, tuple[Argument, ...], Observation]
+
+
+def questions(registry: Registry, seed: int) -> Iterator[Question]:
+    """The root and a few programs that nobody runs, in one scrambled state."""
+    instance, world = drawn(registry, seed)
+    yield instance.program, instance.arguments, world.truth()
+    rng = np.random.default_rng((seed, 7))
+    for _ in range(6):
+        program, arguments = random_call(Expert(registry), world.truth(), None, rng)
+        yield program.name, arguments, world.truth()
+
+
+def decide(expert: Expert, question: Question) -> Decision:
+    program, arguments, observation = question
+    return expert.decide(program, arguments, State(expert.registry, observation))
+
+
+def renamed(question: Question, names: Mapping[str, str]) -> Question:
+    program, arguments, seen = question
+    things = tuple(replace(thing, name=names.get(thing.name, thing.name)) for thing in seen.things)
+    positions = {names.get(name, name): place for name, place in seen.positions.items()}
+    given = tuple(renamed_argument(argument, names) for argument in arguments)
+    return program, given, replace(seen, things=things, positions=positions)
+
+
+def renamed_argument(argument: Argument, names: Mapping[str, str]) -> Argument:
+    match argument:
+        case str():
+            return names.get(argument, argument)
+        case Record():
+            fields = tuple((key, names.get(value, value)) for key, value in argument.fields)
+            return Record(argument.type, fields)
+        case tuple():
+            return tuple(renamed_argument(each, names) for each in argument)  # type: ignore[misc]
+    return argument
+
+
+@pytest.mark.parametrize("kind", ["declared", "in Python"])
+def test_asking_twice_gives_the_same_answer(stacking: Registry, kind: str) -> None:
+    expert, again = experts(stacking)[kind], experts(stacking)[kind]
+    for seed in SEEDS:
+        for question in questions(stacking, seed):
+            assert decide(expert, question) == decide(expert, question) == decide(again, question)
+
+
+@pytest.mark.parametrize("kind", ["declared", "in Python"])
+def test_the_order_of_the_things_does_not_matter(stacking: Registry, kind: str) -> None:
+    expert = experts(stacking)[kind]
+    for seed in SEEDS:
+        rng = np.random.default_rng(seed)
+        for program, arguments, seen in questions(stacking, seed):
+            order = tuple(int(index) for index in rng.permutation(len(seen.things)))
+            shuffled = (program, arguments, seen.permuted(order))
+            assert decide(expert, (program, arguments, seen)) == decide(expert, shuffled)
+
+
+@pytest.mark.parametrize("kind", ["declared", "in Python"])
+def test_names_of_things_do_not_matter(stacking: Registry, kind: str) -> None:
+    expert = experts(stacking)[kind]
+    for seed in SEEDS:
+        for question in questions(stacking, seed):
+            blocks = [thing.name for thing in question[2].things if thing.type == "Block"]
+            order = np.random.default_rng(seed).permutation(len(blocks))
+            names = {block: f"thing {order[index]}" for index, block in enumerate(blocks)}
+            expected, answer = decide(expert, question), decide(expert, renamed(question, names))
+            if isinstance(expected, NextCall):
+                given = tuple(renamed_argument(each, names) for each in expected.arguments)
+                expected = replace(expected, arguments=given)
+            assert answer == expected
+
+
+@pytest.mark.parametrize("kind", ["declared", "in Python"])
+def test_more_things_elsewhere_do_not_matter(stacking: Registry, kind: str) -> None:
+    expert = experts(stacking)[kind]
+    for seed in SEEDS:
+        for program, arguments, seen in questions(stacking, seed):
+            if program == "put_down":
+                continue  # over the table there is less free place
+            more = Thing("another", "Block", (0.05, 0.05, 0.05))
+            positions = {**seen.positions, "another": (0.9, 0.45, 0.025)}
+            fuller = replace(seen, things=(more, *seen.things), positions=positions)
+            assert decide(expert, (program, arguments, seen)) == decide(
+                expert, (program, arguments, fuller)
+            )
+
+
+def test_a_call_that_a_program_does_not_declare_is_refused(stacking: Registry) -> None:
+    expert = Expert(stacking, {"stack": lambda view, goal: call("release")})
+    instance, world = drawn(stacking, 1)
+    with pytest.raises(UndeclaredCall, match="'stack' calls 'release'; it declares pick_and_place"):
+        decide(expert, (instance.program, instance.arguments, world.truth()))
+
+
+def test_a_python_expert_sees_declared_predicates_and_nothing_else(stacking: Registry) -> None:
+    _, world = drawn(stacking, 1)
+    state = State(stacking, world.truth())
+    view = View(stacking, state)
+    things = view.things("Block")
+    assert len(things) == 10 and "table" not in things
+    assert view.clear(things[0]) == state.holds(Literal("clear", (things[0],)))
+    with pytest.raises(AttributeError, match="no predicate is called 'positions'"):
+        _ = view.positions
+
+
+def test_a_task_that_is_done_returns_done(stacking: Registry) -> None:
+    assert decide(Expert(stacking), ("stack", ((),), drawn(stacking, 1)[1].truth())).done  # type: ignore[union-attr]

@@ -1,0 +1,156 @@
+"""A trace is whole up to its last whole line, and says what happened."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ntp_dsl.experts import Expert
+from ntp_dsl.interpreter import Interpreter, Limits
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.recording import header
+from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.traces import ROOT, Call, Trace, TraceWriter, from_json, parse_trace, read_trace, to_json
+from ntp_dsl.world import Disturbances, Record, Scene
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import scrambled
+
+HERE = Path("a.trace.jsonl")
+TROUBLE = Disturbances(slips=0.3, pushes=0.3)
+
+
+def begun(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
+    rng = np.random.default_rng(seed)
+    instance = draw(registry, find_task(registry, "few_placements"), rng)
+    scene = scrambled(instance.things, rng)
+    world = KinematicWorld()
+    world.reset(scene, seed, TROUBLE)
+    return world, scene
+
+
+def recorded(registry: Registry, seed: int = 5) -> bytes:
+    world, _ = begun(registry, seed)
+    instance = draw(registry, find_task(registry, "few_placements"), np.random.default_rng(seed))
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(**header(registry, instance, seed, "scripted"))
+    policy = ScriptedPolicy(Expert(registry))
+    limits = Limits(primitives=40)
+    run = Interpreter(registry, policy, world, writer, limits).run(
+        instance.program, instance.arguments
+    )
+    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    return stream.getvalue().encode()
+
+
+@pytest.fixture(scope="module")
+def text(stacking: Registry) -> bytes:
+    return recorded(stacking)
+
+
+def test_a_trace_cut_at_any_byte_reads_up_to_its_last_whole_line(text: bytes) -> None:
+    whole = parse_trace(text, HERE)
+    first = text.index(b"\n") + 1
+    for end in [*range(first, min(first + 2000, len(text))), *range(first, len(text), 97)]:
+        cut = parse_trace(text[:end], HERE)
+        lines = text[:end].count(b"\n")
+        assert cut.end is None and len(cut.calls) <= len(whole.calls)
+        assert [c.name for c in cut.calls] == [c.name for c in whole.calls[: len(cut.calls)]]
+        assert cut.states == whole.states[: len(cut.states)]
+        assert len(cut.calls) + len(cut.states) <= lines
+    assert whole.end is not None
+
+
+def test_a_trace_without_one_whole_line_is_none(text: bytes) -> None:
+    for end in [0, 1, 40, text.index(b"\n")]:
+        with pytest.raises(NtpError, match="not one whole line"):
+            parse_trace(text[:end], HERE)
+
+
+@pytest.mark.parametrize(
+    "content, found",
+    [
+        (b"library a\n", "a.trace.jsonl:1: expected a line of JSON"),
+        (b"[1]\n", "expected a JSON object"),
+        (b'{"tasks": []}\n', "expected a trace"),
+        (b'{"format": "ntp-trace", "version": 99}\n', "expected version 1, found 99"),
+        (b'{"format": "ntp-trace", "version": 1, "things": []}\n{"event": "call"}\n', "lacks"),
+        (b'{"format": "ntp-trace", "version": 1, "things": []}\n{"id": 3}\n', "lacks"),
+        (b"\xff\xfe\n", "expected a line of JSON"),
+    ],
+)
+def test_what_is_not_a_trace_is_told_in_one_sentence(content: bytes, found: str) -> None:
+    with pytest.raises(NtpError, match=found) as caught:
+        parse_trace(content, HERE)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_told_in_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(NtpError, match="none.jsonl: cannot be read"):
+        read_trace(tmp_path / "none.jsonl")
+
+
+def test_calls_form_a_tree_and_every_one_returned(text: bytes) -> None:
+    trace = parse_trace(text, HERE)
+    for call in trace.calls:
+        assert call.parent == ROOT or call.parent < call.id
+        assert call.kind == "program" or not trace.children(call.id)
+        assert call.outcome and 0 <= call.state < len(trace.states)
+
+
+def test_a_trace_names_the_line_that_its_expert_followed(text: bytes) -> None:
+    calls = [call for call in parse_trace(text, HERE).calls if call.parent != ROOT]
+    sources = {str(call.decision["source"]).split(":")[0] for call in calls}
+    assert sources == {"block_stacking.ntp", "tabletop.ntp"}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_same_seed_gives_the_same_trace(stacking: Registry, seed: int) -> None:
+    assert recorded(stacking, seed) == recorded(stacking, seed)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_trace_replayed_gives_the_same_states_and_outcomes(
+    stacking: Registry, seed: int
+) -> None:
+    trace = parse_trace(recorded(stacking, seed), HERE)
+    world, _ = begun(stacking, seed)
+    replayed = replay(trace, world)
+    outcomes = [call.outcome for call in trace.calls if call.kind == "api"]
+    assert [outcome for _, outcome in replayed] == outcomes
+    for call, (state, _) in zip(primitives(trace), replayed, strict=True):
+        assert state == row(trace.states[call.state].positions)
+
+
+def primitives(trace: Trace) -> list[Call]:
+    return [call for call in trace.calls if call.kind == "api"]
+
+
+def replay(trace: Trace, world: KinematicWorld) -> list[tuple[object, str]]:
+    """Each primitive again: the state that it was called in, and what came of it."""
+    found = []
+    for call in trace.calls:
+        if call.kind == "api":
+            before = row(world.truth().positions)
+            outcome = world.call(call.name, call.arguments)
+            found.append((before, "achieved" if outcome.achieved else str(outcome.failure)))
+    return found
+
+
+def row(positions: object) -> object:
+    assert isinstance(positions, dict)
+    return {name: tuple(round(x, 5) for x in place) for name, place in positions.items()}
+
+
+@pytest.mark.parametrize(
+    "argument",
+    ["block_1", 0.25, Record("Placement", (("item", "a"), ("support", "b"))), ()],
+)
+def test_arguments_come_back_as_they_were(argument: str | float | Record) -> None:
+    assert from_json(json.loads(json.dumps(to_json(argument)))) == argument
