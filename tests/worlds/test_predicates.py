@@ -1,0 +1,82 @@
+"""The built-in predicates: what counts as on, in the way, held and above."""
+
+from __future__ import annotations
+
+import pytest
+
+from ntp_dsl.predicates import above, clear, covers, empty, held, holding, on, present, reachable
+from ntp_dsl.world import Observation, Thing, Vector
+
+CUBE = (0.05, 0.05, 0.05)
+THINGS = (Thing("a", "Block", CUBE), Thing("b", "Block", CUBE), Thing("t", "Table", (1.5, 1.5, 0.04)))
+FAR = (0.3, -0.2, 0.4)
+
+
+def seen(
+    a: Vector | None, b: Vector = (0.5, 0.0, 0.025), gripper: Vector = FAR, closed: bool = False
+) -> Observation:
+    places = {"a": a, "b": b, "t": (0.5, 0.0, -0.02)}
+    return Observation(
+        THINGS, {name: p for name, p in places.items() if p is not None}, gripper, closed
+    )
+
+
+@pytest.mark.parametrize(
+    "a, is_on, is_in_the_way",
+    [
+        ((0.5, 0.0, 0.075), True, True),
+        ((0.52, 0.0, 0.075), True, True),  # off by less than half a cube
+        ((0.53, 0.0, 0.075), False, True),  # off by more: it leans
+        ((0.5, 0.03, 0.06), False, True),
+        ((0.56, 0.0, 0.025), False, False),  # beside
+        ((0.5, 0.0, 0.15), False, False),  # high above
+        ((0.5, 0.0, 0.125), False, False),  # two storeys up
+    ],
+)
+def test_what_stands_on_something_covers_it(a: Vector, is_on: bool, is_in_the_way: bool) -> None:
+    state = seen(a)
+    assert on(state, "a", "b") is is_on
+    assert covers(state, "a", "b") is is_in_the_way
+    assert clear(state, "b") is not is_in_the_way
+    assert not on(state, "b", "a") and not on(state, "a", "a")
+
+
+def test_everything_low_is_on_the_table_and_nothing_covers_that() -> None:
+    state = seen((0.4, 0.1, 0.025))
+    assert on(state, "a", "t") and not on(state, "t", "a") and clear(state, "t")
+    assert not on(seen((0.4, 0.1, 0.075)), "a", "t")
+
+
+def test_the_hand_holds_what_is_between_its_closed_fingers() -> None:
+    closed = seen((0.5, 0.1, 0.3), gripper=(0.5, 0.1, 0.3), closed=True)
+    assert held(closed) == "a" and holding(closed, "a") and holding(closed, "any")
+    assert not holding(closed, "b") and not empty(closed, "gripper")
+    opened = seen((0.5, 0.1, 0.3), gripper=(0.5, 0.1, 0.3), closed=False)
+    missed = seen((0.5, 0.1, 0.3), gripper=(0.5, 0.14, 0.3), closed=True)
+    for state in (opened, missed):
+        assert held(state) is None and empty(state, "gripper") and not holding(state, "any")
+
+
+def test_what_is_held_is_on_nothing() -> None:
+    state = seen((0.5, 0.0, 0.075), gripper=(0.5, 0.0, 0.075), closed=True)
+    assert not on(state, "a", "b") and clear(state, "b")
+
+
+def test_the_hand_is_above_what_it_is_over() -> None:
+    a = (0.4, 0.1, 0.025)
+    assert above(seen(a, gripper=(0.5, 0.0, 0.15)), "gripper", "b")
+    assert not above(seen(a, gripper=(0.53, 0.0, 0.15)), "gripper", "b")
+    assert not above(seen(a, gripper=(0.5, 0.0, 0.4)), "gripper", "b")
+    assert not above(seen(a, gripper=(0.5, 0.0, 0.025)), "gripper", "b")
+
+
+def test_over_the_table_means_over_a_free_place() -> None:
+    assert above(seen((0.4, 0.1, 0.025), gripper=(0.6, -0.15, 0.15)), "gripper", "t")
+    assert not above(seen((0.4, 0.1, 0.025), gripper=(0.5, 0.0, 0.15)), "gripper", "t")
+
+
+def test_a_lost_thing_is_neither_present_nor_anywhere() -> None:
+    state = seen(None)
+    assert not present(state, "a") and not reachable(state, "a") and not clear(state, "a")
+    assert not on(state, "a", "b") and not covers(state, "a", "b") and clear(state, "b")
+    assert not above(state, "gripper", "a")
