@@ -18,6 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from ntp_dsl.language.diagnostics import NtpError, TaskFailed, nearest
 
 DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
+INTERRUPTION = "interrupted; the files that are written are whole"
 
 Table = Mapping[str, "str | Table"]
 
@@ -105,7 +106,7 @@ def run(words: Sequence[str]) -> int:
     except typer.TyperException as error:
         return _misuse(error)
     if status == INTERRUPTED:
-        _complain("interrupted; what is written so far is whole", INTERRUPTED)
+        _complain(INTERRUPTION, INTERRUPTED)
     return status or DONE
 
 

@@ -27,4 +27,5 @@ def command(
         print_json(to_json(entries))
     else:
         write_tasks(entries, out)
-        messages.print(f"{len(entries)} tasks written to {out}")
+        plural = "s" * (len(entries) != 1)
+        messages.print(f"{len(entries)} task{plural} written to {out}")

@@ -7,7 +7,7 @@ import sys
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
-from sources import imports, importers, modules
+from sources import importers, imports, modules
 
 # From the bottom up; a module may import its own layer and those below. The longest prefix counts.
 LAYERS = (
