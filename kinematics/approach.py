@@ -40,9 +40,7 @@ class Approach:
 def top_of(look: Look, name: str, half_extents: Vector) -> float:
     """Height of a body's highest point [m]."""
     pose = look.poses[name]
-    return pose.position[2] + vertical_extent(
-        half_extents, rotation_from_quaternion(pose.quaternion_xyzw)
-    )
+    return pose.position[2] + vertical_extent(half_extents, rotation_from_quaternion(pose.quaternion_xyzw))
 
 
 def tilt_of(look: Look, name: str) -> float:
@@ -109,9 +107,7 @@ def _free_ends(arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int) -> 
             yield q
 
 
-def _above_end(
-    arm: Arm, grasp: Grasp, end: Array, position: Vector, height: float
-) -> Iterator[Array]:
+def _above_end(arm: Arm, grasp: Grasp, end: Array, position: Vector, height: float) -> Iterator[Array]:
     """Joint positions above the target, of the same branch as those at the grasp."""
     q = arm.inverse.solve(_above(grasp, position, height), end)
     if q is not None and arm.scene.is_free(q):
@@ -191,9 +187,7 @@ def _solutions_over(
     yield from arm.solutions(above, look.q, seed, restarts)
 
 
-def _line_to_placement(
-    arm: Arm, look: Look, above: Array, placement: Placement, place: Vector
-) -> Approach:
+def _line_to_placement(arm: Arm, look: Look, above: Array, placement: Placement, place: Vector) -> Approach:
     obstructed = Approach(above, above[None], look.opening, placement.tilt)
     low = placement.tool_over(place[0], place[1], place[2] + placement.height + ABOVE_SUPPORT)
     line = arm.lines.follow(above, [low])

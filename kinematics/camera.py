@@ -49,9 +49,7 @@ class Camera:
         for joint, position in zip(_JOINTS, joints, strict=True):
             self._bullet.resetJointState(self._robot, joint, position, physicsClientId=self._client)
         for name, identity in self._ids.items():
-            self._bullet.resetBasePositionAndOrientation(
-                identity, *poses[name], physicsClientId=self._client
-            )
+            self._bullet.resetBasePositionAndOrientation(identity, *poses[name], physicsClientId=self._client)
         if not smooth:
             return self._render(width, height)
         pixels = self._render(width * _OVERSAMPLING, height * _OVERSAMPLING)
@@ -83,9 +81,7 @@ class Camera:
             specularColor=(0.1, 0.1, 0.1),
             physicsClientId=self._client,
         )
-        identity: int = self._bullet.createMultiBody(
-            0, -1, shape, position, physicsClientId=self._client
-        )
+        identity: int = self._bullet.createMultiBody(0, -1, shape, position, physicsClientId=self._client)
         return identity
 
     def _render(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -40,14 +40,10 @@ class CollisionScene:
 
     def __init__(self, sizes: Mapping[str, Vector]) -> None:
         self._sizes = dict(sizes)
-        self._in_hand_name = {
-            size: f"held_{i}" for i, size in enumerate(dict.fromkeys(sizes.values()))
-        }
+        self._in_hand_name = {size: f"held_{i}" for i, size in enumerate(dict.fromkeys(sizes.values()))}
         self._model = self._compile()
         self._data = mujoco.MjData(self._model)
-        self._mocap = {
-            name: int(self._model.body(f"body_{name}").mocapid[0]) for name in self._sizes
-        }
+        self._mocap = {name: int(self._model.body(f"body_{name}").mocapid[0]) for name in self._sizes}
         self._fingers = {name: self._model.body(name).id for name in robot.FINGER_LINKS}
         self._held_geom = {
             size: (self._model.body(name).id, self._model.geom(name).id)
@@ -170,8 +166,7 @@ class CollisionScene:
         for shift in shifts:
             self._data.geom_xpos[geom] = start + shift
             distances = (
-                mujoco.mj_geomDistance(self._model, self._data, geom, other, 1.0, None)
-                for other in others
+                mujoco.mj_geomDistance(self._model, self._data, geom, other, 1.0, None) for other in others
             )
             room = min(room, *distances, math.inf)
         return room
@@ -182,8 +177,7 @@ class CollisionScene:
         for _ in range(200):
             self._data.geom_xpos[geom] = start - (0.0, 0.0, dropped)
             nearest = min(
-                mujoco.mj_geomDistance(self._model, self._data, geom, other, 1.0, None)
-                for other in others
+                mujoco.mj_geomDistance(self._model, self._data, geom, other, 1.0, None) for other in others
             )
             if nearest < TOUCHING or dropped >= below:
                 break
@@ -222,15 +216,11 @@ class CollisionScene:
         for geom in spec.geoms:
             geom.contype, geom.conaffinity, geom.margin = _ROBOT, _ROBOT | _SCENE, MARGIN
         box, plane = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_PLANE
-        spec.worldbody.add_geom(
-            name="table", type=plane, size=[0, 0, 1], contype=_SCENE, conaffinity=0
-        )
+        spec.worldbody.add_geom(name="table", type=plane, size=[0, 0, 1], contype=_SCENE, conaffinity=0)
         spec.add_exclude(bodyname1="panda_link0", bodyname2="panda_link1")  # neighbours, but fixed
         for name, size in self._sizes.items():
             body = spec.worldbody.add_body(name=f"body_{name}", mocap=True)
-            body.add_geom(
-                name=f"body_{name}", type=box, size=list(size), contype=_SCENE, conaffinity=0
-            )
+            body.add_geom(name=f"body_{name}", type=box, size=list(size), contype=_SCENE, conaffinity=0)
         _add_ghost(spec)
         tool = spec.body(robot.TOOL_FRAME)
         for size, name in self._in_hand_name.items():

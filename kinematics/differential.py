@@ -24,9 +24,7 @@ class StraightLines:
         model = robot.mujoco_model()
         self._configuration = mink.Configuration(model)
         self._limits = [mink.ConfigurationLimit(model)]
-        self._task = mink.FrameTask(
-            robot.TOOL_FRAME, "body", position_cost=1.0, orientation_cost=1.0
-        )
+        self._task = mink.FrameTask(robot.TOOL_FRAME, "body", position_cost=1.0, orientation_cost=1.0)
 
     def follow(self, start: Array, corners: list[Array]) -> Array | None:
         """Joint positions (n, 7) that lead the tool from `start` through the corner transforms.

@@ -99,9 +99,7 @@ def _extent(direction: Array, rotation: Array, half_extents: Vector) -> float:
     they lie [m].
     """
     components = np.abs(rotation.T @ direction)
-    return (
-        float(components @ np.asarray(half_extents)) if components.max() > 0.999 else FINGER_DEPTH
-    )
+    return float(components @ np.asarray(half_extents)) if components.max() > 0.999 else FINGER_DEPTH
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:

@@ -63,9 +63,7 @@ class Attempt:
 
     # -- above -----------------------------------------------------------------------------
 
-    def go_above(
-        self, look: Look, approaches: Iterator[Approach], slip_at: float | None = None
-    ) -> Approach:
+    def go_above(self, look: Look, approaches: Iterator[Approach], slip_at: float | None = None) -> Approach:
         """Plan to the first approach that a path leads to, and move there."""
         failure: KinematicsError | None = None
         self.solved_by(inverse.SOLVER)

@@ -38,9 +38,7 @@ class InverseKinematics:
         """Twist of the tool, in the tool frame, per joint velocity: (6, 7), linear part first."""
         pinocchio.computeJointJacobians(self._model, self._data, q)
         pinocchio.updateFramePlacement(self._model, self._data, self._frame)
-        return np.array(
-            pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL)
-        )
+        return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL))
 
     def solve(self, target: Array, start: Array) -> Array | None:
         """The solution that the iteration reaches from `start`, or None."""
@@ -58,9 +56,7 @@ class InverseKinematics:
             if stalled == PATIENCE:
                 return None
             before = squared
-            jacobian = pinocchio.getFrameJacobian(
-                self._model, self._data, self._frame, pinocchio.LOCAL
-            )
+            jacobian = pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL)
             q = self._step(q, jacobian, error, squared)
         return None
 
@@ -107,10 +103,7 @@ def usual_posture(target: Array) -> Array:
 
 def _is_small(error: Array) -> bool:
     linear, angular = error[:3], error[3:]
-    return (
-        float(linear @ linear) < POSITION_TOLERANCE**2
-        and float(angular @ angular) < ANGLE_TOLERANCE**2
-    )
+    return float(linear @ linear) < POSITION_TOLERANCE**2 and float(angular @ angular) < ANGLE_TOLERANCE**2
 
 
 def usual_tool(x: float, y: float, z: float) -> Array:

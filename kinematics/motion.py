@@ -62,9 +62,7 @@ def follow(cell: Workcell, trajectory: Trajectory) -> None:
     _arrive(cell, trajectory.positions[-1])
 
 
-def carry(
-    cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | None = None
-) -> Drop | None:
+def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | None = None) -> Drop | None:
     """Drive the arm along with something in the hand. Stops, and says so, when that is lost."""
     slip_step = None if slip_at is None else int(slip_at * len(trajectory))
 
@@ -143,6 +141,4 @@ def _arrive(cell: Workcell, goal: Array) -> None:
             return
     if error > ARRIVED:
         cell.drive_arm(cell.joint_positions().tolist(), [0.0] * 7)
-        raise KinematicsError(
-            Reason.NOT_ARRIVED, f"a joint stopped {error:.4f} rad short", error=error
-        )
+        raise KinematicsError(Reason.NOT_ARRIVED, f"a joint stopped {error:.4f} rad short", error=error)

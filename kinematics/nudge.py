@@ -24,7 +24,8 @@ from kinematics.geometry import (
 
 Sizes = Mapping[str, Vector]  # half extents of the bodies [m]
 
-TOUCHING = 0.006  # nearer than this, a body is in the way of a finger [m]
+IN_THE_WAY = 0.03  # nearer than this, a body may be in the way of a finger [m]
+TOUCHING = 0.006  # nearer than this, one body may rest on another [m]
 RUN_UP = 0.008  # between the fingers and the body before the push [m]
 ABOVE_TABLE = 0.012  # of the fingertips: higher, and the palm clears cubes beside the way [m]
 DISTANCES = (0.03, 0.045, 0.06)  # that the body is pushed [m]
@@ -83,13 +84,13 @@ def _topples(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iter
 
 
 def _loose_neighbours(arm: Arm, look: Look, target: str, sizes: Sizes) -> list[str]:
-    """What touches the target at its side and carries nothing."""
+    """What stands beside the target, in the way of a finger, and carries nothing."""
     height = look.poses[target].position[2]
     return [
         name
         for name in sizes
         if name != target
-        and arm.scene.distance(name, target) < TOUCHING
+        and arm.scene.distance(name, target) < IN_THE_WAY
         and abs(look.poses[name].position[2] - height) < min(sizes[name])
         and not _carries(arm, look, name, sizes)
     ]

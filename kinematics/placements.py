@@ -73,11 +73,7 @@ def free_places(
 ) -> list[tuple[float, float]]:
     """Spots of the table with room for the held body and the fingers, the clearest first."""
     own = _reach(sizes[held])
-    others = [
-        (pose.position, _footprint(pose, sizes[name]))
-        for name, pose in poses.items()
-        if name != held
-    ]
+    others = [(pose.position, _footprint(pose, sizes[name])) for name, pose in poses.items() if name != held]
     scored = []
     for x, y in _spots(region, own):
         room = min(

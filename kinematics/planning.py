@@ -52,9 +52,7 @@ class Planner:
         self._setup = geometric.SimpleSetup(self._space)
         self._setup.setStateValidityChecker(self._is_valid)
         self._information = self._setup.getSpaceInformation()
-        self._information.setStateValidityCheckingResolution(
-            RESOLUTION / self._space.getMaximumExtent()
-        )
+        self._information.setStateValidityCheckingResolution(RESOLUTION / self._space.getMaximumExtent())
         self._setup.setPlanner(_rrt_connect(self._information))
         self._setup.setup()  # its first time draws from the generator; not in a query then
         self._valid: Validity = lambda q: True
@@ -69,9 +67,7 @@ class Planner:
         self._valid, self._checks, self._started = valid, 0, time.monotonic()
         for q, end in ((start, "start"), (goal, "goal")):
             if not self._check(q):
-                raise Obstructed(
-                    Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision"
-                )
+                raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
         if self._edge_is_free(start, goal):
             return Path(np.array([start, goal]), "straight", self._checks)
         corners = self._search(start, goal, make, seed)
@@ -83,9 +79,7 @@ class Planner:
         self._valid = valid
         return all(self._edge_is_free(a, b) for a, b in zip(chain, chain[1:], strict=False))
 
-    def _search(
-        self, start: Array, goal: Array, make: Callable[[Any], Any], seed: int
-    ) -> list[Array]:
+    def _search(self, start: Array, goal: Array, make: Callable[[Any], Any], seed: int) -> list[Array]:
         util.RNG.setSeed(seed % (2**31 - 1) + 1)
         setup = self._setup
         setup.clear()
@@ -103,9 +97,7 @@ class Planner:
     def _no_path(self) -> NoPathFound:
         late = self._checks < MAXIMUM_CHECKS and self._is_late()
         reason = Reason.PLANNER_TIMEOUT if late else Reason.NO_PATH
-        return NoPathFound(
-            reason, f"no path after {self._checks} validity checks", checks=self._checks
-        )
+        return NoPathFound(reason, f"no path after {self._checks} validity checks", checks=self._checks)
 
     def _shorten(self, corners: list[Array], generator: np.random.Generator) -> list[Array]:
         """Replace stretches between two random points of the chain by free straight edges."""

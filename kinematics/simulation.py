@@ -266,9 +266,7 @@ class Workcell:
         for joint in _ARM:
             world.resetJointState(self._robot, joint, home[joint], physicsClientId=client)
         for finger in _FINGERS:
-            world.resetJointState(
-                self._robot, finger, robot.MAXIMUM_OPENING, physicsClientId=client
-            )
+            world.resetJointState(self._robot, finger, robot.MAXIMUM_OPENING, physicsClientId=client)
         gear = world.createConstraint(
             self._robot,
             _FINGERS[0],

@@ -156,9 +156,7 @@ def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Appr
         return grasp_approaches(arm, look, target, size, attempt.seed)
     tilt = tilt_of(look, target)
     if tilt > TILTED:
-        raise Obstructed(
-            Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt
-        )
+        raise Obstructed(Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt)
     x, y, _ = look.poses[target].position
     yaw = yaw_of(rotation_from_quaternion(look.poses[target].quaternion_xyzw))
     place = (x, y, top_of(look, target, size))

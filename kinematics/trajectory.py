@@ -66,9 +66,7 @@ def _rounded(before: Array, corner: Array, after: Array, free: Callable[[Array],
         reach /= 2
 
 
-def time_parameterise(
-    chain: Array, tool_speed: float = math.inf, tool_length: float = 0.0
-) -> Trajectory:
+def time_parameterise(chain: Array, tool_speed: float = math.inf, tool_length: float = 0.0) -> Trajectory:
     """The fastest motion along a chain, from rest to rest.
 
     Args:
@@ -165,10 +163,7 @@ def _hermite(path: Array, tangent: Array, s: Array, i: Any, along: Array) -> tup
     u = (along - s[i])[:, None] / length
     a, b, da, db = path[i], path[i + 1], tangent[i] * length, tangent[i + 1] * length
     points = (
-        (1 + 2 * u) * (1 - u) ** 2 * a
-        + u * (1 - u) ** 2 * da
-        + u**2 * (3 - 2 * u) * b
-        + u**2 * (u - 1) * db
+        (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * da + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * db
     )
     slope = (6 * u * (u - 1) * (a - b) + (1 - u) * (1 - 3 * u) * da + u * (3 * u - 2) * db) / length
     return points, slope
