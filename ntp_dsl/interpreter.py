@@ -88,7 +88,7 @@ class Interpreter:
     def _run_root(self, root: Frame, run: Run) -> bool:
         """One pass from the root to its return; true where it says «done»."""
         stack = [(root, self._enter(root, ROOT, {}))]
-        idle = 0
+        idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
             frame, number = stack[-1]
             idle += 1
@@ -97,7 +97,8 @@ class Interpreter:
                 for _, open_call in reversed(stack):
                     self.writer.returned(open_call, "stopped", self.frame_number())
                 return False
-            choice = self._decide(frame, run)
+            choice = self._decide(frame, run, may_return=not fresh or len(stack) == 1)
+            fresh = False
             if choice.callee is None:
                 self._leave(number, len(stack), frame, choice)
                 stack.pop()
@@ -111,6 +112,7 @@ class Interpreter:
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
                 stack.append((child, self._enter(child, number, choice.details, len(stack))))
+                fresh = True
 
     def _stop(self, idle: int, run: Run) -> str:
         """Why a run that gets nowhere is broken off, or nothing."""
@@ -123,9 +125,9 @@ class Interpreter:
             return f"stopped after {run.primitives} primitives"
         return ""
 
-    def _decide(self, frame: Frame, run: Run) -> Choice:
+    def _decide(self, frame: Frame, run: Run, may_return: bool) -> Choice:
         start = perf_counter()
-        choice = self.policy.decide(frame, self.world)
+        choice = self.policy.decide(frame, self.world, may_return)
         run.deciding_seconds += perf_counter() - start
         run.decisions += 1
         return choice

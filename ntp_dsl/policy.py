@@ -37,4 +37,5 @@ class Policy(Protocol):
 
     def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame: ...
 
-    def decide(self, frame: Frame, world: World) -> Choice: ...
+    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
+        """`may_return` is false at the first step of a callee: calls that return at once are not made."""

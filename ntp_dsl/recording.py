@@ -72,7 +72,7 @@ def record_episode(
     rng = np.random.default_rng((seed, 1))
     messy = trouble > 0 and rng.random() < 0.5
     scene: Scene = (scrambled if messy else scattered)(instance.things, rng)
-    world.reset(scene, derived(seed, 1), Disturbances(slips=trouble, pushes=trouble))
+    world.reset(scene, derived(seed, 1), _troubles(trouble))
     facts = header(registry, instance, seed, "scripted")
     writer.header(**facts, demonstration=shown.calls.to_json())
     recorder = Recorder(world)
@@ -90,6 +90,10 @@ def record_episode(
     world.on_frame = None
     writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
     return run
+
+
+def _troubles(trouble: float) -> Disturbances:
+    return Disturbances(slips=trouble, pushes=trouble, clumsiness=trouble)
 
 
 def _leader_astray(

@@ -111,7 +111,8 @@ class ScriptedPolicy:
         shown = self.demonstration
         return Frame(program, arguments, shown.scope if shown else None, shown)
 
-    def decide(self, frame: Frame, world: World) -> Choice:
+    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
+        """An expert makes no call that would return at once, so it need not be told."""
         state = State(self.expert.registry, world.truth())
         decision = self.expert.decide(frame.program, frame.arguments, state)
         if isinstance(decision, Return):

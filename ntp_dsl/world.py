@@ -107,6 +107,7 @@ class Disturbances:
     slips: float = 0.0
     pushes: float = 0.0
     noise: float = 0.0
+    clumsiness: float = 0.0  # motions and placements that end off the mark; the kinematic world alone
 
 
 UNDISTURBED = Disturbances()

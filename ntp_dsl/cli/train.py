@@ -9,7 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
 
-import torch
 import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
@@ -18,7 +17,7 @@ from ntp_dsl.core.checkpoint import resume_training, save_core, save_training
 from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.core.training import Trainer
+from ntp_dsl.core.training import Trainer, use_threads
 from ntp_dsl.dataset import read_manifest, samples
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
@@ -46,7 +45,7 @@ def command(
 
     Example: ntp train block_stacking --data runs/data --out runs/model
     """
-    torch.set_num_threads(threads)
+    use_threads(threads)
     registry = load(library)
     started = perf_counter()
     manifests = [read_manifest(folder, registry) for folder in data]

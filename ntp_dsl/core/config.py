@@ -13,14 +13,12 @@ class CoreConfig:
     hops: int = 2  # pointers that each frame of a demonstration throws, one from the other
     rounds: int = 2  # of messages between things of the present state
     kernel: int = 5  # of the temporal convolutions [frames]
-    uses_scope: bool = True  # false: the ablation in which every program sees the whole demonstration
-    uses_arguments: bool = True  # false: the ablation of the paper, which passes scopes only
 
 
 @dataclass(frozen=True)
 class TrainingConfig:
     seed: int = 0
-    iterations: int = 2000
+    iterations: int = 1600
     learning_rate: float = 2e-3
     warm_up: int = 50  # iterations
     weight_decay: float = 1e-4
@@ -29,4 +27,3 @@ class TrainingConfig:
     queries_per_demonstration: int = 12
     scoped: int = 24  # queries of programs with a part of a demonstration, in an iteration
     unscoped: int = 96  # queries without one
-    hidden_scope: float = 0.5  # how often the scope of a program without lists is hidden

@@ -72,7 +72,7 @@ def _scope_losses(
     events = reading.events[states.spec]  # (queries, frames)
     frame = torch.arange(events.shape[1], device=events.device)
     last = right.last_frame.clamp(min=0)
-    inside = (frame >= at[:, None]) & (frame < last[:, None])
+    inside = (frame > at[:, None]) & (frame < last[:, None])
     quiet = (logsigmoid(-events) * inside).sum(1)
     end = -(quiet + logsigmoid(events.gather(1, last[:, None]).squeeze(1)))
     return _mean(start, right.weight), _mean(end * known, right.weight)

@@ -35,14 +35,14 @@ class LearnedPolicy:
         """The arguments of the task are not passed on: what a list would say, the scope shows."""
         return Frame(program, (), (0, len(self.demonstration)))
 
-    def decide(self, frame: Frame, world: World) -> Choice:
+    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
         objects = tuple(a for a in frame.arguments if isinstance(a, str))
         query = Query(frame.program, objects, frame.scope, world.observe(), self.demonstration)
-        answer, details = self.answer(query)
+        answer, details = self.answer(query, may_return)
         return Choice(answer.callee, answer.objects, answer.scope, details=details)
 
     @torch.inference_mode()
-    def answer(self, query: Query) -> tuple[Answer, dict[str, Any]]:
+    def answer(self, query: Query, may_return: bool = True) -> tuple[Answer, dict[str, Any]]:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
@@ -55,7 +55,7 @@ class LearnedPolicy:
             "end_probability": round(end, 4),
             "top": _top(probabilities, callees),
         }
-        if end > 0.5:
+        if end > 0.5 and may_return:
             return Answer(None), details | {"probability": round(end, 4)}
         slot = int(probabilities.argmax())
         if float(thought.lost[0, slot]) > 0:
@@ -117,11 +117,13 @@ class LearnedPolicy:
 
 
 def _end_frame(events: Tensor, start: int) -> int:
-    """The most probable first event from a frame on."""
-    later = events[start:]
+    """The most probable first event after a frame."""
+    if start + 1 >= len(events):
+        return start
+    later = events[start + 1 :]
     hits = torch.nn.functional.logsigmoid(later)
     quiet = torch.nn.functional.logsigmoid(-later)
-    return start + int((hits + torch.cumsum(quiet, 0) - quiet).argmax())
+    return start + 1 + int((hits + torch.cumsum(quiet, 0) - quiet).argmax())
 
 
 def _top(probabilities: Tensor, callees: tuple[str, ...]) -> list[tuple[str, float]]:

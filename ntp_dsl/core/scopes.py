@@ -24,7 +24,10 @@ def first_hit(logits: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
-    """What the next event shows, seen from each frame: y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
+    """What the next event after each frame shows: z[t] = y[t + 1], y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
+
+    A frame between two calls may count as the end of one or the start of the other, so an event at the frame
+    itself is left out; the last frame, which has none after it, sees itself.
 
     gates: (batch, frames) in [0, 1]; values: (batch, frames, width). Solved by doubling.
     """
@@ -36,4 +39,4 @@ def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
         result = result + keep * later
         keep = keep * torch.cat([keep[:, step:], torch.zeros_like(keep[:, :step])], 1)
         step *= 2
-    return result
+    return torch.cat([result[:, 1:], result[:, -1:]], 1)

@@ -17,6 +17,11 @@ from ntp_dsl.core.model import Core
 Progress = Callable[[int, dict[str, float]], None]
 
 
+def use_threads(count: int) -> None:
+    """Of the processor, for all that a core computes; the tensors are too small for many to help."""
+    torch.set_num_threads(count)
+
+
 class Trainer:
     """A core, its optimiser, and how many iterations it has had."""
 

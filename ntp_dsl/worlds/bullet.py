@@ -177,7 +177,7 @@ class BulletWorld:
         if not stacked or self._rng.random() >= self._disturbances.pushes:
             return ()
         before = self._cell.poses()
-        angle = self._inward(before[item].position) + float(self._rng.uniform(-pi / 2, pi / 2))
+        angle = self._inward(before[item].position) + float(self._rng.uniform(-pi / 3, pi / 3))
         self._cell.push(item, IMPULSE, (cos(angle), sin(angle)))
         self.disturbed |= self._displaced(before)
         return (f"push {item}",)

@@ -26,6 +26,7 @@ HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
 PLACEMENT_ERROR = 0.0007  # standard deviation of where a released thing ends up [m]
 FRAME = 0.1  # [s]
+OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 LIKE_FAILURES = 3  # after so many in a row a thing counts as unreachable until it moves
 
 
@@ -93,7 +94,7 @@ class KinematicWorld:
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
-        goal = self._hover(target)
+        goal = self._off(self._hover(target))
         lost = self._held
         if lost is None or self._rng.random() >= self._disturbances.slips:
             self._travel(goal)
@@ -132,6 +133,7 @@ class KinematicWorld:
         height = self._resting_height(item, x, y)
         offset = self._gripper[2] - self._positions[item][2]
         self._travel((self._gripper[0], self._gripper[1], height + offset))
+        self._move_tool(np.array(self._off(self._gripper)))
         self._drop_held(spread=PLACEMENT_ERROR)
         self._travel(back)
         return self._push(item)
@@ -166,6 +168,13 @@ class KinematicWorld:
             self._emit()
         self._time = began + duration
         self._move_tool(np.array(goal))
+
+    def _off(self, goal: Vector) -> Vector:
+        """The goal, or where a clumsy arm ends instead."""
+        if self._rng.random() >= self._disturbances.clumsiness:
+            return goal
+        dx, dy = self._rng.uniform(-OFF, OFF, 2)
+        return (goal[0] + float(dx), goal[1] + float(dy), goal[2])
 
     def _move_tool(self, tool: np.ndarray) -> None:
         shift = tool - np.array(self._gripper)

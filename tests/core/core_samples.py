@@ -1,0 +1,86 @@
+"""What the core's tests share: the shipped core, a demonstration, and states to ask about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ntp_dsl.experts import Expert
+from ntp_dsl.queries import Query
+from ntp_dsl.recording import Shown, demonstrate
+from ntp_dsl.registry import Registry
+from ntp_dsl.specification import Demonstration
+from ntp_dsl.tasks import Instance, draw, find_task
+from ntp_dsl.world import Observation, Thing
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import scrambled
+
+
+def shown_task(registry: Registry, seed: int) -> tuple[Instance, Shown]:
+    """A task of the library, demonstrated in the kinematic world."""
+    task = find_task(registry, "block_stacking")
+    instance = draw(registry, task, np.random.default_rng(seed))
+    shown = demonstrate(registry, Expert(registry), KinematicWorld(), instance, seed)
+    assert isinstance(shown, Shown)
+    return instance, shown
+
+
+def scrambled_state(instance: Instance, seed: int) -> Observation:
+    world = KinematicWorld()
+    world.reset(scrambled(instance.things, np.random.default_rng(seed)), seed)
+    return world.observe()
+
+
+def queries(registry: Registry, seed: int) -> list[Query]:
+    """One about each program, in a state that has nothing to do with the demonstration's."""
+    instance, shown = shown_task(registry, seed)
+    state = scrambled_state(instance, seed)
+    blocks = [thing.name for thing in instance.things[:2]]
+    found = []
+    for name, program in registry.programs.items():
+        arguments = tuple(p for p in program.parameters if not p.is_list)
+        scope = (0, len(shown.demonstration)) if program.takes_list else None
+        found.append(
+            Query(name, tuple(blocks[: len(arguments)]), scope, state, shown.demonstration)
+        )
+    return found
+
+
+def renamed(query: Query, names: dict[str, str]) -> Query:
+    """The same question with its things called otherwise."""
+    seen = query.observation
+    return replace(
+        query,
+        objects=tuple(names[name] for name in query.objects),
+        observation=replace(
+            seen,
+            things=_renamed_things(seen.things, names),
+            positions={names[name]: place for name, place in seen.positions.items()},
+        ),
+        demonstration=replace(
+            query.demonstration, things=_renamed_things(query.demonstration.things, names)
+        ),
+    )
+
+
+def reordered(query: Query, seed: int) -> Query:
+    """The same question with its things listed otherwise, here and in the demonstration."""
+    rng = np.random.default_rng(seed)
+    count = len(query.observation.things)
+    shown = query.demonstration
+    order = [int(index) for index in rng.permutation(count)]
+    return replace(
+        query,
+        observation=query.observation.permuted(tuple(int(i) for i in rng.permutation(count))),
+        demonstration=Demonstration(
+            tuple(shown.things[index] for index in order),
+            shown.positions[:, order],
+            shown.closed,
+            shown.times,
+        ),
+    )
+
+
+def _renamed_things(things: tuple[Thing, ...], names: dict[str, str]) -> tuple[Thing, ...]:
+    return tuple(replace(thing, name=names[thing.name]) for thing in things)

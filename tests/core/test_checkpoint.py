@@ -1,0 +1,102 @@
+"""Checkpoints: whole or refused; and the one that ships, with its recipe."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+from safetensors.torch import save_file
+
+from ntp_dsl.core.checkpoint import Checkpoint, check_fits, load_core, save_core
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.dataset import RecordingPlan, RecordingStudio
+from ntp_dsl.language.checker import check
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.parser import parse
+from ntp_dsl.registry import Registry
+from ntp_dsl.resources import checkpoints_folder
+from ntp_dsl.task_files import read_tasks
+from ntp_dsl.tasks import configuration, end_configuration
+
+SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
+VAT = Path(__file__).parents[3] / "shared" / "data" / "vat"
+OTHER = """
+library other
+type Thing
+predicate done(t: Thing)
+api do(t: Thing)
+    achieves done(t)
+program all_of_it(t: Thing):
+    achieves done(t)
+    do(t)
+"""
+
+
+def test_a_checkpoint_comes_back_as_it_was_saved(shipped: Checkpoint, tmp_path: Path) -> None:
+    path = tmp_path / "copy.safetensors"
+    save_core(shipped.core, shipped.recipe, path)
+    copy = load_core(path)
+    assert copy.recipe == shipped.recipe and copy.core.memory == shipped.core.memory
+    assert copy.core.config == shipped.core.config
+    for name, tensor in shipped.core.state_dict().items():
+        assert torch.equal(tensor, copy.core.state_dict()[name])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["copy.safetensors"]
+
+
+@pytest.mark.parametrize("kept", [0, 7, 100, 5000, -1])
+def test_a_checkpoint_that_was_cut_off_is_refused_in_one_sentence(kept: int, tmp_path: Path) -> None:
+    path = tmp_path / "cut.safetensors"
+    path.write_bytes(SHIPPED.read_bytes()[:kept])
+    with pytest.raises(NtpError, match="expected a checkpoint"):
+        load_core(path)
+
+
+def test_safetensors_of_something_else_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "foreign.safetensors"
+    save_file({"weight": torch.zeros(3)}, path)
+    with pytest.raises(NtpError, match="found other safetensors"):
+        load_core(path)
+
+
+def test_a_missing_checkpoint_says_what_makes_one(tmp_path: Path) -> None:
+    with pytest.raises(NtpError, match="ntp train"):
+        load_core(tmp_path / "none.safetensors")
+
+
+def test_a_checkpoint_of_another_library_is_refused(shipped: Checkpoint) -> None:
+    other = check(parse(OTHER))
+    with pytest.raises(NtpError, match="checkpoint of library 'block_stacking'.*'other'"):
+        check_fits(shipped.core.memory, other, SHIPPED)
+
+
+def test_a_memory_comes_back_from_json(stacking: Registry) -> None:
+    memory = Memory.of(stacking)
+    assert Memory.from_json(memory.to_json()) == memory
+
+
+def test_the_shipped_checkpoint_fits_the_shipped_library(
+    stacking: Registry, shipped: Checkpoint
+) -> None:
+    assert check_fits(shipped.core.memory, stacking, SHIPPED) == []
+
+
+def test_the_shipped_checkpoint_is_small() -> None:
+    assert SHIPPED.stat().st_size <= 5_000_000
+
+
+def test_no_end_configuration_of_the_authors_was_trained_on(shipped: Checkpoint) -> None:
+    if not VAT.is_dir():
+        pytest.skip(f"the authors' task files are not at {VAT.name}/")
+    theirs = frozenset(
+        configuration(entry.goal) for path in VAT.glob("*.json") for entry in read_tasks(path)
+    )
+    assert len(theirs) == 1500
+    for data in shipped.recipe["data"]:
+        assert data["excluded"] == len(theirs)
+        plan = RecordingPlan(
+            Path("block_stacking"), data["task"], Path("."), seed=data["seed"], excluded=theirs
+        )
+        studio = RecordingStudio(plan)
+        ours = {end_configuration(studio.instance(n).goal) for n in range(data["episodes"])}
+        assert not ours & theirs

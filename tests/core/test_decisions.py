@@ -1,0 +1,148 @@
+"""What a learned decision may depend on, and what it may not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from core_samples import queries, renamed, reordered, shown_task
+
+from ntp_dsl.core.checkpoint import Checkpoint
+from ntp_dsl.core.policy import LearnedPolicy
+from ntp_dsl.experts import Expert
+from ntp_dsl.interpreter import Interpreter
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.queries import Answer, Query
+from ntp_dsl.registry import Registry
+from ntp_dsl.state import State
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.world import Observation, Thing
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import scattered
+
+SEEDS = range(8)
+
+
+def ask(checkpoint: Checkpoint, query: Query) -> Answer:
+    return LearnedPolicy(checkpoint.core, query.demonstration).answer(query)[0]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_names_of_things_do_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
+    for query in queries(stacking, seed):
+        names = {t.name: f"thing {n}" for n, t in enumerate(query.observation.things)}
+        plain, other = ask(shipped, query), ask(shipped, renamed(query, names))
+        assert other == replace(plain, objects=tuple(names[name] for name in plain.objects))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_order_of_things_does_not_matter(
+    stacking: Registry, shipped: Checkpoint, seed: int
+) -> None:
+    for query in queries(stacking, seed):
+        assert ask(shipped, reordered(query, seed)) == ask(shipped, query)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_more_thing_out_of_the_way_does_not_matter(
+    stacking: Registry, shipped: Checkpoint, seed: int
+) -> None:
+    extra = Thing("extra", "Block", (0.05, 0.05, 0.05))
+    for query in queries(stacking, seed):
+        seen, shown = query.observation, query.demonstration
+        where = np.array([0.95, 0.45, 0.025]) - np.zeros((len(shown), 3))
+        far = where - np.array(seen.gripper) + np.array([0, 0, 0.3])
+        wider = replace(
+            query,
+            observation=replace(
+                seen,
+                things=(*seen.things, extra),
+                positions={**seen.positions, "extra": (0.95, 0.45, 0.025)},
+            ),
+            demonstration=replace(
+                shown,
+                things=(*shown.things, extra),
+                positions=np.concatenate([shown.positions, far[:, None]], 1).astype(np.float32),
+            ),
+        )
+        assert ask(shipped, wider) == ask(shipped, query)
+
+
+class OnlyObserved(KinematicWorld):
+    """A world that keeps to itself all that a learned program is not given."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sealed = False
+
+    def truth(self) -> Observation:
+        assert not self.sealed, "a learned program asked for the truth"
+        return super().truth()
+
+    def supported(self, item: str, support: str) -> bool:
+        raise AssertionError("a learned program asked for contacts")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_that_is_built(
+    stacking: Registry, shipped: Checkpoint, seed: int
+) -> None:
+    declared = draw(
+        stacking, find_task(stacking, "block_stacking"), np.random.default_rng(1000 + seed)
+    )
+    demonstrated, shown = shown_task(stacking, seed)
+    assert declared.goal != demonstrated.goal
+    world = KinematicWorld()
+    world.reset(scattered(declared.things, np.random.default_rng(seed)), seed)
+    policy = LearnedPolicy(shipped.core, replace(shown.demonstration, notes={}))
+    Interpreter(stacking, policy, world).run(declared.program, declared.arguments)
+    state = State(stacking, world.truth())
+    assert all(state.holds(x) for x in demonstrated.literals(stacking, world.truth()))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_learned_program_calls_only_what_its_declaration_names_on_things_of_the_declared_types(
+    stacking: Registry, shipped: Checkpoint, seed: int
+) -> None:
+    for query in queries(stacking, seed):
+        answer = ask(shipped, query)
+        if answer.callee is None:
+            continue
+        assert answer.callee in stacking.programs[query.program].callees
+        types = {thing.name: thing.type for thing in query.observation.things}
+        parameters = [p for p in stacking[answer.callee].parameters if not p.is_list]
+        for name, parameter in zip(answer.objects, parameters, strict=True):
+            assert stacking.is_a(types[name], parameter.type)
+
+
+def test_the_query_of_a_learned_program_has_no_room_for_a_goal() -> None:
+    given = set(Query.__dataclass_fields__)
+    assert given == {"program", "objects", "scope", "observation", "demonstration"}
+
+
+def test_a_demonstration_that_lacks_a_thing_of_the_scene_is_refused(
+    stacking: Registry, shipped: Checkpoint
+) -> None:
+    query = next(query for query in queries(stacking, 0) if query.scope is not None)
+    shown = query.demonstration
+    lacking = replace(shown, things=shown.things[1:], positions=shown.positions[:, 1:])
+    with pytest.raises(NtpError, match="lacks block_0"):
+        ask(shipped, replace(query, demonstration=lacking))
+
+
+def test_the_core_agrees_with_the_expert_in_scrambled_states(
+    stacking: Registry, shipped: Checkpoint
+) -> None:
+    expert, right, asked = Expert(stacking), 0, 0
+    for seed in range(40):
+        for query in queries(stacking, 100 + seed):
+            if query.scope is not None:
+                continue  # what its list says only the demonstration shows
+            state = State(stacking, query.observation)
+            wanted = expert.decide(query.program, query.objects, state)
+            answer = ask(shipped, query)
+            expected = getattr(wanted, "callee", None), getattr(wanted, "arguments", ())
+            right += (answer.callee, answer.objects) == expected
+            asked += 1
+    assert right / asked > 0.97, f"{right} of {asked}"

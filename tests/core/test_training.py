@@ -1,0 +1,96 @@
+"""Training learns, repeats itself for a seed, and goes on where it was interrupted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+
+from ntp_dsl.core.checkpoint import resume_training, save_training
+from ntp_dsl.core.config import CoreConfig, TrainingConfig
+from ntp_dsl.core.corpus import Corpus
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.training import Trainer
+from ntp_dsl.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.registry import Registry
+
+CONFIG = TrainingConfig(iterations=60, demonstrations=3, queries_per_demonstration=6)
+
+
+@pytest.fixture(scope="session")
+def corpus(stacking: Registry, tmp_path_factory: pytest.TempPathFactory) -> Corpus:
+    folder = tmp_path_factory.mktemp("data")
+    plan = RecordingPlan(Path("block_stacking"), "few_placements", folder)
+    rows = list(record(plan, 5, workers=1))
+    assert [row["outcome"] for row in rows] == ["done"] * 5
+    manifest = read_manifest(folder, stacking)
+    labelled = [s for episode in samples(stacking, folder, manifest, 0) for s in episode]
+    takes_list = {name: program.takes_list for name, program in stacking.programs.items()}
+    return Corpus(Memory.of(stacking), labelled, takes_list.__getitem__)
+
+
+def trained(corpus: Corpus, iterations: int) -> Trainer:
+    trainer = Trainer(CoreConfig(), CONFIG, corpus.memory)
+    while trainer.iteration < iterations:
+        trainer.step(corpus)
+        trainer.iteration += 1
+    return trainer
+
+
+def equal(one: Trainer, other: Trainer) -> bool:
+    theirs = other.core.state_dict()
+    return all(torch.equal(mine, theirs[name]) for name, mine in one.core.state_dict().items())
+
+
+def test_the_loss_goes_down(corpus: Corpus) -> None:
+    losses: list[float] = []
+    trainer = Trainer(CoreConfig(), CONFIG, corpus.memory)
+    trainer.run(corpus, lambda _, parts: losses.append(sum(parts.values())))
+    assert sum(losses[-5:]) < 0.5 * sum(losses[:5])
+
+
+def test_the_same_seed_trains_the_same_core(corpus: Corpus) -> None:
+    assert equal(trained(corpus, 3), trained(corpus, 3))
+
+
+def test_a_training_that_was_interrupted_ends_where_it_would_have(
+    corpus: Corpus, tmp_path: Path
+) -> None:
+    path = tmp_path / "training.safetensors"
+    save_training(trained(corpus, 3), path)
+    resumed = Trainer(CoreConfig(), CONFIG, corpus.memory)
+    resume_training(resumed, path)
+    assert resumed.iteration == 3
+    for _ in range(2):
+        resumed.step(corpus)
+        resumed.iteration += 1
+    assert equal(resumed, trained(corpus, 5))
+
+
+def test_a_training_with_other_settings_is_not_gone_on_with(corpus: Corpus, tmp_path: Path) -> None:
+    path = tmp_path / "training.safetensors"
+    save_training(trained(corpus, 1), path)
+    other = Trainer(CoreConfig(), TrainingConfig(seed=1), corpus.memory)
+    with pytest.raises(NtpError, match="other settings"):
+        resume_training(other, path)
+
+
+def test_recordings_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
+    folders = []
+    for workers in (1, 2):
+        folder = tmp_path / str(workers)
+        plan = RecordingPlan(Path("block_stacking"), "few_placements", folder, seed=3)
+        assert len(list(record(plan, 3, workers))) == 3
+        folders.append(folder)
+    for file in sorted(folders[0].glob("*.jsonl")):
+        assert file.read_bytes() == (folders[1] / file.name).read_bytes()
+
+
+def test_data_of_another_library_are_refused(stacking: Registry, tmp_path: Path) -> None:
+    (tmp_path / "manifest.json").write_text('{"format": "ntp-dataset", "registry": "x", "library": "y"}')
+    with pytest.raises(NtpError, match="another library"):
+        read_manifest(tmp_path, stacking)
+    with pytest.raises(NtpError, match="ntp record"):
+        read_manifest(tmp_path / "none", stacking)

@@ -1,0 +1,79 @@
+"""From one demonstration to a finished tower, in both worlds, and the figures that say so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.evaluation import Episode, Plan, run_all, summary, wilson
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.resources import checkpoints_folder
+from ntp_dsl.world import Disturbances
+
+SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
+STACKING = Plan(Path("block_stacking"), "block_stacking", SHIPPED)
+SCRIPTED = replace(STACKING, model=None)
+
+
+def success(plan: Plan, count: int) -> float:
+    return sum(episode.success for episode in run_all(plan, count, workers=1)) / count
+
+
+def test_tasks_it_has_never_seen_are_done_from_one_demonstration() -> None:
+    assert success(STACKING, 40) >= 0.95
+
+
+def test_what_slips_and_falls_is_picked_up_again() -> None:
+    assert success(replace(STACKING, disturbances=Disturbances(slips=0.25)), 30) >= 0.9
+    assert success(replace(STACKING, disturbances=Disturbances(pushes=0.25)), 30) >= 0.9
+
+
+def test_noise_of_two_millimetres_does_no_harm() -> None:
+    assert success(replace(STACKING, disturbances=Disturbances(noise=0.002)), 30) >= 0.9
+
+
+def test_more_blocks_and_higher_towers_than_it_was_trained_on_are_no_harder() -> None:
+    assert success(replace(STACKING, task="tall_towers"), 20) >= 0.9
+
+
+def test_the_arm_builds_what_it_was_shown() -> None:
+    episodes = list(run_all(replace(STACKING, world="bullet"), 4, workers=1))
+    assert [episode.success for episode in episodes] == [True] * 4
+    assert all(episode.simulated_seconds > 2 for episode in episodes)
+
+
+@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+def test_the_number_of_workers_does_not_matter(world: str) -> None:
+    plan = replace(STACKING, world=world, task="few_placements", disturbances=Disturbances(0.25, 0.25))
+    one, two = (list(run_all(plan, 3, workers)) for workers in (1, 2))
+    assert one == two
+
+
+def test_the_expert_is_never_at_a_loss_in_the_kinematic_world() -> None:
+    plan = replace(SCRIPTED, disturbances=Disturbances(slips=0.25, pushes=0.25))
+    assert success(plan, 40) == 1.0
+
+
+def test_an_unknown_task_and_an_unknown_world_are_told_what_there_is() -> None:
+    with pytest.raises(NtpError, match="no task is called 'juggling'.*block_stacking"):
+        next(run_all(replace(STACKING, task="juggling"), 1, 1))
+    with pytest.raises(NtpError, match="no world is called 'mars'.*bullet"):
+        next(run_all(replace(STACKING, world="mars"), 1, 1))
+
+
+def test_every_failure_has_someone_to_blame() -> None:
+    def episode(number: int, blame: str) -> Episode:
+        return Episode(number, "t", 3, not blame, not blame, blame, blame, 9, 10.0, 0, 1)
+
+    figures = summary([episode(0, ""), episode(1, "grasp"), episode(2, "decision")], seed=5)
+    assert figures["success"] == pytest.approx(1 / 3)
+    assert figures["failures"] == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0}
+    assert [row["episode"] for row in figures["failed"]] == [1, 2]
+
+
+def test_the_interval_is_wilsons() -> None:
+    low, high = wilson(95, 100)
+    assert (low, high) == (pytest.approx(0.8882, abs=1e-3), pytest.approx(0.9785, abs=1e-3))
+    assert wilson(10, 10)[1] == 1.0 and wilson(0, 10)[0] == 0.0
