@@ -99,7 +99,8 @@ class Evaluator:
             from ntp_dsl.core.checkpoint import check_fits, load_core
 
             self._core = load_core(plan.model).core
-            check_fits(self._core.memory, self.registry, plan.model)
+            assert self.task.run is not None
+            check_fits(self._core.memory, self.registry, self.task.run.callee, plan.model)
 
     @property
     def is_learned(self) -> bool:

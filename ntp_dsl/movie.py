@@ -15,7 +15,7 @@ Picture = NDArray[np.uint8]  # (height, width, 3)
 SIZE = (400, 300)  # width, height
 SPEED_UP = 2.5  # of the animation over real time
 FRAME_TIME = 0.1  # [s] between two frames of a world
-STRIP = 6  # pictures in a strip
+ROWS, COLUMNS = 2, 3  # of pictures in a strip
 
 
 class Camera:
@@ -50,9 +50,10 @@ class Camera:
             )
 
     def write_strip(self, path: Path) -> None:
-        """The first picture, the last, and evenly between them, side by side."""
-        chosen = np.linspace(0, len(self.pictures) - 1, STRIP).round().astype(int)
-        strip = np.concatenate([self.pictures[index] for index in chosen], axis=1)
+        """The first picture, the last, and evenly between them, to be read row by row."""
+        chosen = np.linspace(0, len(self.pictures) - 1, ROWS * COLUMNS).round().astype(int)
+        rows = [[self.pictures[index] for index in row] for row in chosen.reshape(ROWS, COLUMNS)]
+        strip = np.concatenate([np.concatenate(row, axis=1) for row in rows])
         with written_whole(path) as partial:
             Image.fromarray(strip).save(partial, format="PNG", optimize=True)
 

@@ -18,6 +18,7 @@ class LiveTree:
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
+        self._rooted = False
 
     def __call__(
         self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], detail: Any
@@ -26,8 +27,9 @@ class LiveTree:
         shown = ", ".join(argument for argument in arguments if isinstance(argument, str))
         line = Text("  " * depth + f"{name}({shown})", style="" if is_api else "bold")
         if event == "call":
-            if is_api:
-                return
+            if is_api or depth == 0 and self._rooted:
+                return  # a root that is asked again, to confirm that all is done, is shown once
+            self._rooted = True
             if detail is not None:
                 line.append(f"  frames {detail[0]}–{detail[1]}", style="dim")
         elif is_api:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ntp_dsl.cli.display import messages
-from ntp_dsl.core.checkpoint import check_fits, load_core
+from ntp_dsl.core.checkpoint import check_fits, load_core, strangers
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.resources import checkpoints_folder
@@ -15,15 +14,17 @@ from ntp_dsl.tasks import find_task
 def model_for(library: Path, task: str, model: Path | None) -> Path:
     """Raises `NtpError` where nothing fits, with the lines that would make one."""
     registry = load(library)
-    find_task(registry, task)
-    path = model or checkpoints_folder() / f"{registry.name}.safetensors"
-    if model is None and not path.exists():
-        raise NtpError(
-            f"no shipped checkpoint fits library '{registry.name}'; to make one:\n"
-            f"  ntp record {library} {task} -n 300 --out runs/data\n"
-            f"  ntp train {library} --data runs/data --out runs/model"
-        )
-    changed = check_fits(load_core(path).core.memory, registry, path)
-    if changed:
-        messages.print(f"{path.name}: has not seen, or not as they are now: {', '.join(changed)}")
-    return path
+    declared = find_task(registry, task).run
+    assert declared is not None
+    if model is not None:
+        check_fits(load_core(model).core.memory, registry, declared.callee, model)
+        return model
+    for path in sorted(checkpoints_folder().glob("*.safetensors")):
+        if not strangers(load_core(path).core.memory, registry, declared.callee):
+            return path
+    raise NtpError(
+        f"no shipped checkpoint knows '{declared.callee}' as library '{registry.name}' declares it; "
+        f"to make one:\n"
+        f"  ntp record {library} {task} -n 300 --out runs/data\n"
+        f"  ntp train {library} --data runs/data --out runs/model"
+    )

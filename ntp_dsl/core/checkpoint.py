@@ -78,19 +78,30 @@ def resume_training(trainer: Trainer, path: Path) -> None:
     trainer.iteration = int(header["recipe"]["iteration"])
 
 
-def check_fits(memory: Memory, registry: Registry, path: Path) -> list[str]:
-    """Programs that have changed or are new since the core was trained.
+def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
+    """Programs below `program`, itself among them, that a core has never seen as they are declared now.
 
-    Raises `NtpError` where the checkpoint is of another library altogether.
+    Rows are matched by name and by the hash of the declaration: a new task needs no new checkpoint.
     """
     current = {row.signature.name: row for row in Memory.of(registry).rows}
     known = {row.signature.name: row for row in memory.rows}
-    if not current.keys() & known.keys() or memory.library != registry.name:
+    found, waiting = set(), [program]
+    while waiting:
+        name = waiting.pop()
+        if name in current and name not in found:
+            found.add(name)
+            waiting += current[name].callees
+    return sorted(name for name in found if known.get(name) != current[name])
+
+
+def check_fits(memory: Memory, registry: Registry, program: str, path: Path) -> None:
+    """Raises `NtpError` where the core does not know all that a program may call."""
+    unknown = strangers(memory, registry, program)
+    if unknown:
         raise NtpError(
-            f"{path}: is a checkpoint of library '{memory.library}' "
-            f"({', '.join(sorted(known))}); expected one of '{registry.name}'"
+            f"{path}: is a checkpoint of library '{memory.library}' and has not seen "
+            f"{', '.join(unknown)} as library '{registry.name}' declares them; record and train anew"
         )
-    return sorted(name for name, row in current.items() if known.get(name) != row)
 
 
 def _header(core: Core, recipe: Mapping[str, Any]) -> dict[str, str]:

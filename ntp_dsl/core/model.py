@@ -115,7 +115,8 @@ class Message(nn.Module):
         heard = self.listener(things).unsqueeze(2) + self.speaker(things).unsqueeze(1)
         heard = torch.relu(heard + self.offset(away))  # (batch, listener, speaker, width)
         loudest = heard.masked_fill(~there[:, None, :, None], 0.0).amax(2)
-        return things + self.update(torch.cat([things, loudest], -1))
+        updated: Tensor = self.update(torch.cat([things, loudest], -1))
+        return things + updated
 
 
 def _declared(memory: Memory) -> Tensor:
