@@ -20,7 +20,7 @@ from ntp_dsl.interpreter import Interpreter, Run, Watcher
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.policy import Policy
-from ntp_dsl.predicates import held
+from ntp_dsl.predicates import JUDGED, held
 from ntp_dsl.recording import Shown, demonstrate, header
 from ntp_dsl.registry import Registry
 from ntp_dsl.scripted import ScriptedPolicy
@@ -262,7 +262,7 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
 def _wrong(registry: Registry, world: World, instance: Instance, scene: Scene) -> str:
     """The first thing that is not as it should be, or nothing."""
     now = world.truth()
-    state = State(registry, now)
+    state = State(registry, now, JUDGED)
     for literal in instance.literals(registry, now):
         if not state.holds(literal):
             return f"{literal} does not hold"

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-from ntp_dsl.policy import Choice, Frame, Policy
+from ntp_dsl.policy import Barred, Choice, Frame, Policy
 from ntp_dsl.registry import Registry
 from ntp_dsl.traces import ROOT, TraceWriter
-from ntp_dsl.world import Argument, Outcome, World
+from ntp_dsl.world import Argument, Failure, Outcome, World
 
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
@@ -40,6 +40,7 @@ class Run:
     disturbances: int
     failures: list[Outcome]
     failing: int  # the same failure so often in a row
+    refused: set[tuple[str | None, tuple[Argument, ...]]]  # not ready, and nothing has changed since
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -68,7 +69,7 @@ class Interpreter:
         self.interfere = interfere
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
-        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], 0)
+        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], 0, set())
         confirmed = retries = 0
         while not run.reason:
             before = run.primitives
@@ -92,12 +93,12 @@ class Interpreter:
         while True:
             frame, number = stack[-1]
             idle += 1
-            run.reason = self._stop(idle, run)
+            run.reason = self._stop(idle, len(stack), run)
             if run.reason:
                 for _, open_call in reversed(stack):
                     self.writer.returned(open_call, "stopped", self.frame_number())
                 return False
-            choice = self._decide(frame, run, may_return=not fresh or len(stack) == 1)
+            choice = self._decide(frame, run, fresh and len(stack) > 1)
             fresh = False
             if choice.callee is None:
                 self._leave(number, len(stack), frame, choice)
@@ -107,27 +108,32 @@ class Interpreter:
             elif choice.callee in self.registry.apis:
                 idle = 0
                 self._execute(choice, number, len(stack), run)
-            elif len(stack) >= MAX_DEPTH:
-                run.reason = f"stopped at a depth of {MAX_DEPTH} calls"
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
                 stack.append((child, self._enter(child, number, choice.details, len(stack))))
                 fresh = True
 
-    def _stop(self, idle: int, run: Run) -> str:
+    def _stop(self, idle: int, depth: int, run: Run) -> str:
         """Why a run that gets nowhere is broken off, or nothing."""
         last = run.failures[-self.limits.like_failures :]
         if len(last) == self.limits.like_failures and run.failing == len(last):
             return f"stopped: {last[-1].failure} {len(last)} times in a row"
         if idle > self.limits.idle_decisions:
             return f"stopped: {idle} decisions without a primitive"
+        if depth > MAX_DEPTH:
+            return f"stopped at a depth of {depth} calls"
         if run.primitives >= self.limits.primitives:
             return f"stopped after {run.primitives} primitives"
         return ""
 
-    def _decide(self, frame: Frame, run: Run, may_return: bool) -> Choice:
+    def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
+        """What the language forbids is not chosen: a return at the first step, a call that was refused."""
         start = perf_counter()
-        choice = self.policy.decide(frame, self.world, may_return)
+        barred: Barred = frozenset({None} if fresh else ())
+        choice = self.policy.decide(frame, self.world, barred)
+        while (choice.callee, choice.arguments) in run.refused and choice.callee not in barred:
+            barred |= {choice.callee}
+            choice = self.policy.decide(frame, self.world, barred)
         run.deciding_seconds += perf_counter() - start
         run.decisions += 1
         return choice
@@ -163,7 +169,10 @@ class Interpreter:
         run.disturbances += len(outcome.disturbances)
         if outcome.achieved:
             run.failing = 0
+            run.refused.clear()
         else:
+            if outcome.failure is Failure.NOT_READY:
+                run.refused.add((choice.callee, choice.arguments))
             same = bool(run.failures) and run.failures[-1].failure is outcome.failure
             run.failing = run.failing + 1 if same else 1
             run.failures.append(outcome)

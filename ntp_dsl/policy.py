@@ -32,10 +32,13 @@ class Choice:
     details: Mapping[str, Any] = field(default_factory=dict)  # probabilities, source span: for the trace
 
 
+Barred = frozenset[str | None]
+
+
 class Policy(Protocol):
     """Decides for one running program at a time, from what it is given and what it can see."""
 
     def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame: ...
 
-    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
-        """`may_return` is false at the first step of a callee: calls that return at once are not made."""
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        """The next call, or a return; not one of the `barred` callees, None among them for a return."""

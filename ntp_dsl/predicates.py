@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from math import hypot
 
 from ntp_dsl.world import Observation
 
 ANY = "any"
-CENTRED = 0.025  # half a cube: the strict success test's own bound
+CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
+ACCEPTED = 0.025  # half a cube
+OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
 OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
 IN_HAND = 0.03  # from the tool's point to a held thing's centre, each of horizontal and vertical
@@ -47,15 +50,15 @@ def empty(observation: Observation, gripper: str) -> bool:
     return held(observation) is None
 
 
-def on(observation: Observation, item: str, support: str) -> bool:
-    """`item` rests on `support`, centred within half a cube."""
+def on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
+    """`item` rests on `support`, its centre within so much of the support's, seen from above."""
     if not _resting(observation, item, support):
         return False
     if _fixed(observation, support):
         return abs(_gap(observation, item, support)) < TOUCHING
     x, y, _ = observation.positions[item]
     sx, sy, _ = observation.positions[support]
-    return hypot(x - sx, y - sy) < CENTRED and abs(_gap(observation, item, support)) < TOUCHING
+    return hypot(x - sx, y - sy) < within and abs(_gap(observation, item, support)) < TOUCHING
 
 
 def covers(observation: Observation, item: str, support: str) -> bool:
@@ -93,7 +96,8 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
         )
     tx, ty, tz = observation.positions[target]
     rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
-    return hypot(x - tx, y - ty) < CENTRED and 0.03 < rise < 0.2
+    within = CENTRED if in_hand else OVER
+    return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
 
 
 def _resting(observation: Observation, item: str, support: str) -> bool:
@@ -131,3 +135,4 @@ BUILT_IN: dict[str, Callable[..., bool]] = {
     "clear": clear,
     "above": above,
 }
+JUDGED = BUILT_IN | {"on": partial(on, within=ACCEPTED)}  # as a success test reads them

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ntp_dsl.experts import Expert, Return
-from ntp_dsl.policy import Choice, Frame
+from ntp_dsl.policy import Barred, Choice, Frame
 from ntp_dsl.specification import Scope
 from ntp_dsl.state import State
 from ntp_dsl.traces import Call, Trace, from_json, to_json
@@ -111,8 +111,8 @@ class ScriptedPolicy:
         shown = self.demonstration
         return Frame(program, arguments, shown.scope if shown else None, shown)
 
-    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
-        """An expert makes no call that would return at once, so it need not be told."""
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        """An expert makes no call that the language forbids, so it need not be told."""
         state = State(self.expert.registry, world.truth())
         decision = self.expert.decide(frame.program, frame.arguments, state)
         if isinstance(decision, Return):

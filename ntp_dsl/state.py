@@ -44,9 +44,15 @@ class Literal:
 class State:
     """One moment, as the language sees it. Answers are kept, so that asking again costs nothing."""
 
-    def __init__(self, registry: Registry, observation: Observation) -> None:
+    def __init__(
+        self,
+        registry: Registry,
+        observation: Observation,
+        built_in: Mapping[str, Callable[..., bool]] = BUILT_IN,
+    ) -> None:
         self.registry = registry
         self.observation = observation
+        self._built_in = built_in
         self._known: dict[tuple[str, tuple[Argument, ...]], bool] = {}
 
     def holds(self, literal: Literal) -> bool:
@@ -137,6 +143,6 @@ class State:
     def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> bool:
         declaration = self.registry.predicates[predicate]
         if declaration.body is None:
-            return BUILT_IN[predicate](self.observation, *arguments)
+            return self._built_in[predicate](self.observation, *arguments)
         names = (parameter.name for parameter in declaration.parameters)
         return self.true(declaration.body, dict(zip(names, arguments, strict=True)))

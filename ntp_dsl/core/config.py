@@ -18,7 +18,7 @@ class CoreConfig:
 @dataclass(frozen=True)
 class TrainingConfig:
     seed: int = 0
-    iterations: int = 1600
+    iterations: int = 1500
     learning_rate: float = 2e-3
     warm_up: int = 50  # iterations
     weight_decay: float = 1e-4

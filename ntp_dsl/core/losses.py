@@ -25,6 +25,7 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
         hits, none = core.reader.locate(reading, states)
         parts["start"], parts["end frame"] = _scope_losses(reading, hits, none, states, right)
         hint = _hint(reading, hits, none, states, right)
+        parts["shown"] = _shown_loss(hint, right)
     thought = core.consider(states, hint)
     if frames is not None:
         parts["lost"] = _lost_loss(thought.lost, right)
@@ -76,6 +77,15 @@ def _scope_losses(
     quiet = (logsigmoid(-events) * inside).sum(1)
     end = -(quiet + logsigmoid(events.gather(1, last[:, None]).squeeze(1)))
     return _mean(start, right.weight), _mean(end * known, right.weight)
+
+
+def _shown_loss(hint: Hint, right: Answers) -> Tensor:
+    """What the callee is called with, some hop points at: the best of them, and surely."""
+    known = (right.start_frame >= 0)[:, None] & (right.pointers != IGNORE)  # (queries, arity)
+    index = right.pointers.clamp(min=0).unsqueeze(-1).expand(-1, -1, hint.pointers.shape[-1])
+    pointed = hint.pointers.gather(1, index).amax(-1)  # (queries, arity)
+    values = -(pointed.clamp(min=1e-6).log() * known).sum(1)
+    return _mean(values, right.weight)
 
 
 def _lost_loss(logits: Tensor, right: Answers) -> Tensor:

@@ -14,7 +14,7 @@ from ntp_dsl.core.losses import silent_hint
 from ntp_dsl.core.model import Core, Hint, Thought
 from ntp_dsl.core.reader import Reading
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.policy import Choice, Frame
+from ntp_dsl.policy import Barred, Choice, Frame
 from ntp_dsl.queries import Answer, Query
 from ntp_dsl.specification import Demonstration, Scope
 from ntp_dsl.world import Argument, Observation, World
@@ -35,14 +35,16 @@ class LearnedPolicy:
         """The arguments of the task are not passed on: what a list would say, the scope shows."""
         return Frame(program, (), (0, len(self.demonstration)))
 
-    def decide(self, frame: Frame, world: World, may_return: bool = True) -> Choice:
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         objects = tuple(a for a in frame.arguments if isinstance(a, str))
         query = Query(frame.program, objects, frame.scope, world.observe(), self.demonstration)
-        answer, details = self.answer(query, may_return)
+        answer, details = self.answer(query, barred)
         return Choice(answer.callee, answer.objects, answer.scope, details=details)
 
     @torch.inference_mode()
-    def answer(self, query: Query, may_return: bool = True) -> tuple[Answer, dict[str, Any]]:
+    def answer(
+        self, query: Query, barred: Barred = frozenset()
+    ) -> tuple[Answer, dict[str, Any]]:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
@@ -55,9 +57,10 @@ class LearnedPolicy:
             "end_probability": round(end, 4),
             "top": _top(probabilities, callees),
         }
-        if end > 0.5 and may_return:
+        allowed = torch.tensor([callee not in barred for callee in callees])
+        if (end > 0.5 and None not in barred) or not allowed.any():
             return Answer(None), details | {"probability": round(end, 4)}
-        slot = int(probabilities.argmax())
+        slot = int((probabilities[: len(callees)] * allowed).argmax())
         if float(thought.lost[0, slot]) > 0:
             scope = None
         objects, certainty = self._objects(query.observation, states, thought, slot, callees[slot])
@@ -90,7 +93,7 @@ class LearnedPolicy:
             return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None
         hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped)
         shown = keyframes.within(self.demonstration, query.scope)
-        last = int(shown[_end_frame(reading.events[0], best)])
+        last = int(shown[int(reading.following[0, best])])
         return hint, (int(shown[best]), last + 1)
 
     def _reading(self, query: Query) -> Reading:
@@ -114,16 +117,6 @@ class LearnedPolicy:
             raise NtpError(
                 f"the demonstration lacks {', '.join(missing)}; the scene has {', '.join(names)}"
             )
-
-
-def _end_frame(events: Tensor, start: int) -> int:
-    """The most probable first event after a frame."""
-    if start + 1 >= len(events):
-        return start
-    later = events[start + 1 :]
-    hits = torch.nn.functional.logsigmoid(later)
-    quiet = torch.nn.functional.logsigmoid(-later)
-    return start + 1 + int((hits + torch.cumsum(quiet, 0) - quiet).argmax())
 
 
 def _top(probabilities: Tensor, callees: tuple[str, ...]) -> list[tuple[str, float]]:

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import one_hot
 
 from ntp_dsl.core import features
 from ntp_dsl.core.batches import Frames, States
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.core.scopes import first_hit, look_ahead
+from ntp_dsl.core.scopes import first_hit, look_ahead, next_event
 
 NEVER, ALWAYS = -20.0, 20.0  # logits
+NEARNESS = 30.0  # [1/m] where training starts: a hop goes to what is near the one before
+NOVELTY = 5.0  # [logit] and not to the same thing again
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Reading:
     pointers: Tensor  # (specs, frames, things, hops) at the objects of the next event
     shown: Tensor  # (specs, frames, width) how these stood to each other at that event
     events: Tensor  # (specs, frames) logits: something ends with this frame
+    following: Tensor  # (specs, frames) number of the most probable next event
     mask: Tensor  # (specs, frames)
 
 
@@ -42,6 +46,8 @@ class Reader(nn.Module):
             nn.Sequential(nn.Linear(thing, width // 2), nn.ReLU(), nn.Linear(width // 2, 1))
             for _ in range(config.hops)
         )
+        self.nearness = nn.Parameter(torch.full((config.hops,), NEARNESS))
+        self.novelty = nn.Parameter(torch.full((config.hops,), NOVELTY))
         self.relations = 2 * seen * config.hops - seen + 1  # to gripper, between hops, closed
         frame = self.relations + config.hops + 3  # and continuity, and the gripper's own motion
         self.frame = nn.Linear(frame + config.row_width, width)
@@ -57,15 +63,29 @@ class Reader(nn.Module):
         )
 
     def forward(self, frames: Frames) -> Reading:
+        """Soft while training; a reading that is acted upon makes up its mind.
+
+        Soft pointers and events leak a little of each later event into the ones before: harmless in short
+        demonstrations, and wrong in long ones.
+        """
         pointers, relations = self._point(frames)
         events = self._events(frames, pointers, relations)
-        gates = torch.sigmoid(events) * frames.mask
-        flat = pointers.flatten(2)  # (specs, frames, things * hops)
-        ahead = look_ahead(gates, torch.cat([flat, relations], -1))
-        pointers = ahead[..., : flat.shape[-1]].reshape(pointers.shape)
+        following = torch.empty(0) if self.training else next_event(events, frames.mask)
+        if self.training:
+            gates = torch.sigmoid(events) * frames.mask
+            flat = pointers.flatten(2)  # (specs, frames, things * hops)
+            ahead = look_ahead(gates, torch.cat([flat, relations], -1))
+            pointers = ahead[..., : flat.shape[-1]].reshape(pointers.shape)
+            relations = ahead[..., flat.shape[-1] :]
+        else:
+            pointers = one_hot(pointers.argmax(2), pointers.shape[2]).transpose(2, 3).float()
+            points = torch.einsum("stnh,stnd->sthd", pointers, frames.positions)
+            relations = self._relations(points, frames.closed.unsqueeze(-1))
+            spec = torch.arange(len(events))[:, None]
+            pointers, relations = pointers[spec, following], relations[spec, following]
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
-        shown = self.shown(torch.cat([ahead[..., flat.shape[-1] :], rows], -1))
-        return Reading(pointers, shown, events, frames.mask)
+        shown = self.shown(torch.cat([relations, rows], -1))
+        return Reading(pointers, shown, events, following, frames.mask)
 
     def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
         """First-hit over frames of the first event that the present does not meet yet.
@@ -91,9 +111,11 @@ class Reader(nn.Module):
         weight = torch.zeros_like(closed)
         here = torch.zeros_like(positions[:, :, 0])
         pointers, points = [], []
-        for hop in self.hops:
-            away = features.offsets(positions - here.unsqueeze(2))
-            scores = hop(torch.cat([near, away, weight, closed, types], -1)).squeeze(-1)
+        for hop, nearness, novelty in zip(self.hops, self.nearness, self.novelty, strict=True):
+            away = positions - here.unsqueeze(2)
+            seen = torch.cat([near, features.offsets(away), weight, closed, types], -1)
+            distance = torch.linalg.vector_norm(away, dim=-1)
+            scores = hop(seen).squeeze(-1) - nearness * distance - novelty * weight.squeeze(-1)
             pointer = torch.softmax(scores.masked_fill(hidden, -1e4), -1)  # (specs, frames, things)
             here = torch.einsum("stn,stnd->std", pointer, positions)
             weight = pointer.unsqueeze(-1)

@@ -40,3 +40,24 @@ def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
         keep = keep * torch.cat([keep[:, step:], torch.zeros_like(keep[:, :step])], 1)
         step *= 2
     return torch.cat([result[:, 1:], result[:, -1:]], 1)
+
+
+def next_event(logits: Tensor, mask: Tensor) -> Tensor:
+    """The most probable next event after each frame, (batch, frames) numbers of frames; see `look_ahead`.
+
+    One pass from the end: the first hit from t is at t itself, or else where it is from t + 1.
+    """
+    chance = torch.sigmoid(logits) * mask
+    frames = logits.shape[1]
+    where = torch.full_like(logits, frames - 1, dtype=torch.long)  # (batch, frames)
+    following = where.clone()
+    best = torch.zeros_like(logits[:, 0])
+    for frame in range(frames - 1, -1, -1):
+        if frame + 1 < frames:
+            following[:, frame] = where[:, frame + 1]
+        later = (1 - chance[:, frame]) * best
+        here = chance[:, frame] >= later
+        best = torch.where(here, chance[:, frame], later)
+        next_where = where[:, frame + 1] if frame + 1 < frames else where[:, frame]
+        where[:, frame] = torch.where(here & mask[:, frame], frame, next_where)
+    return following

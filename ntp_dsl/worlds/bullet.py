@@ -167,7 +167,9 @@ class BulletWorld:
     def _release(self) -> Outcome:
         held = self._cell.held()
         motion = skills.release(self._cell, self._call_seed())
-        if held is None or not motion.achieved:
+        if held is None:
+            return Outcome(False, Failure.NOT_READY, {"in hand": "nothing"})
+        if not motion.achieved:
             return _outcome(motion)
         return _outcome(motion, self._push(held))
 

@@ -26,8 +26,9 @@ HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
 PLACEMENT_ERROR = 0.0007  # standard deviation of where a released thing ends up [m]
 FRAME = 0.1  # [s]
+REACH = 0.035  # from where the hand closes around a thing below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
-LIKE_FAILURES = 3  # after so many in a row a thing counts as unreachable until it moves
+SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
 
 
 class KinematicWorld:
@@ -77,7 +78,7 @@ class KinematicWorld:
         return Observation(self._things, noisy, self._gripper, self._closed)
 
     def supported(self, item: str, support: str) -> bool:
-        return predicates.on(self.truth(), item, support)
+        return predicates.on(self.truth(), item, support, predicates.ACCEPTED)
 
     def settle(self, seconds: float) -> None:
         self._time += seconds
@@ -112,7 +113,7 @@ class KinematicWorld:
         if self._held is not None:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._held})
         x, y, z = self._positions[target]
-        over = hypot(self._gripper[0] - x, self._gripper[1] - y) < predicates.CENTRED
+        over = hypot(self._gripper[0] - x, self._gripper[1] - y) < REACH
         blocked = [other for other in self._items if self._on_top_of(other, target)]
         if not over or blocked:
             evidence = {"target": target, "blocked by": blocked, "above": over}
@@ -127,7 +128,7 @@ class KinematicWorld:
     def _release(self) -> Outcome:
         if self._held is None:
             self._closed = False
-            return ACHIEVED
+            return Outcome(False, Failure.NOT_READY, {"in hand": "nothing"})
         item, back = self._held, self._gripper
         x, y, _ = self._positions[item]
         height = self._resting_height(item, x, y)
@@ -271,7 +272,7 @@ class KinematicWorld:
         return [
             name
             for name, (px, py, _) in self._others(item)
-            if max(abs(x - px), abs(y - py)) < CUBE
+            if max(abs(x - px), abs(y - py)) < CUBE - SLIVER
         ]
 
     def _others(self, item: str | None) -> Iterator[tuple[str, Vector]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ntp_dsl.predicates import above, clear, covers, empty, held, holding, on, present, reachable
+from ntp_dsl.predicates import JUDGED, above, clear, covers, empty, held, holding, on, present, reachable
 from ntp_dsl.world import Observation, Thing, Vector
 
 CUBE = (0.05, 0.05, 0.05)
@@ -25,7 +25,8 @@ def seen(
     "a, is_on, is_in_the_way",
     [
         ((0.5, 0.0, 0.075), True, True),
-        ((0.52, 0.0, 0.075), True, True),  # off by less than half a cube
+        ((0.51, 0.0, 0.075), True, True),  # off by a centimetre
+        ((0.52, 0.0, 0.075), False, True),  # off by two: accepted, but nothing to aim at
         ((0.53, 0.0, 0.075), False, True),  # off by more: it leans
         ((0.5, 0.03, 0.06), False, True),
         ((0.56, 0.0, 0.025), False, False),  # beside
@@ -80,3 +81,9 @@ def test_a_lost_thing_is_neither_present_nor_anywhere() -> None:
     assert not present(state, "a") and not reachable(state, "a") and not clear(state, "a")
     assert not on(state, "a", "b") and not covers(state, "a", "b") and clear(state, "b")
     assert not above(state, "gripper", "a")
+
+
+def test_a_success_test_accepts_more_than_a_program_aims_at() -> None:
+    state = seen((0.52, 0.0, 0.075))
+    assert not on(state, "a", "b") and JUDGED["on"](state, "a", "b")
+    assert not JUDGED["on"](seen((0.526, 0.0, 0.075)), "a", "b")
