@@ -57,6 +57,7 @@ class Answers:
     pointers: Tensor  # (queries, arity)
     candidates: Tensor  # (queries, arity, things) of the declared types
     weight: Tensor  # (queries,)
+    told: Tensor  # (queries,) whether the decision is made from the true start, or from what was read
 
 
 @lru_cache(maxsize=4096)
@@ -165,6 +166,7 @@ def answers(
         pointers,
         _candidates(memory, queries, right, things),
         torch.tensor(list(weights), dtype=torch.float32),
+        torch.ones(size, dtype=torch.bool),
     )
 
 

@@ -19,6 +19,7 @@ from ntp_dsl.queries import Sample
 
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
+TOLD = 0.5  # of the decisions are learnt from the true start of the callee's scope
 NOISE = 0.002  # [m] added to what is observed in half of the queries
 
 
@@ -100,7 +101,8 @@ class Corpus:
         states = _replaced(
             states, positions=states.positions + noise, spec=torch.from_numpy(spec)
         )
-        return states, _select(self._answers, index)
+        told = torch.from_numpy(rng.random(len(indices)) < TOLD)
+        return states, _replaced(_select(self._answers, index), told=told)
 
 
 def _weights(samples: Sequence[Sample]) -> list[float]:

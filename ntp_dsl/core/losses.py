@@ -25,7 +25,7 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
         hits, none = core.reader.locate(reading, states)
         parts["start"], parts["end frame"] = _scope_losses(reading, hits, none, states, right)
         hint = _hint(reading, hits, none, states, right)
-        parts["shown"] = _shown_loss(hint, right)
+        parts["shown"] = _shown_loss(reading, states, right)
     thought = core.consider(states, hint)
     if frames is not None:
         parts["lost"] = _lost_loss(thought.lost, right)
@@ -53,14 +53,18 @@ def silent_hint(core: Core, states: States) -> Hint:
 
 
 def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers) -> Hint:
-    """What is shown at the true start, or where that is unknown, what the reader itself makes of it."""
+    """What is shown at the true start; or, now and then, what the reader itself makes of it.
+
+    A decision that was only ever told the truth would trust a reader that errs.
+    """
     start = right.start_frame
-    told = one_hot(start.clamp(min=0), hits.shape[1]).float() * (start >= 0).unsqueeze(-1)
-    unknown = (start == IGNORE).unsqueeze(-1)
-    weights = torch.where(unknown, hits.detach().exp(), told)  # (queries, frames)
+    frames = hits.shape[1]
+    read = torch.cat([hits, none.unsqueeze(1)], 1).argmax(1)  # (queries,), `frames` for nothing
+    true = torch.where(start == NOTHING, frames, start)
+    chosen = torch.where(right.told & (start != IGNORE), true, read)
+    weights = one_hot(chosen, frames + 1)[:, :frames].float()
     pointers = torch.einsum("qt,qtnh->qnh", weights, reading.pointers[states.spec])
-    silent = torch.where(start == IGNORE, none.detach().exp(), (start == NOTHING).float())
-    return Hint(pointers, silent, torch.ones_like(silent))
+    return Hint(pointers, (chosen == frames).float(), torch.ones_like(none))
 
 
 def _scope_losses(
@@ -79,11 +83,12 @@ def _scope_losses(
     return _mean(start, right.weight), _mean(end * known, right.weight)
 
 
-def _shown_loss(hint: Hint, right: Answers) -> Tensor:
-    """What the callee is called with, some hop points at: the best of them, and surely."""
+def _shown_loss(reading: Reading, states: States, right: Answers) -> Tensor:
+    """What the callee is called with, some hop points at from the true start: the best one, and surely."""
     known = (right.start_frame >= 0)[:, None] & (right.pointers != IGNORE)  # (queries, arity)
-    index = right.pointers.clamp(min=0).unsqueeze(-1).expand(-1, -1, hint.pointers.shape[-1])
-    pointed = hint.pointers.gather(1, index).amax(-1)  # (queries, arity)
+    pointers = reading.pointers[states.spec, right.start_frame.clamp(min=0)]  # (queries, things, hops)
+    index = right.pointers.clamp(min=0).unsqueeze(-1).expand(-1, -1, pointers.shape[-1])
+    pointed = pointers.gather(1, index).amax(-1)  # (queries, arity)
     values = -(pointed.clamp(min=1e-6).log() * known).sum(1)
     return _mean(values, right.weight)
 

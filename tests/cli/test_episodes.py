@@ -1,0 +1,150 @@
+"""The commands that run episodes, called as a user calls them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.resources import checkpoints_folder
+from ntp_dsl.specification import read_demonstration
+from ntp_dsl.traces import read_trace
+
+SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
+RUN = ["run", "block_stacking", "few_placements", "--world", "kinematic"]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recorded")
+    words = ["record", "block_stacking", "few_placements", "-n", "2", "--out", str(folder)]
+    assert run(words) == 0
+    return folder
+
+
+def test_one_task_is_carried_out_and_written_down(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*RUN, "--seed", "3", "--out", str(tmp_path)]) == 0
+    shown = capsys.readouterr()
+    assert "pick_and_place(" in shown.out and "done:" in shown.out
+    assert "no --demo: the expert shows the task once, from seed 3" in shown.err
+    trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
+    assert trace.end == {"done": True, "reason": "done", "primitives": trace.end["primitives"]}
+    assert len(read_demonstration(tmp_path / "demo.parquet")) > 10
+
+
+def test_the_script_does_it_too_and_says_so_to_machines(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*RUN, "--expert", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["success"] is True
+
+
+def test_a_recorded_demonstration_is_carried_out(recorded: Path) -> None:
+    assert run([*RUN, "--demo", str(recorded / "episode_00001.demo.parquet")]) == 0
+
+
+def test_recording_leaves_what_its_manifest_names(recorded: Path) -> None:
+    manifest = json.loads((recorded / "manifest.json").read_text())
+    assert [row["outcome"] for row in manifest["episodes"]] == ["done", "done"]
+    assert len(list(recorded.iterdir())) == 5
+
+
+def test_a_recording_can_be_trained_on(recorded: Path, tmp_path: Path) -> None:
+    words = ["train", "block_stacking", "--data", str(recorded), "--out", str(tmp_path)]
+    assert run([*words, "--iterations", "3"]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["block_stacking.safetensors"]
+
+
+def test_figures_come_as_one_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["eval", "block_stacking", "few_placements", "--episodes", "3", "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    keys = "episodes success success_interval success_authors failures seconds_per_episode"
+    assert {*keys.split(), "simulated_seconds_per_episode", "seed"} <= set(figures)
+    assert set(figures["failures"]) == {"decision", "planner", "grasp", "physics"}
+
+
+def damaged(kind: str, folder: Path, recorded: Path) -> Path:
+    """A demonstration that is not what it should be."""
+    path = folder / "damaged.parquet"
+    whole = (recorded / "episode_00000.demo.parquet").read_bytes()
+    path.write_bytes({"cut": whole[:-100], "foreign": b"PNG", "empty": b""}[kind])
+    return path
+
+
+@pytest.mark.parametrize("kind", ["cut", "foreign", "empty"])
+def test_a_damaged_demonstration_is_one_sentence(
+    kind: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = damaged(kind, tmp_path, recorded)
+    assert run([*RUN, "--demo", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "expected a demonstration" in told and str(path) in told and "Traceback" not in told
+
+
+def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["run", "block_stacking", "tall_towers", "--world", "kinematic"]
+    assert run([*words, "--demo", str(recorded / "episode_00000.demo.parquet")]) == 2
+    assert "the demonstration lacks block_8, block_9" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words, told",
+    [
+        (["run", "block_stacking", "juggling"], "no task is called 'juggling'"),
+        ([*RUN, "--model", "nowhere.safetensors"], "no such checkpoint"),
+        ([*RUN, "--demo", "nowhere.parquet"], "no such demonstration"),
+        ([*RUN, "--expert", "--demo", "x.parquet"], "--expert needs neither"),
+        (["run", "block_stacking", "few_placements", "--world", "mars"], "no world is called 'mars'"),
+        (["run", "nowhere", "x"], "nowhere"),
+        (["eval", "block_stacking", "block_stacking", "--tasks", "nowhere.json"], "nowhere.json"),
+        (["eval", "block_stacking", "block_stacking", "--slips", "2"], "slips"),
+        (["train", "block_stacking", "--data", "nowhere"], "ntp record"),
+        (["demo", "--sed", "3"], "did you mean '--seed'"),
+    ],
+)
+def test_misuse_is_one_sentence_and_status_two(
+    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(words) == 2
+    shown = capsys.readouterr()
+    assert told in shown.err and "Traceback" not in shown.err and shown.out == ""
+
+
+def test_a_checkpoint_of_another_library_is_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from ntp_dsl.resources import examples_folder
+
+    text = (examples_folder() / "block_stacking" / "block_stacking.ntp").read_text()
+    other = text.replace("stack(goal", "pile(goal").replace("library block_stacking", "library piles")
+    (tmp_path / "piles.ntp").write_text(other)
+    words = ["run", str(tmp_path / "piles.ntp"), "few_placements", "--world", "kinematic"]
+    assert run([*words, "--model", str(SHIPPED)]) == 2
+    assert "has not seen pile as library 'piles' declares" in capsys.readouterr().err
+    assert run(words) == 2
+    assert "ntp record" in capsys.readouterr().err
+
+
+def test_a_task_declared_a_minute_ago_runs_with_the_shipped_checkpoint(tmp_path: Path) -> None:
+    from ntp_dsl.resources import examples_folder
+
+    text = (examples_folder() / "block_stacking" / "block_stacking.ntp").read_text()
+    mine = text.replace("library block_stacking", "library mine").replace("task few_", "task my_")
+    (tmp_path / "mine.ntp").write_text(mine.replace("8 Block", "9 Block"))
+    assert run(["run", str(tmp_path), "my_placements", "--world", "kinematic"]) == 0
+
+
+def test_a_task_that_fails_is_one_sentence_and_status_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Everything slips, always, so no tower of five gets built; the run is broken off, and says why."""
+    words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--expert"]
+    assert run([*words, "--slips", "1", "--out", str(tmp_path)]) == 1
+    told = capsys.readouterr().err
+    assert "the task failed (grasp)" in told and "stopped after 150 primitives" in told
+    trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
+    assert trace.end is not None and trace.end["done"] is False
