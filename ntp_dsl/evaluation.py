@@ -35,6 +35,7 @@ from ntp_dsl.worlds.scenes import movable, scattered
 
 ATTEMPTS = 5  # at a demonstration, each from another placement
 STILL_FOR = 2.0  # [s] that the result must stand
+KNOCKED = "knocked aside"
 STAYED = 0.01  # [m] that a thing the goal does not name may have moved
 BLAME = {
     Failure.NO_IK: "planner",
@@ -249,17 +250,19 @@ class Verdict:
 def judge(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> Verdict:
     """The strict test, and the paper's authors' own; looks twice, two seconds apart."""
     before = world.truth()
-    wrong_before = _wrong(registry, world, instance, scene)
+    wrong_before = _wrong(registry, world, instance, scene, run)
     world.settle(STILL_FOR)
     after = world.truth()
-    wrong = _wrong(registry, world, instance, scene) or _crept(before, after)
+    wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
     authors = authors_success(after, instance.goal)
     if not wrong:
         return Verdict("", "", authors)
     return Verdict(_blame(run, wrong_before), f"{wrong}; {run.reason}", authors)
 
 
-def _wrong(registry: Registry, world: World, instance: Instance, scene: Scene) -> str:
+def _wrong(
+    registry: Registry, world: World, instance: Instance, scene: Scene, run: Run
+) -> str:
     """The first thing that is not as it should be, or nothing."""
     now = world.truth()
     state = State(registry, now, JUDGED)
@@ -277,7 +280,7 @@ def _wrong(registry: Registry, world: World, instance: Instance, scene: Scene) -
         if thing.name in named or thing.name in world.disturbed:
             continue
         if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
-            return f"{thing.name} was moved"
+            return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
     return ""
 
 
@@ -289,8 +292,8 @@ def _crept(before: Observation, after: Observation) -> str:
 
 
 def _blame(run: Run, wrong_before: str) -> str:
-    """Physics where all was well and then fell; the arm where it gave up; else the decisions."""
-    if run.done and not wrong_before:
+    """Physics where all was well and then fell, or was knocked; the arm where it gave up; else decisions."""
+    if run.done and (not wrong_before or wrong_before.endswith(KNOCKED)):
         return "physics"
     if run.done:
         return "decision"

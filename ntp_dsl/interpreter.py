@@ -14,6 +14,7 @@ from ntp_dsl.world import Argument, Failure, Outcome, World
 
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
+SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
 
 
 @dataclass
@@ -39,6 +40,7 @@ class Run:
     moving_seconds: float
     disturbances: int
     failures: list[Outcome]
+    handled: set[Argument]  # what primitives were called on
     failing: int  # the same failure so often in a row
     refused: set[tuple[str | None, tuple[Argument, ...]]]  # not ready, and nothing has changed since
 
@@ -69,7 +71,7 @@ class Interpreter:
         self.interfere = interfere
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
-        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], 0, set())
+        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], set(), 0, set())
         confirmed = retries = 0
         while not run.reason:
             before = run.primitives
@@ -79,11 +81,12 @@ class Interpreter:
                 break
             if confirmed >= CONFIRMATIONS:
                 run.done, run.reason = True, "done"
-            elif not done:
+                break
+            if not done:
                 retries += 1
                 if retries > self.limits.retries:
                     run.reason = "unfinished: nothing that the program knows helps"
-                self.world.settle(0.5)
+            self.world.settle(SECOND_LOOK)
         return run
 
     def _run_root(self, root: Frame, run: Run) -> bool:
@@ -164,6 +167,7 @@ class Interpreter:
         number = self._write_call(parent, "api", choice.callee, choice, choice.details)
         outcome = self.world.call(choice.callee, choice.arguments)
         run.primitives += 1
+        run.handled |= set(choice.arguments)
         run.planning_seconds += outcome.planning_seconds
         run.moving_seconds += outcome.moving_seconds
         run.disturbances += len(outcome.disturbances)
