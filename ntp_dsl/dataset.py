@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from ntp_dsl.seeds import derived
 from ntp_dsl.specification import read_demonstration, write_demonstration
 from ntp_dsl.tasks import Configuration, Instance, draw, end_configuration, find_task
 from ntp_dsl.traces import TraceWriter, read_trace
+from ntp_dsl.workers import in_order
 from ntp_dsl.world import World
 from ntp_dsl.worlds import make_world
 
@@ -108,7 +108,7 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
     plan.out.mkdir(parents=True, exist_ok=True)
     (plan.out / MANIFEST).unlink(missing_ok=True)
     rows = []
-    for row in _rows(plan, episodes, workers):
+    for row in in_order(partial(_open, plan), episodes, workers):
         rows.append(row)
         yield row
     registry = load(plan.library)
@@ -125,29 +125,12 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
         "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
         "episodes": rows,
     }
-    with written_whole(plan.out / MANIFEST) as partial:
-        partial.write_text(json.dumps(manifest, indent=1))
+    with written_whole(plan.out / MANIFEST) as unfinished:
+        unfinished.write_text(json.dumps(manifest, indent=1))
 
 
-def _rows(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
-    if workers == 1:
-        studio = RecordingStudio(plan)
-        yield from (studio.record(number) for number in range(episodes))
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn"), _open_studio, (plan,)) as pool:
-        yield from pool.map(_record, range(episodes))
-
-
-_studio: RecordingStudio
-
-
-def _open_studio(plan: RecordingPlan) -> None:
-    global _studio
-    _studio = RecordingStudio(plan)
-
-
-def _record(number: int) -> dict[str, Any]:
-    return _studio.record(number)
+def _open(plan: RecordingPlan) -> Callable[[int], dict[str, Any]]:
+    return RecordingStudio(plan).record
 
 
 # Reading back ------------------------------------------------------------------------------------

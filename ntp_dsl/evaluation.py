@@ -1,14 +1,11 @@
-"""Episodes in numbers: two success tests, and for every failure who is to blame."""
+"""Episodes: a task, a demonstration of it, a policy in a world, and a verdict."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
-from math import hypot
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,33 +17,19 @@ from ntp_dsl.interpreter import Interpreter, Run, Watcher
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.policy import Policy
-from ntp_dsl.predicates import JUDGED, held
 from ntp_dsl.recording import Shown, demonstrate, header
-from ntp_dsl.registry import Registry
 from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, Recorder
-from ntp_dsl.state import State
+from ntp_dsl.success import judge
 from ntp_dsl.tasks import Goal, Instance, draw, find_task, from_file
 from ntp_dsl.traces import TraceWriter
-from ntp_dsl.world import Disturbances, Failure, Observation, Record, Scene, Vector, World
+from ntp_dsl.workers import in_order
+from ntp_dsl.world import Disturbances, Observation, Record, Scene
 from ntp_dsl.worlds import make_world
-from ntp_dsl.worlds.scenes import movable, scattered
+from ntp_dsl.worlds.scenes import scattered
 
 ATTEMPTS = 5  # at a demonstration, each from another placement
-STILL_FOR = 2.0  # [s] that the result must stand
-KNOCKED = "knocked aside"
-STAYED = 0.01  # [m] that a thing the goal does not name may have moved
-BLAME = {
-    Failure.NO_IK: "planner",
-    Failure.START_IN_COLLISION: "planner",
-    Failure.GOAL_IN_COLLISION: "planner",
-    Failure.NO_PATH: "planner",
-    Failure.TIME_OUT: "planner",
-    Failure.GRASP_FAILED: "grasp",
-    Failure.OBJECT_DROPPED: "grasp",
-    Failure.PLACE_FAILED: "physics",
-}
 
 
 @dataclass(frozen=True)
@@ -217,141 +200,8 @@ def _goal_shown(demonstration: Demonstration) -> Goal:
 
 def run_all(plan: Plan, episodes: int, workers: int) -> Iterator[Episode]:
     """Episodes in their order, whatever the number of workers."""
-    if workers == 1:
-        evaluator = Evaluator(plan)
-        yield from (evaluator.episode(number) for number in range(episodes))
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (plan,)) as pool:
-        yield from pool.map(_work, range(episodes))
+    return in_order(partial(_open, plan), episodes, workers)
 
 
-_evaluator: Evaluator
-
-
-def _start_worker(plan: Plan) -> None:
-    global _evaluator
-    _evaluator = Evaluator(plan)
-
-
-def _work(number: int) -> Episode:
-    return _evaluator.episode(number)
-
-
-# Success -----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Verdict:
-    blame: str
-    reason: str
-    authors: bool
-
-
-def judge(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> Verdict:
-    """The strict test, and the paper's authors' own; looks twice, two seconds apart."""
-    before = world.truth()
-    wrong_before = _wrong(registry, world, instance, scene, run)
-    world.settle(STILL_FOR)
-    after = world.truth()
-    wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
-    authors = authors_success(after, instance.goal)
-    if not wrong:
-        return Verdict("", "", authors)
-    return Verdict(_blame(run, wrong_before), f"{wrong}; {run.reason}", authors)
-
-
-def _wrong(
-    registry: Registry, world: World, instance: Instance, scene: Scene, run: Run
-) -> str:
-    """The first thing that is not as it should be, or nothing."""
-    now = world.truth()
-    state = State(registry, now, JUDGED)
-    for literal in instance.literals(registry, now):
-        if not state.holds(literal):
-            return f"{literal} does not hold"
-    for placement in instance.goal:
-        if not world.supported(placement["item"], placement["support"]):
-            return f"{placement['item']} does not touch {placement['support']}"
-    in_hand = held(now)
-    if in_hand is not None:
-        return f"{in_hand} is in the hand"
-    named = {placement[part] for placement in instance.goal for part in ("item", "support")}
-    for thing in movable(instance.things):
-        if thing.name in named or thing.name in world.disturbed:
-            continue
-        if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
-            return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
-    return ""
-
-
-def _crept(before: Observation, after: Observation) -> str:
-    for name, position in after.positions.items():
-        if _distance(position, before.positions[name]) > STAYED / 10:
-            return f"{name} is not still"
-    return ""
-
-
-def _blame(run: Run, wrong_before: str) -> str:
-    """Physics where all was well and then fell, or was knocked; the arm where it gave up; else decisions."""
-    if run.done and (not wrong_before or wrong_before.endswith(KNOCKED)):
-        return "physics"
-    if run.done:
-        return "decision"
-    kinds = Counter(BLAME[f.failure] for f in run.failures[-5:] if f.failure in BLAME)
-    return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else "decision"
-
-
-def authors_success(now: Observation, goal: Goal) -> bool:
-    """The test of the paper's authors: within 0.05 m of each other seen from above, and higher."""
-    for placement in goal:
-        x, y, z = now.positions[placement["item"]]
-        sx, sy, sz = now.positions[placement["support"]]
-        if hypot(x - sx, y - sy) > 0.05 or z <= sz:
-            return False
-    return True
-
-
-def _distance(a: Vector, b: Vector) -> float:
-    return float(np.linalg.norm(np.subtract(a, b)))
-
-
-# Figures -----------------------------------------------------------------------------------------
-
-
-def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
-    """The figures that `eval --json` prints."""
-    count = len(episodes)
-    wins = sum(episode.success for episode in episodes)
-    blames = Counter(episode.blame for episode in episodes if episode.blame)
-    return {
-        "episodes": count,
-        "success": wins / count,
-        "success_interval": wilson(wins, count),
-        "success_authors": sum(episode.success_authors for episode in episodes) / count,
-        "failures": {kind: blames[kind] for kind in ("decision", "planner", "grasp", "physics")},
-        "seconds_per_episode": _mean(episode.wall_seconds for episode in episodes),
-        "deciding_seconds_per_episode": _mean(episode.deciding_seconds for episode in episodes),
-        "planning_seconds_per_episode": _mean(episode.planning_seconds for episode in episodes),
-        "simulated_seconds_per_episode": _mean(e.simulated_seconds for e in episodes),
-        "placements_per_episode": _mean(float(episode.placements) for episode in episodes),
-        "disturbances": sum(episode.disturbances for episode in episodes),
-        "demonstrations_repeated": sum(max(e.demonstrations - 1, 0) for e in episodes),
-        "failed": [
-            {"episode": e.number, "task": e.name, "blame": e.blame, "reason": e.reason}
-            for e in episodes
-            if not e.success
-        ],
-        "seed": seed,
-    }
-
-
-def wilson(wins: int, count: int, z: float = 1.959964) -> tuple[float, float]:
-    """The 95 % interval of a proportion (Wilson, 1927)."""
-    share, spread = wins / count, z * z / count
-    centre = (share + spread / 2) / (1 + spread)
-    half = z / (1 + spread) * ((share * (1 - share) + spread / 4) / count) ** 0.5
-    return round(max(0.0, centre - half), 4), round(min(1.0, centre + half), 4)
-
-
-def _mean(values: Iterator[float]) -> float:
-    return round(float(np.mean(list(values))), 4)
+def _open(plan: Plan) -> Callable[[int], Episode]:
+    return Evaluator(plan).episode

@@ -22,7 +22,8 @@ from ntp_dsl.cli.options import (
     Workers,
     WorldName,
 )
-from ntp_dsl.evaluation import Plan, run_all, summary
+from ntp_dsl.evaluation import Plan, run_all
+from ntp_dsl.figures import summary
 from ntp_dsl.world import Disturbances
 
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ntp_dsl.core.features import WIDTH, offsets
-from ntp_dsl.core.scopes import first_hit, look_ahead
+from ntp_dsl.core.scopes import first_hit, look_ahead, next_event
 
 seeds = st.integers(0, 2**31 - 1)
 
@@ -43,6 +43,19 @@ def test_looking_ahead_is_the_recursion_solved(seed: int, frames: int) -> None:
     seen = look_ahead(gates, values)
     assert torch.allclose(seen[:, :-1], ahead[:, 1:-1], atol=1e-4)
     assert torch.allclose(seen[:, -1], ahead[:, -2], atol=1e-4)
+
+
+@given(seeds, st.integers(2, 30))
+@settings(max_examples=50, deadline=None)
+def test_the_next_event_is_the_most_probable_first_hit_after_a_frame(seed: int, frames: int) -> None:
+    logits = 3 * torch.randn(1, frames, generator=torch.Generator().manual_seed(seed))
+    logits[0, -1] = 20.0
+    following = next_event(logits, torch.ones(1, frames, dtype=torch.bool))
+    for frame in range(frames - 1):
+        later = torch.ones(1, frames - frame - 1, dtype=torch.bool)
+        hits, _ = first_hit(logits[:, frame + 1 :], later)
+        chosen = hits[0, following[0, frame] - frame - 1]
+        assert following[0, frame] > frame and chosen >= hits.max() - 1e-4
 
 
 def test_offsets_tell_millimetres_and_decimetres_apart() -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.evaluation import Episode, Plan, run_all, summary, wilson
+from ntp_dsl.evaluation import Episode, Plan, run_all
+from ntp_dsl.figures import summary, wilson
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.resources import checkpoints_folder
 from ntp_dsl.world import Disturbances

@@ -11,7 +11,7 @@ from sources import importers, imports, modules
 
 # From the bottom up; a module may import its own layer and those below. The longest prefix counts.
 LAYERS = (
-    ("ntp_dsl", "ntp_dsl.files", "ntp_dsl.resources", "ntp_dsl.seeds"),
+    ("ntp_dsl", "ntp_dsl.files", "ntp_dsl.resources", "ntp_dsl.seeds", "ntp_dsl.workers"),
     ("ntp_dsl.language", "ntp_dsl.registry"),
     ("ntp_dsl.world", "ntp_dsl.predicates", "ntp_dsl.state", "ntp_dsl.task_files"),
     ("ntp_dsl.worlds", "ntp_dsl.tasks"),
@@ -19,7 +19,7 @@ LAYERS = (
     ("ntp_dsl.core",),
     ("ntp_dsl.experts", "ntp_dsl.scripted", "ntp_dsl.interpreter", "ntp_dsl.labels"),
     ("ntp_dsl.recording", "ntp_dsl.dataset"),
-    ("ntp_dsl.evaluation", "ntp_dsl.movie"),
+    ("ntp_dsl.evaluation", "ntp_dsl.success", "ntp_dsl.figures", "ntp_dsl.movie"),
     ("ntp_dsl.cli", "ntp_dsl.__main__"),
 )
 HOMES = {

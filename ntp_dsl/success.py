@@ -1,0 +1,107 @@
+"""Two success tests, and for every failure who is to blame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from ntp_dsl.interpreter import Run
+from ntp_dsl.predicates import JUDGED, held
+from ntp_dsl.registry import Registry
+from ntp_dsl.state import State
+from ntp_dsl.tasks import Goal, Instance
+from ntp_dsl.world import Failure, Observation, Scene, Vector, World
+from ntp_dsl.worlds.scenes import movable
+
+STILL_FOR = 2.0  # [s] that the result must stand
+STILL = 0.001  # [m] that anything may creep in that time
+KNOCKED = "knocked aside"
+STAYED = 0.01  # [m] that a thing the goal does not name may have moved
+BLAME = {
+    Failure.NO_IK: "planner",
+    Failure.START_IN_COLLISION: "planner",
+    Failure.GOAL_IN_COLLISION: "planner",
+    Failure.NO_PATH: "planner",
+    Failure.TIME_OUT: "planner",
+    Failure.GRASP_FAILED: "grasp",
+    Failure.OBJECT_DROPPED: "grasp",
+    Failure.PLACE_FAILED: "physics",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    blame: str
+    reason: str
+    authors: bool
+
+
+def judge(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> Verdict:
+    """The strict test, and the paper's authors' own; looks twice, two seconds apart."""
+    before = world.truth()
+    wrong_before = _wrong(registry, world, instance, scene, run)
+    world.settle(STILL_FOR)
+    after = world.truth()
+    wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
+    authors = authors_success(after, instance.goal)
+    if not wrong:
+        return Verdict("", "", authors)
+    return Verdict(_blame(run, wrong_before), f"{wrong}; {run.reason}", authors)
+
+
+def _wrong(
+    registry: Registry, world: World, instance: Instance, scene: Scene, run: Run
+) -> str:
+    """The first thing that is not as it should be, or nothing."""
+    now = world.truth()
+    state = State(registry, now, JUDGED)
+    for literal in instance.literals(registry, now):
+        if not state.holds(literal):
+            return f"{literal} does not hold"
+    for placement in instance.goal:
+        if not world.supported(placement["item"], placement["support"]):
+            return f"{placement['item']} does not touch {placement['support']}"
+    in_hand = held(now)
+    if in_hand is not None:
+        return f"{in_hand} is in the hand"
+    named = {placement[part] for placement in instance.goal for part in ("item", "support")}
+    for thing in movable(instance.things):
+        if thing.name in named or thing.name in world.disturbed:
+            continue
+        if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
+            return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
+    return ""
+
+
+def _crept(before: Observation, after: Observation) -> str:
+    for name, position in after.positions.items():
+        if _distance(position, before.positions[name]) > STILL:
+            return f"{name} is not still"
+    return ""
+
+
+def _blame(run: Run, wrong_before: str) -> str:
+    """Physics where all was well and then fell, or was knocked; the arm where it gave up; else decisions."""
+    if run.done and (not wrong_before or wrong_before.endswith(KNOCKED)):
+        return "physics"
+    if run.done:
+        return "decision"
+    kinds = Counter(BLAME[f.failure] for f in run.failures[-5:] if f.failure in BLAME)
+    return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else "decision"
+
+
+def authors_success(now: Observation, goal: Goal) -> bool:
+    """The test of the paper's authors: within 0.05 m of each other seen from above, and higher."""
+    for placement in goal:
+        x, y, z = now.positions[placement["item"]]
+        sx, sy, sz = now.positions[placement["support"]]
+        if hypot(x - sx, y - sy) > 0.05 or z <= sz:
+            return False
+    return True
+
+
+def _distance(a: Vector, b: Vector) -> float:
+    return float(np.linalg.norm(np.subtract(a, b)))

@@ -1,0 +1,34 @@
+"""A process pool whose results do not depend on its size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
+
+
+def in_order(
+    open_worker: Callable[[], Callable[[int], Result]], count: int, workers: int
+) -> Iterator[Result]:
+    """Results for 0, 1, …, each a function of its number alone; `open_worker` runs once a process."""
+    if workers == 1:
+        work = open_worker()
+        yield from (work(number) for number in range(count))
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), _start, (open_worker,)) as pool:
+        yield from pool.map(_work, range(count))
+
+
+_worker: Callable[[int], Any]
+
+
+def _start(open_worker: Callable[[], Callable[[int], Any]]) -> None:
+    global _worker
+    _worker = open_worker()
+
+
+def _work(number: int) -> Any:
+    return _worker(number)
