@@ -9,7 +9,7 @@ NEEDED := Python 3.11 is needed and was not found: install it, or say where it i
 RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test lint check-tests install soak soak-experts clean
+.PHONY: demo test lint check-tests install soak soak-experts soak-one-shot clean
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -25,7 +25,10 @@ check-tests: install
 	$(BIN)/pytest -n 2 -q
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
-soak: soak-experts
+soak: soak-experts soak-one-shot
+
+soak-one-shot: install
+	$(BIN)/pytest -n 2 -q --soak tests/evaluation
 
 soak-experts: install
 	$(BIN)/pytest -n 2 -q --soak tests/experts

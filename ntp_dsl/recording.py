@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, Recorder
 from ntp_dsl.tasks import Instance
 from ntp_dsl.traces import TraceWriter, parse_trace
-from ntp_dsl.world import Disturbances, Scene, World
+from ntp_dsl.world import Disturbances, World
 from ntp_dsl.worlds.scenes import scattered, scrambled
 
 TROUBLE = 0.15  # how often, per primitive, a recorded episode slips, is pushed, or is led astray
@@ -70,8 +70,10 @@ def record_episode(
 ) -> Run:
     """A labelled episode from another placement, with the trouble that recoveries are learnt from."""
     rng = np.random.default_rng((seed, 1))
-    messy = trouble > 0 and rng.random() < 0.5
-    scene: Scene = (scrambled if messy else scattered)(instance.things, rng)
+    if trouble > 0 and rng.random() < 0.5:
+        scene = scrambled(instance.things, rng, world.starts_holding)
+    else:
+        scene = scattered(instance.things, rng)
     world.reset(scene, derived(seed, 1), _troubles(trouble))
     facts = header(registry, instance, seed, "scripted")
     writer.header(**facts, demonstration=shown.calls.to_json())
@@ -115,8 +117,6 @@ def _leader_astray(
 
 def header(registry: Registry, instance: Instance, seed: int, policy: str) -> dict[str, Any]:
     """What a trace says of itself before the first call."""
-    from dataclasses import asdict
-
     return {
         "library": registry.name,
         "registry": registry.hash,

@@ -14,7 +14,7 @@ from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
 from ntp_dsl.task_files import read_tasks
 from ntp_dsl.world import Argument, Observation, Record, Thing
-from ntp_dsl.worlds.scenes import declared_things, with_furniture
+from ntp_dsl.worlds.scenes import declared_things, group_names, with_furniture
 
 Goal = tuple[Record, ...]
 Configuration = frozenset[tuple[str, str]]
@@ -47,12 +47,8 @@ def draw(registry: Registry, task: TaskDeclaration, rng: np.random.Generator) ->
     """A goal by the task's own sampler."""
     things = declared_things(registry, task)
     assert task.goal is not None
-    groups = [
-        [f"{g.type.name.lower()}_{i}" for i in range(g.count)]
-        for name in task.goal.groups
-        for g in task.scene
-        if g.name == name
-    ]
+    names = group_names(task)
+    groups = [names[group] for group in task.goal.groups]
     return instance(task, things, SAMPLERS[task.goal.name](task.goal, groups, rng))
 
 

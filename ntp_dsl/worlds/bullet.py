@@ -74,6 +74,8 @@ FAILURES: Mapping[Reason, Failure] = {
 class BulletWorld:
     """Gravity, friction and the Panda. Nothing is attached by a constraint or placed by hand."""
 
+    starts_holding = False
+
     def __init__(self) -> None:
         self._cell = Workcell()
         self.on_frame: Callable[[Observation], None] | None = None

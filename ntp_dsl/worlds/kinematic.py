@@ -34,6 +34,8 @@ SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from g
 class KinematicWorld:
     """Positions only. A held thing follows the tool; a thing let go falls on what is below it."""
 
+    starts_holding = True
+
     def __init__(self) -> None:
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()

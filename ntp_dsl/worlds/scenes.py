@@ -2,28 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
+from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import TaskDeclaration
 from ntp_dsl.registry import Registry
 from ntp_dsl.world import Scene, Thing, Vector
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
-CELL, JITTER, SPACING = 0.1, 0.03, 0.08  # the authors' grid and boundary boxes [m]
+JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
+COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
+REDRAWS = 20_000  # of the spots, until all are far enough from each other
 CUBE = 0.05
 TABLE_SIZE = (1.5, 1.5, 0.04)
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 
+def group_names(task: TaskDeclaration) -> dict[str, list[str]]:
+    """Of each group: `blocks: 8 Block` is block_0 … block_7; numbers go on over groups of a type."""
+    used: Counter[str] = Counter()
+    names: dict[str, list[str]] = {}
+    for group in task.scene:
+        first = used[group.type.name]
+        used[group.type.name] += group.count
+        stem = group.type.name.lower()
+        names[group.name] = [f"{stem}_{n}" for n in range(first, first + group.count)]
+    return names
+
+
 def declared_things(registry: Registry, task: TaskDeclaration) -> tuple[Thing, ...]:
-    """`blocks: 8 Block` becomes block_0 … block_7; the table is there in any case."""
+    """All that a task's scene declares; the table is there in any case."""
+    names = group_names(task)
     things = [
-        Thing(f"{group.type.name.lower()}_{index}", group.type.name, (CUBE, CUBE, CUBE))
+        Thing(name, group.type.name, (CUBE, CUBE, CUBE))
         for group in task.scene
-        for index in range(group.count)
+        for name in names[group.name]
     ]
     return with_furniture(registry, things)
 
@@ -45,14 +62,16 @@ def movable(things: Iterable[Thing]) -> list[Thing]:
 def scattered(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
     """Every movable thing in a cell of its own, jittered, none nearer to another than the spacing."""
     items = movable(things)
-    cells = [(x, y) for x in (-0.15, -0.05, 0.05, 0.15) for y in (-0.15, -0.05, 0.05, 0.15)]
-    if len(items) > len(cells):
-        raise ValueError(f"{len(items)} things do not fit on the grid of {len(cells)} cells")
-    while True:
+    cells = [(x, y) for x in COLUMNS for y in COLUMNS]
+    for _ in range(REDRAWS):
         chosen = rng.permutation(len(cells))[: len(items)]
         spots = [_jittered(cells[index], rng) for index in chosen]
-        if _spaced(spots):
+        if len(spots) == len(items) and _spaced(spots):
             break
+    else:
+        raise NtpError(
+            f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells"
+        )
     positions: dict[str, Vector] = furniture_positions(things)
     yaws: dict[str, float] = {}
     for thing, (x, y) in zip(items, spots, strict=True):
@@ -61,7 +80,9 @@ def scattered(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
     return Scene(things, positions, yaws)
 
 
-def scrambled(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
+def scrambled(
+    things: tuple[Thing, ...], rng: np.random.Generator, in_hand: bool = True
+) -> Scene:
     """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
     scene = scattered(things, rng)
     names = [thing.name for thing in movable(things)]
@@ -75,7 +96,7 @@ def scrambled(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
             tops[tops.index(below)] = name
         else:
             tops.append(name)
-    held = str(rng.choice(tops)) if rng.random() < 0.3 else None
+    held = str(rng.choice(tops)) if rng.random() < 0.3 and in_hand else None
     gripper = _somewhere([positions[name] for name in tops if name != held], rng)
     if held is not None:
         positions[held] = gripper
@@ -114,8 +135,3 @@ def _spaced(spots: list[tuple[float, float]]) -> bool:
     points = np.array(spots)
     gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
     return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())
-
-
-def without(positions: Mapping[str, Vector], names: Iterable[str]) -> dict[str, Vector]:
-    left_out = set(names)
-    return {name: position for name, position in positions.items() if name not in left_out}

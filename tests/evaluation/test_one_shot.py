@@ -14,34 +14,51 @@ from ntp_dsl.resources import checkpoints_folder
 from ntp_dsl.world import Disturbances
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
+AUTHORS = Path(__file__).parents[3] / "shared" / "data" / "vat" / "stack_unseen_500.json"
 STACKING = Plan(Path("block_stacking"), "block_stacking", SHIPPED)
 SCRIPTED = replace(STACKING, model=None)
+
+
+@pytest.fixture(scope="module")
+def count(soak: bool) -> int:
+    """Episodes of a figure."""
+    return 200 if soak else 25
 
 
 def success(plan: Plan, count: int) -> float:
     return sum(episode.success for episode in run_all(plan, count, workers=1)) / count
 
 
-def test_tasks_it_has_never_seen_are_done_from_one_demonstration() -> None:
-    assert success(STACKING, 40) >= 0.95
+def test_tasks_it_has_never_seen_are_done_from_one_demonstration(count: int) -> None:
+    assert success(STACKING, count) >= 0.95
 
 
-def test_what_slips_and_falls_is_picked_up_again() -> None:
-    assert success(replace(STACKING, disturbances=Disturbances(slips=0.25)), 30) >= 0.9
-    assert success(replace(STACKING, disturbances=Disturbances(pushes=0.25)), 30) >= 0.9
+@pytest.mark.parametrize("slips, pushes", [(0.25, 0.0), (0.0, 0.25)])
+def test_what_slips_or_is_pushed_over_is_built_again(
+    count: int, slips: float, pushes: float
+) -> None:
+    plan = replace(STACKING, disturbances=Disturbances(slips, pushes))
+    assert success(plan, count) >= 0.9
 
 
-def test_noise_of_two_millimetres_does_no_harm() -> None:
-    assert success(replace(STACKING, disturbances=Disturbances(noise=0.002)), 30) >= 0.9
+def test_noise_of_two_millimetres_does_no_harm(count: int) -> None:
+    assert success(replace(STACKING, disturbances=Disturbances(noise=0.002)), count) >= 0.95
 
 
-def test_more_blocks_and_higher_towers_than_it_was_trained_on_are_no_harder() -> None:
-    assert success(replace(STACKING, task="tall_towers"), 20) >= 0.9
+def test_more_blocks_and_higher_towers_than_it_was_trained_on_are_no_harder(count: int) -> None:
+    assert success(replace(STACKING, task="tall_towers"), count) >= 0.95
 
 
-def test_the_arm_builds_what_it_was_shown() -> None:
-    episodes = list(run_all(replace(STACKING, world="bullet"), 4, workers=1))
-    assert [episode.success for episode in episodes] == [True] * 4
+@pytest.mark.parametrize(
+    "disturbances", [Disturbances(), Disturbances(slips=0.25), Disturbances(pushes=0.25)]
+)
+def test_the_arm_builds_what_it_was_shown(soak: bool, disturbances: Disturbances) -> None:
+    """On the authors' own tasks; where their files are missing, on tasks that we draw."""
+    tasks = AUTHORS if AUTHORS.is_file() else None
+    plan = replace(STACKING, world="bullet", tasks=tasks, disturbances=disturbances)
+    episodes = list(run_all(plan, 100 if soak else 3, workers=1))
+    wanted = 0.95 if disturbances == Disturbances() else 0.9
+    assert sum(episode.success for episode in episodes) >= wanted * len(episodes)
     assert all(episode.simulated_seconds > 2 for episode in episodes)
 
 
