@@ -22,7 +22,7 @@ lint: install
 	$(BIN)/mypy
 
 check-tests: install
-	$(BIN)/pytest -n 2 -q
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 -q
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
 soak: soak-experts soak-one-shot

