@@ -7,8 +7,10 @@ to be felt.
 """
 
 import math
+import shutil
 import tempfile
 import time
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -43,8 +45,9 @@ class Workcell:
     def __init__(self) -> None:
         self._bullet: Any = bullet.load()
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
-        self._files = tempfile.TemporaryDirectory(prefix="kinematics_")
-        self._urdf = Path(self._files.name) / "panda.urdf"
+        folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
+        self._let_go = weakref.finalize(self, _let_go, self._bullet, self._client, folder)
+        self._urdf = folder / "panda.urdf"
         self._urdf.write_text(robot.description_for_bullet())
         self._effort = robot.limits().effort.tolist()
         self._camera: Camera | None = None
@@ -74,10 +77,8 @@ class Workcell:
         if self._camera is not None:
             self._camera.close()
             self._camera = None
-        if self._client >= 0:
-            self._bullet.disconnect(physicsClientId=self._client)
-            self._client = -1
-            self._files.cleanup()
+        self._let_go()  # once; a cell that is forgotten does the same
+        self._client = -1
 
     def __enter__(self) -> "Workcell":
         return self
@@ -326,6 +327,11 @@ class Workcell:
         if name not in self._ids:
             raise UnknownBody(name, self._ids)
         return self._ids[name]
+
+
+def _let_go(bullet: Any, client: int, folder: Path) -> None:
+    bullet.disconnect(physicsClientId=client)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _check_bodies(bodies: Sequence[Body]) -> None:

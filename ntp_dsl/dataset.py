@@ -46,6 +46,8 @@ class RecordingPlan:
     seed: int = 0
     trouble: float = TROUBLE
     excluded: frozenset[Configuration] = frozenset()
+    command: str = ""  # as it was typed, for the manifest
+    excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
 
 
 class RecordingStudio:
@@ -56,7 +58,7 @@ class RecordingStudio:
         self.registry = load(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
-        self.world: World = make_world(plan.world)
+        self.world: World = make_world(plan.world, self.registry)
 
     def instance(self, number: int) -> Instance:
         """A goal drawn from the seed that is not among the excluded ones."""
@@ -104,13 +106,24 @@ class EpisodeFailed(Exception):
 
 
 def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
-    """The manifest's rows, in order, whatever the number of workers; the manifest comes last."""
+    """The manifest's rows, in order, whatever the number of workers.
+
+    The manifest comes last, also where the recording is interrupted: what it names is whole.
+    """
     plan.out.mkdir(parents=True, exist_ok=True)
-    (plan.out / MANIFEST).unlink(missing_ok=True)
-    rows = []
-    for row in in_order(partial(_open, plan), episodes, workers):
-        rows.append(row)
-        yield row
+    for old in [plan.out / MANIFEST, *plan.out.glob("episode_*")]:
+        old.unlink(missing_ok=True)
+    rows: list[dict[str, Any]] = []
+    try:
+        for row in in_order(partial(_open, plan), episodes, workers):
+            rows.append(row)
+            yield row
+    finally:
+        if rows:
+            _write_manifest(plan, rows)
+
+
+def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
     registry = load(plan.library)
     manifest = {
         "format": FORMAT,
@@ -121,7 +134,9 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
         "world": plan.world,
         "seed": plan.seed,
         "trouble": plan.trouble,
+        "command": plan.command,
         "excluded": len(plan.excluded),
+        "excluded_files": dict(plan.excluded_files),
         "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
         "episodes": rows,
     }
@@ -147,6 +162,10 @@ def read_manifest(folder: Path, registry: Registry) -> dict[str, Any]:
         raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
+    missing = {"registry", "library", "version", "episodes"} - manifest.keys()
+    if missing or manifest["version"] != VERSION:
+        lack = f"lacks {', '.join(sorted(missing))}" if missing else "is of another version"
+        raise NtpError(f"{path}: the manifest {lack}; record anew")
     if manifest["registry"] != registry.hash:
         raise NtpError(
             f"{folder}: was recorded with another library or version: '{manifest['library']}' "
@@ -164,7 +183,10 @@ def samples(
         if row["outcome"] != "done":
             continue
         number = int(row["number"])
-        trace = read_trace(folder / f"episode_{number:05d}.trace.jsonl")
+        path = folder / f"episode_{number:05d}.trace.jsonl"
+        trace = read_trace(path)
+        if trace.end is None:
+            raise NtpError(f"{path}: was cut off; record anew")
         demonstration = read_demonstration(folder / f"episode_{number:05d}.demo.parquet")
         shown = DemonstratedCall.from_json(trace.header["demonstration"])
         rng = np.random.default_rng((seed, number))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -14,7 +14,7 @@ import numpy as np
 
 from ntp_dsl.experts import Expert
 from ntp_dsl.interpreter import Interpreter, Run, Watcher
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.loader import load
 from ntp_dsl.policy import Policy
 from ntp_dsl.recording import Shown, demonstrate, header
@@ -66,6 +66,10 @@ class Episode:
     planning_seconds: float = field(default=0.0, compare=False)
 
 
+class NoDemonstration(TaskFailed):
+    """The expert could not show the task, so there is nothing to learn it from."""
+
+
 class Evaluator:
     """One process's library, policy and world. Episode n depends on the plan and n alone."""
 
@@ -76,7 +80,7 @@ class Evaluator:
         self.registry = load(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
-        self.world = make_world(plan.world)
+        self.world = make_world(plan.world, self.registry)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
         self._core: Any = None
         if plan.model is not None:
@@ -103,13 +107,20 @@ class Evaluator:
         return scattered(instance.things, np.random.default_rng((self.plan.seed, number, 1)))
 
     def demonstration(self, instance: Instance, number: int) -> tuple[Shown, int]:
-        """By the expert, in the same world, from another placement; tried again where it fails."""
+        """By the expert, in the same world, from another placement; tried again where it fails.
+
+        Raises `NoDemonstration` where it fails again and again.
+        """
+        reason = ""
         for attempt in range(ATTEMPTS):
             seed = derived(self.plan.seed, number, 2, attempt)
             shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
             if isinstance(shown, Shown):
                 return shown, attempt + 1
-        raise NtpError(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}")
+            reason = shown.reason
+        raise NoDemonstration(
+            f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}"
+        )
 
     def policy(self, demonstration: Demonstration | None) -> Policy:
         if demonstration is None or self._core is None:
@@ -128,9 +139,13 @@ class Evaluator:
         instance = self.instance(number)
         attempts = 0
         if demonstration is not None:
+            _check_shown(demonstration, instance)
             instance = replace(instance, goal=_goal_shown(demonstration))
         elif self.is_learned:
-            shown, attempts = self.demonstration(instance, number)
+            try:
+                shown, attempts = self.demonstration(instance, number)
+            except NoDemonstration as failure:
+                return _not_shown(number, instance, failure)
             demonstration = shown.demonstration
         scene = self.scene(instance, number)
         started = perf_counter()
@@ -169,7 +184,13 @@ class Evaluator:
         with path.open("w") if path else nullcontext() as stream:
             writer = TraceWriter(stream)
             kind = "learned" if self._core is not None else "scripted"
-            writer.header(**header(self.registry, instance, self.plan.seed, kind))
+            writer.header(
+                **header(self.registry, instance, self.plan.seed, kind),
+                episode=number,
+                world=self.plan.world,
+                model=str(self.plan.model) if self.plan.model else None,
+                disturbances=asdict(self.plan.disturbances),
+            )
             recorder = Recorder(self.world, also=on_frame)
             interpreter = Interpreter(
                 self.registry,
@@ -183,6 +204,27 @@ class Evaluator:
             writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
         self.world.on_frame = None
         return run
+
+
+def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
+    """An episode that could not begin counts as failed."""
+    placements = len(instance.goal)
+    return Episode(
+        number, instance.name, placements, False, False, "planner", str(failure), 0, 0.0, 0, ATTEMPTS
+    )
+
+
+def _check_shown(demonstration: Demonstration, instance: Instance) -> None:
+    """Before anything is written: a demonstration shows the things of the scene, all and no others."""
+    shown = {(thing.name, thing.type) for thing in demonstration.things}
+    there = {(thing.name, thing.type) for thing in instance.things}
+    for verb, odd in (("lacks", there - shown), ("also shows", shown - there)):
+        if odd:
+            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in odd))
+            raise NtpError(
+                f"the demonstration {verb} {listed}; the scene has "
+                f"{', '.join(sorted(name for name, _ in there))}"
+            )
 
 
 def _goal_shown(demonstration: Demonstration) -> Goal:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ntp_dsl.language import syntax
+from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.registry import Api, Program, Registry
 from ntp_dsl.state import Bindings, Literal, State
 from ntp_dsl.world import Argument
@@ -179,20 +180,17 @@ class Expert:
         offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
         for offer in offers:
             if offer.callee not in row.callees:
-                raise UndeclaredCall(row.name, offer.callee, row.callees)
+                raise UndeclaredCall(
+                    f"the expert of '{row.name}' calls '{offer.callee}'; "
+                    f"it declares {', '.join(row.callees) or 'nothing'}"
+                )
             if not self._is_empty(offer, state):
                 return offer
         return Return(False, "the Python expert offers no call")
 
 
-class UndeclaredCall(Exception):
+class UndeclaredCall(NtpError):
     """A Python expert calls something that its program does not declare."""
-
-    def __init__(self, program: str, callee: str, declared: tuple[str, ...]) -> None:
-        super().__init__(
-            f"the expert of '{program}' calls '{callee}'; it declares {', '.join(declared) or 'nothing'}"
-        )
-        self.program, self.callee, self.declared = program, callee, declared
 
 
 class View:
@@ -220,7 +218,7 @@ def call(callee: str, *arguments: Argument) -> NextCall:
 
 
 def first(calls: Iterable[NextCall]) -> list[NextCall]:
-    """For Python experts: the first of these calls that would not return at once."""
+    """For Python experts: candidates in order; the first that would not return at once is made."""
     return list(calls)
 
 

@@ -24,7 +24,7 @@ class Limits:
     primitives: int = 150
     idle_decisions: int = 60
     retries: int = 5  # how often an unfinished root is asked again
-    like_failures: int = 8  # of one primitive in a row
+    like_failures: int = 8  # primitives that fail alike, in a row
 
 
 @dataclass

@@ -27,7 +27,7 @@ class Choice:
     callee: str | None
     arguments: tuple[Argument, ...] = ()
     scope: Scope | None = None
-    done: bool = True
+    done: bool = True  # of a return; a learned program cannot tell done from unfinished, so it says done
     matched: Any = None
     details: Mapping[str, Any] = field(default_factory=dict)  # probabilities, source span: for the trace
 

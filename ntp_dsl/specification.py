@@ -126,9 +126,9 @@ def read_demonstration(path: Path) -> Demonstration:
         positions = [_vectors(table, f"position.{thing.name}") for thing in things]
         times = table["time"].to_numpy().astype(np.float32)
         closed = table["closed"].to_numpy(zero_copy_only=False).astype(bool)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        stacked = np.stack(positions, axis=1)  # (T, N, 3)
+    except (KeyError, TypeError, ValueError, AttributeError, pa.ArrowException) as error:
         raise NtpError(f"{path}: the demonstration lacks a column or a field: {error}") from error
-    stacked = np.stack(positions, axis=1)  # (T, N, 3)
     if not len(times) or not np.isfinite(stacked).all():
         raise NtpError(f"{path}: expected frames of finite positions, found none or NaN")
     return Demonstration(things, stacked, closed, times, header.get("notes", {}))

@@ -49,7 +49,8 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     authors = authors_success(after, instance.goal)
     if not wrong:
         return Verdict("", "", authors)
-    return Verdict(_blame(run, wrong_before), f"{wrong}; {run.reason}", authors)
+    reason = wrong if run.done else f"{wrong}; {run.reason}"
+    return Verdict(_blame(run, wrong_before), reason, authors)
 
 
 def _wrong(

@@ -12,9 +12,9 @@ from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import Name, Sampler, TaskDeclaration
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
-from ntp_dsl.task_files import read_tasks
+from ntp_dsl.task_files import TaskFileEntry, read_tasks
 from ntp_dsl.world import Argument, Observation, Record, Thing
-from ntp_dsl.worlds.scenes import declared_things, group_names, with_furniture
+from ntp_dsl.worlds.scenes import CUBE, declared_things, group_names, with_furniture
 
 Goal = tuple[Record, ...]
 Configuration = frozenset[tuple[str, str]]
@@ -56,15 +56,32 @@ def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Ins
     """The tasks of a file (ours, or the paper's authors'), as instances of a declared task."""
     found = []
     for entry in read_tasks(path):
-        unknown = {thing.type for thing in entry.things} - registry.parents.keys()
-        if unknown:
-            raise NtpError(f"{path}: {entry.id}: library '{registry.name}' has no type {', '.join(unknown)}")
+        _check_things(registry, entry, path)
         goal = tuple(
             Record("Placement", (("item", item), ("support", support)))
             for item, support in entry.goal
         )
         found.append(instance(task, with_furniture(registry, entry.things), goal, entry.id))
     return found
+
+
+def _check_things(registry: Registry, entry: TaskFileEntry, path: Path) -> None:
+    """A file's things must be such that a hand can stack them, and its goal such that it can be built."""
+    where = f"{path}: {entry.id}"
+    for thing in entry.things:
+        if thing.type not in registry.parents:
+            raise NtpError(f"{where}: library '{registry.name}' has no type '{thing.type}'")
+        if thing.name in registry.constants:
+            raise NtpError(f"{where}: '{thing.name}' is a constant of library '{registry.name}'")
+        if thing.size != (CUBE, CUBE, CUBE):
+            raise NtpError(f"{where}: expected cubes of {CUBE} m, found '{thing.name}' of {thing.size}")
+    supports = dict(entry.goal)
+    for item in supports:
+        below, seen = item, {item}
+        while (below := supports.get(below, "")) and below not in seen:
+            seen.add(below)
+        if below:
+            raise NtpError(f"{where}: the goal goes round in a circle at '{below}'")
 
 
 def instance(
@@ -81,7 +98,7 @@ def instance(
 def towers(sampler: Sampler, groups: Sequence[Sequence[str]], rng: np.random.Generator) -> Goal:
     """Towers of the things of a group: so many placements, the tallest tower of such a height."""
     options = {option.name: (option.low, option.high) for option in sampler.options}
-    names = groups[0]
+    names = [name for group in groups for name in group]
     low, high = options.get("height", (2, 4))
     fewest, most = options.get("placements", (1, len(names) - 1))
     placements = int(rng.choice(_possible(len(names), fewest, most, low, high)))

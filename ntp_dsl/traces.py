@@ -60,18 +60,18 @@ class TraceWriter:
     def __init__(self, stream: IO[str] | None = None) -> None:
         self._stream = stream
         self._next_call = 0
-        self._states: list[Observation] = []
+        self._latest: Observation | None = None
+        self._state = -1
 
     def header(self, **facts: Any) -> None:
         self._write({"event": "header", "format": FORMAT, "version": VERSION, **facts})
 
     def state(self, observation: Observation) -> int:
         """The number of this state; consecutive equal ones are written once."""
-        if not self._states or self._states[-1] != observation:
-            self._states = [observation]
-            self._count = getattr(self, "_count", -1) + 1
-            self._write({"event": "state", "id": self._count, **_state_row(observation)})
-        return self._count
+        if observation != self._latest:
+            self._latest, self._state = observation, self._state + 1
+            self._write({"event": "state", "id": self._state, **_state_row(observation)})
+        return self._state
 
     def call(
         self,

@@ -22,13 +22,19 @@ def in_order(
         yield from pool.map(_work, range(count))
 
 
-_worker: Callable[[int], Any]
+_worker: Callable[[int], Any] | Exception
 
 
 def _start(open_worker: Callable[[], Callable[[int], Any]]) -> None:
+    """A worker that cannot open says why when it is asked; raised here, it would only break the pool."""
     global _worker
-    _worker = open_worker()
+    try:
+        _worker = open_worker()
+    except Exception as error:
+        _worker = error
 
 
 def _work(number: int) -> Any:
+    if isinstance(_worker, Exception):
+        raise _worker
     return _worker(number)

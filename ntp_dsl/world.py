@@ -117,6 +117,7 @@ class World(Protocol):
     """Things on a table and an arm over them."""
 
     on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
+    apis: frozenset[str]  # what it can carry out
     starts_holding: bool  # whether a scene may start with a thing in the hand
     disturbed: set[str]  # things that a disturbance has moved since the reset
 

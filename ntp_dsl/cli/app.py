@@ -103,6 +103,8 @@ def run(words: Sequence[str]) -> int:
         return _complain(error, NO)
     except NtpError as error:
         return _complain(error, MISUSE)
+    except OSError as error:
+        return _complain(f"{error.filename or 'a file'}: {error.strerror or error}", MISUSE)
     except typer.TyperException as error:
         return _misuse(error)
     if status == INTERRUPTED:

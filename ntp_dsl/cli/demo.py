@@ -12,9 +12,10 @@ from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.run import carry_out
 from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.resources import examples_folder
 from ntp_dsl.tasks import Goal
 
-LIBRARY, TASK = Path("block_stacking"), "block_stacking"
+LIBRARY, TASK = examples_folder() / "block_stacking", "block_stacking"
 
 
 def command(

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 FILE_WIDTH = 200  # of lines that are piped or redirected; a terminal knows its own
 
-answers = Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
-messages = Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else FILE_WIDTH)
+answers = Console(markup=False, highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
+messages = Console(
+    stderr=True, markup=False, highlight=False, width=None if sys.stderr.isatty() else FILE_WIDTH
+)
 
 
 def print_json(document: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ntp_dsl.cli.display import answers, print_json, progress
-from ntp_dsl.cli.models import model_for
+from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Json,
     Library,
@@ -41,7 +41,7 @@ def command(
     noise: Noise = 0.0,
     tasks: Annotated[
         Path | None,
-        typer.Option(help="Goals from a file, in its order: ours, or the paper's authors'."),
+        typer.Option(help="Goals from a file, in its order and over again: ours, or the paper's authors'."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="A folder for the traces.")] = None,
     json: Json = False,
@@ -53,7 +53,7 @@ def command(
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
-    path = None if expert else model_for(library, task, model)
+    path = model_or_expert(library, task, model, expert)
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(library, task, path, world, seed, disturbances, tasks, out)
     done = []

@@ -11,6 +11,13 @@ from ntp_dsl.resources import checkpoints_folder
 from ntp_dsl.tasks import find_task
 
 
+def model_or_expert(library: Path, task: str, model: Path | None, expert: bool) -> Path | None:
+    """The checkpoint to run, or None for the script. Raises `NtpError` where both are asked for."""
+    if expert and model is not None:
+        raise NtpError("--expert needs no --model: the script decides")
+    return None if expert else model_for(library, task, model)
+
+
 def model_for(library: Path, task: str, model: Path | None) -> Path:
     """Raises `NtpError` where nothing fits, with the lines that would make one."""
     registry = load(library)

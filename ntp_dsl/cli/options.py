@@ -28,4 +28,4 @@ Slips = Annotated[
 Pushes = Annotated[
     float, typer.Option(min=0, max=1, help="How often a placement is pushed, and may topple.")
 ]
-Noise = Annotated[float, typer.Option(min=0, help="Of what is observed, standard deviation [m].")]
+Noise = Annotated[float, typer.Option(min=0, max=0.1, help="Of what is observed, standard deviation [m].")]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -44,7 +46,12 @@ def command(
 
     Example: ntp record block_stacking block_stacking -n 300 --out runs/data
     """
-    plan = RecordingPlan(library, task, out, world, seed, trouble, _excluded(exclude or []))
+    files = exclude or []
+    hashes = tuple((path.name, sha256(path.read_bytes()).hexdigest()) for path in files)
+    words = "ntp " + " ".join(sys.argv[1:])
+    plan = RecordingPlan(
+        library, task, out, world, seed, trouble, _excluded(files), words, hashes
+    )
     failed = []
     with progress("recording", episodes) as bar:
         for row in record(plan, episodes, workers):

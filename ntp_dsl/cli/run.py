@@ -9,6 +9,7 @@ import typer
 
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
+from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Json,
     Library,
@@ -52,15 +53,9 @@ def command(
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
-    if expert and (demo or model):
-        raise NtpError("--expert needs neither --model nor --demo: the script decides")
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-    path = None
-    if not expert:
-        from ntp_dsl.cli.models import model_for
-
-        path = model_for(library, task, model)
+    if expert and demo:
+        raise NtpError("--expert needs no --demo: the script decides")
+    path = model_or_expert(library, task, model, expert)
     plan = Plan(library, task, path, world, seed, Disturbances(slips, pushes, noise), traces=out)
     evaluator = Evaluator(plan)
     carry_out(evaluator, _demonstration(evaluator, demo, out), out, json)

@@ -56,15 +56,17 @@ def command(
     corpus = Corpus(memory, labelled, lambda name: registry.programs[name].takes_list)
     config = TrainingConfig(seed=seed, iterations=iterations)
     trainer = Trainer(CoreConfig(), config, memory)
+    out.mkdir(parents=True, exist_ok=True)
     partial = out / "training.safetensors"
+    data_facts = [_provenance(manifest) for manifest in manifests]
     if partial.exists():
-        resume_training(trainer, partial)
+        resume_training(trainer, partial, data_facts)
         messages.print(f"going on from iteration {trainer.iteration} of {partial}")
-    parts = _train(trainer, corpus, partial)
+    parts = _train(trainer, corpus, partial, data_facts)
     recipe = {
         "command": "ntp " + " ".join(sys.argv[1:]),
         "training": asdict(config),
-        "data": [_provenance(manifest) for manifest in manifests],
+        "data": data_facts,
         "queries": len(labelled),
         "seconds": round(perf_counter() - started, 1),
         "versions": {name: version(name) for name in ("ntp_dsl", "torch", "numpy")},
@@ -92,7 +94,9 @@ def _labelled(
     return found
 
 
-def _train(trainer: Trainer, corpus: Corpus, partial: Path) -> dict[str, float]:
+def _train(
+    trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str, Any]]
+) -> dict[str, float]:
     latest: dict[str, float] = {}
     with progress("training", trainer.config.iterations) as bar:
         bar.advance(trainer.iteration)
@@ -103,15 +107,19 @@ def _train(trainer: Trainer, corpus: Corpus, partial: Path) -> dict[str, float]:
             if iteration % SHOW_EVERY == 0:
                 bar.describe(f"training, loss {sum(parts.values()):.3f}")
             if iteration % SAVE_EVERY == 0:
-                save_training(trainer, partial)
+                save_training(trainer, partial, data)
 
-        trainer.run(corpus, report)
+        try:
+            trainer.run(corpus, report)
+        except KeyboardInterrupt:
+            save_training(trainer, partial, data)
+            raise
     return {name: round(value, 5) for name, value in latest.items()}
 
 
 def _provenance(manifest: dict[str, Any]) -> dict[str, Any]:
     """What the data are and where they come from, so that they can be made again."""
-    keys = ("task", "world", "seed", "trouble", "excluded", "registry")
-    facts = {key: manifest[key] for key in keys}
+    keys = "command task world seed trouble excluded excluded_files registry versions".split()
+    facts = {key: manifest[key] for key in keys if key in manifest}
     rows = manifest["episodes"]
     return facts | {"episodes": len(rows), "kept": sum(row["outcome"] == "done" for row in rows)}

@@ -48,20 +48,30 @@ def load_core(path: Path) -> Checkpoint:
     return Checkpoint(core.eval(), header["recipe"])
 
 
-def save_training(trainer: Trainer, path: Path) -> None:
-    """The core, the optimiser's state and the iteration, to go on from."""
+def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
+    """The core, the optimiser's state, the iteration, and what it is trained on, to go on from."""
     tensors = {f"core.{name}": value for name, value in trainer.core.state_dict().items()}
     for number, state in trainer.optimiser.state_dict()["state"].items():
         tensors |= {f"optimiser.{number}.{name}": value for name, value in state.items()}
-    facts = {"iteration": trainer.iteration, "training": asdict(trainer.config)}
+    facts = {
+        "iteration": trainer.iteration,
+        "training": asdict(trainer.config),
+        "data": data,
+        "memory": trainer.core.memory.to_json(),
+    }
     with written_whole(path) as partial:
         save_file(tensors, partial, _header(trainer.core, facts))
 
 
-def resume_training(trainer: Trainer, path: Path) -> None:
-    """Raises `NtpError` where the file is of another training: other sizes, data or knobs."""
+def resume_training(trainer: Trainer, path: Path, data: Any = None) -> None:
+    """Raises `NtpError` where the file is of another training: another library, other data or knobs."""
     tensors, header = _read(path)
-    if header["recipe"].get("training") != asdict(trainer.config):
+    wanted = {
+        "training": asdict(trainer.config),
+        "data": data,
+        "memory": trainer.core.memory.to_json(),
+    }
+    if any(header["recipe"].get(key) != json.loads(json.dumps(wanted[key])) for key in wanted):
         raise NtpError(f"{path}: was made with other settings; choose another --out or remove it")
     core = {n.removeprefix("core."): t for n, t in tensors.items() if n.startswith("core.")}
     try:
@@ -79,19 +89,21 @@ def resume_training(trainer: Trainer, path: Path) -> None:
 
 
 def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
-    """Programs below `program`, itself among them, that a core has never seen as they are declared now.
+    """What a core has never seen as it is declared now: programs and apis below a program, and types.
 
     Rows are matched by name and by the hash of the declaration: a new task needs no new checkpoint.
     """
-    current = {row.signature.name: row for row in Memory.of(registry).rows}
-    known = {row.signature.name: row for row in memory.rows}
+    current = Memory.of(registry)
+    known = {signature.name: signature for signature in memory.signatures()}
+    callees = {row.signature.name: row.callees for row in current.rows}
     found, waiting = set(), [program]
     while waiting:
         name = waiting.pop()
-        if name in current and name not in found:
+        if name not in found:
             found.add(name)
-            waiting += current[name].callees
-    return sorted(name for name in found if known.get(name) != current[name])
+            waiting += callees.get(name, ())
+    changed = [s.name for s in current.signatures() if s.name in found and known.get(s.name) != s]
+    return sorted(changed) + [name for name in current.types if name not in memory.types]
 
 
 def check_fits(memory: Memory, registry: Registry, program: str, path: Path) -> None:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
+from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.registry import Callable, Parameter, Registry
 
 
@@ -124,8 +125,9 @@ def object_types(registry: Registry, parameters: Sequence[Parameter]) -> Iterabl
         if parameter.is_list:
             continue
         if parameter.type not in registry.parents:
-            raise NotImplementedError(
-                f"'{parameter.name}: {parameter.type}': the core has heads for objects only"
+            raise NtpError(
+                f"'{parameter.name}: {parameter.type}': the core points at objects only, and has no head "
+                f"for numbers or enumerations yet; --expert runs such programs"
             )
         yield parameter.type
 

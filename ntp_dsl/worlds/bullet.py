@@ -85,6 +85,7 @@ class BulletWorld:
             "grasp": self._grasp,
             "release": self._release,
         }
+        self.apis = frozenset(self._skills)
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if scene.held is not None:

@@ -44,6 +44,7 @@ class KinematicWorld:
             "grasp": self._grasp,
             "release": self._release,
         }
+        self.apis = frozenset(self._skills)
 
     def reset(
         self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED

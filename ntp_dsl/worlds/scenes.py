@@ -18,6 +18,8 @@ JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
 COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
 REDRAWS = 20_000  # of the spots, until all are far enough from each other
 CUBE = 0.05
+TABLE = "table"
+FURNITURE = 0.3  # wider things than this never move [m]
 TABLE_SIZE = (1.5, 1.5, 0.04)
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
@@ -35,7 +37,16 @@ def group_names(task: TaskDeclaration) -> dict[str, list[str]]:
 
 
 def declared_things(registry: Registry, task: TaskDeclaration) -> tuple[Thing, ...]:
-    """All that a task's scene declares; the table is there in any case."""
+    """All that a task's scene declares; the table is there in any case.
+
+    Raises `NtpError` for a place that no world can put things on yet.
+    """
+    for group in task.scene:
+        if group.place != TABLE:
+            raise NtpError(
+                f"{group.span}: '{group.name}' start on '{group.place}'; "
+                f"worlds start things on '{TABLE}' only"
+            )
     names = group_names(task)
     things = [
         Thing(name, group.type.name, (CUBE, CUBE, CUBE))
@@ -56,7 +67,7 @@ def with_furniture(registry: Registry, things: Iterable[Thing]) -> tuple[Thing, 
 
 
 def movable(things: Iterable[Thing]) -> list[Thing]:
-    return [thing for thing in things if thing.size[0] < 0.3]
+    return [thing for thing in things if thing.size[0] < FURNITURE]
 
 
 def scattered(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
@@ -122,7 +133,7 @@ def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
 def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:
     """A table's top is at height zero."""
     return {
-        thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] >= 0.3
+        thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] >= FURNITURE
     }
 
 

@@ -84,11 +84,12 @@ def test_a_damaged_demonstration_is_one_sentence(
 
 
 def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
-    recorded: Path, capsys: pytest.CaptureFixture[str]
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["run", "block_stacking", "tall_towers", "--world", "kinematic"]
+    words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--out", str(tmp_path)]
     assert run([*words, "--demo", str(recorded / "episode_00000.demo.parquet")]) == 2
-    assert "the demonstration lacks block_8, block_9" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    assert "the demonstration lacks block_8 (Block), block_9 (Block)" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
         (["run", "block_stacking", "juggling"], "no task is called 'juggling'"),
         ([*RUN, "--model", "nowhere.safetensors"], "no such checkpoint"),
         ([*RUN, "--demo", "nowhere.parquet"], "no such demonstration"),
-        ([*RUN, "--expert", "--demo", "x.parquet"], "--expert needs neither"),
+        ([*RUN, "--expert", "--demo", "x.parquet"], "--expert needs no --demo"),
         (["run", "block_stacking", "few_placements", "--world", "mars"], "no world is called 'mars'"),
         (["run", "nowhere", "x"], "nowhere"),
         (["eval", "block_stacking", "block_stacking", "--tasks", "nowhere.json"], "nowhere.json"),
