@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -91,7 +92,8 @@ def test_recordings_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> No
 
 
 def test_data_of_another_library_are_refused(stacking: Registry, tmp_path: Path) -> None:
-    (tmp_path / "manifest.json").write_text('{"format": "ntp-dataset", "version": 1, "registry": "x", "library": "y", "episodes": []}')
+    other = {"format": "ntp-dataset", "version": 1, "registry": "x", "library": "y", "episodes": []}
+    (tmp_path / "manifest.json").write_text(json.dumps(other))
     with pytest.raises(NtpError, match="another library"):
         read_manifest(tmp_path, stacking)
     with pytest.raises(NtpError, match="ntp record"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -64,3 +65,9 @@ def test_a_command_says_what_it_does_with_an_example_that_exists(name: str) -> N
     example = re.search(rf"Example: ({name} [^\n]*)", help)
     assert example, f"the help of {name} has no example"
     test_a_command_line_of_the_documents_exists(example.group(1))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_a_document_links_to_is_there(document: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", document.read_text(encoding="utf-8"))
+    assert [link for link in links if not (document.parent / link).exists()] == []
