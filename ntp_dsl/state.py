@@ -112,9 +112,9 @@ class State:
         source = scope[iterable] if iterable in scope else tuple(self.things(iterable))
         assert isinstance(source, tuple)
         for element in source:
-            inner: dict[str, object] = {**scope, generator.variable: element}
-            if self.true(generator.condition, inner):  # type: ignore[arg-type]
-                yield inner  # type: ignore[misc]
+            inner: Bindings = {**scope, generator.variable: element}
+            if self.true(generator.condition, inner):
+                yield inner
 
     def value(self, term: syntax.Expression, scope: Bindings) -> Argument:
         match term:
