@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -15,6 +15,9 @@ from ntp_dsl.world import Argument, Failure, Outcome, World
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
 SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
+
+
+Refused = tuple[str | None, tuple[Argument, ...]]
 
 
 @dataclass
@@ -31,18 +34,18 @@ class Limits:
 class Run:
     """What came of running a program to its end."""
 
-    done: bool
-    reason: str
-    primitives: int
-    decisions: int
-    deciding_seconds: float
-    planning_seconds: float
-    moving_seconds: float
-    disturbances: int
-    failures: list[Outcome]
-    handled: set[Argument]  # what primitives were called on
-    failing: int  # the same failure so often in a row
-    refused: set[tuple[str | None, tuple[Argument, ...]]]  # not ready, and nothing has changed since
+    done: bool = False
+    reason: str = ""
+    primitives: int = 0
+    decisions: int = 0
+    deciding_seconds: float = 0.0  # wall, as all three
+    planning_seconds: float = 0.0
+    moving_seconds: float = 0.0
+    disturbances: int = 0
+    failures: list[Outcome] = field(default_factory=list)
+    failing: int = 0  # the same failure so often in a row
+    handled: set[Argument] = field(default_factory=set)  # what primitives were called on
+    refused: set[Refused] = field(default_factory=set)  # calls not ready, and nothing has changed since
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -71,7 +74,7 @@ class Interpreter:
         self.interfere = interfere
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
-        run = Run(False, "", 0, 0, 0.0, 0.0, 0.0, 0, [], set(), 0, set())
+        run = Run()
         confirmed = retries = 0
         while not run.reason:
             before = run.primitives
