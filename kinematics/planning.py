@@ -74,11 +74,6 @@ class Planner:
         shortened = self._shorten(corners, np.random.default_rng(seed))
         return Path(np.array(shortened), planner, self._checks)
 
-    def edges_are_free(self, chain: Array, valid: Validity) -> bool:
-        """Whether a chain of joint positions can be followed."""
-        self._valid = valid
-        return all(self._edge_is_free(a, b) for a, b in zip(chain, chain[1:], strict=False))
-
     def _search(self, start: Array, goal: Array, make: Callable[[Any], Any], seed: int) -> list[Array]:
         util.RNG.setSeed(seed % (2**31 - 1) + 1)
         setup = self._setup

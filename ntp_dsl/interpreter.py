@@ -37,7 +37,6 @@ class Run:
     done: bool = False
     reason: str = ""
     primitives: int = 0
-    decisions: int = 0
     deciding_seconds: float = 0.0  # wall, as all three
     planning_seconds: float = 0.0
     moving_seconds: float = 0.0
@@ -142,7 +141,6 @@ class Interpreter:
             choice = self.policy.decide(frame, self.world, barred)
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
-        run.decisions += 1
         return replace(choice, details={**choice.details, "deciding": round(seconds, 5)})
 
     def _enter(

@@ -30,9 +30,12 @@ class Specification(Protocol):
         """How many steps it has; scopes are intervals of them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Demonstration:
-    """Object trajectories relative to the gripper, and the gripper's state: T frames of N things."""
+    """Object trajectories relative to the gripper, and the gripper's state: T frames of N things.
+
+    Two demonstrations are the same only if they are one.
+    """
 
     things: tuple[Thing, ...]
     positions: NDArray[np.float32]  # (T, N, 3): thing's centre minus the gripper's point [m]

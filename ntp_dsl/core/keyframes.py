@@ -7,6 +7,8 @@ closes. So a reading does not depend on the speed of the arm, nor on how long it
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,9 @@ from ntp_dsl.specification import Demonstration, Scope
 SPACING = 0.06  # [m] along the hand's path
 STEP = 0.008  # [m] a corner is looked for between steps of at least this
 CORNER = 0.5  # cosine of the angle from which a change of direction is one
+
+
+_KEPT: WeakKeyDictionary[Demonstration, NDArray[np.int64]] = WeakKeyDictionary()
 
 
 def within(demonstration: Demonstration, scope: Scope) -> NDArray[np.int64]:
@@ -26,12 +31,10 @@ def within(demonstration: Demonstration, scope: Scope) -> NDArray[np.int64]:
 
 
 def _kept(demonstration: Demonstration) -> NDArray[np.int64]:
-    """Computed once for a demonstration, and kept with it."""
-    known = demonstration.__dict__.get("_keyframes")
-    if known is None:
-        known = keyframes(demonstration.positions, demonstration.closed)
-        object.__setattr__(demonstration, "_keyframes", known)
-    return known
+    """Computed once for a demonstration."""
+    if demonstration not in _KEPT:
+        _KEPT[demonstration] = keyframes(demonstration.positions, demonstration.closed)
+    return _KEPT[demonstration]
 
 
 def first_from(shown: NDArray[np.int64], frame: int) -> int:

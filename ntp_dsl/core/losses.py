@@ -12,7 +12,7 @@ from torch.nn.functional import (
 )
 
 from ntp_dsl.core.batches import IGNORE, NOTHING, Answers, Frames, States
-from ntp_dsl.core.model import Core, Hint
+from ntp_dsl.core.model import Core, Hint, silent_hint
 from ntp_dsl.core.reader import Reading
 
 
@@ -43,13 +43,6 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
     )  # (queries, arity)
     parts["arguments"] = _mean(pointing.sum(1), right.weight)
     return parts
-
-
-def silent_hint(core: Core, states: States) -> Hint:
-    count, things = states.positions.shape[:2]
-    nothing = torch.zeros(count, device=states.positions.device)
-    pointers = torch.zeros(count, things, core.config.hops, device=states.positions.device)
-    return Hint(pointers, nothing, nothing)
 
 
 def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers) -> Hint:

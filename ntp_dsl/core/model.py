@@ -27,6 +27,14 @@ class Hint:
     scoped: Tensor  # (queries,) 1 where there is a scope
 
 
+def silent_hint(core: Core, states: States) -> Hint:
+    """For programs that run without a part of the demonstration."""
+    count, things = states.positions.shape[:2]
+    nothing = torch.zeros(count, device=states.positions.device)
+    pointers = torch.zeros(count, things, core.config.hops, device=states.positions.device)
+    return Hint(pointers, nothing, nothing)
+
+
 @dataclass(frozen=True)
 class Thought:
     """The present as the running program sees it."""

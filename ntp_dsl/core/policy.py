@@ -10,8 +10,7 @@ from torch import Tensor
 
 from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import States
-from ntp_dsl.core.losses import silent_hint
-from ntp_dsl.core.model import Core, Hint, Thought
+from ntp_dsl.core.model import Core, Hint, Thought, silent_hint
 from ntp_dsl.core.reader import Reading
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.policy import Barred, Choice, Frame
