@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from ntp_dsl.language.checker import examine
-from ntp_dsl.language.diagnostics import Diagnostic, SourceError, render
+from ntp_dsl.language.diagnostics import Diagnostic, Edit, SourceError, render
 from ntp_dsl.language.loader import find, read_all
 from ntp_dsl.language.syntax import Span
 
@@ -76,8 +76,12 @@ def _row(diagnostic: Diagnostic) -> dict[str, Any]:
         "help": diagnostic.help,
         **_place(diagnostic.span),
         "notes": [{"message": note.message, **_place(note.span)} for note in diagnostic.notes],
-        "fix": fix and {"replacement": fix.replacement, **_place(fix.span)},
+        "fix": fix and {**_edit(fix), "also": [_edit(each) for each in fix.also]},
     }
+
+
+def _edit(edit: Edit) -> dict[str, Any]:
+    return {"replacement": edit.replacement, **_place(edit.span)}
 
 
 def _place(span: Span) -> dict[str, Any]:

@@ -18,11 +18,22 @@ SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
 
 
 @dataclass(frozen=True)
-class Fix:
+class Edit:
     """Replace what stands at `span` (nothing, where it is empty) by `replacement`."""
 
     span: Span
     replacement: str
+
+
+@dataclass(frozen=True)
+class Fix(Edit):
+    """An edit that mends a mistake, with those that it takes elsewhere; apply all `edits` or none."""
+
+    also: tuple[Edit, ...] = ()
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        return Edit(self.span, self.replacement), *self.also
 
 
 @dataclass(frozen=True)
