@@ -39,15 +39,18 @@ class Callable:
 
 @dataclass(frozen=True)
 class Api(Callable):
-    """A primitive: carried out by the world."""
+    """A primitive: carried out by the world's `skill`, or by a function in Python."""
+
+    skill: str = ""
 
 
 @dataclass(frozen=True)
 class Program(Callable):
-    """A reactive program. `callees` are those that its body names, each once, in its order."""
+    """A reactive program. `callees` are those that it may call, each once, in its body's order."""
 
     body: tuple[syntax.Statement, ...] = ()
     callees: tuple[str, ...] = ()
+    in_python: bool = False
 
 
 @dataclass(frozen=True)

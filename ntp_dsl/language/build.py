@@ -44,7 +44,14 @@ class DrawnFrom:
     name: Word
 
 
-Item = syntax.Node | Header | Clause | Docstring | DrawnFrom | tuple[object, ...] | int
+@dataclass(frozen=True)
+class Calls:
+    """What an expert in Python may call."""
+
+    names: tuple[syntax.Name, ...]
+
+
+Item = syntax.Node | Header | Clause | Docstring | DrawnFrom | Calls | tuple[object, ...] | int
 
 
 def clean(docstring: str) -> str:
@@ -110,10 +117,11 @@ class Builder(Terms):
         name: Word,
         parameters: tuple[syntax.Parameter, ...],
         result: syntax.TypeName | None,
+        by: syntax.Name | None,
         docstring: Docstring | None,
     ) -> syntax.PredicateDeclaration:
         return syntax.PredicateDeclaration(
-            parameters=parameters, result=result, **self._declared(span, name, docstring)
+            parameters=parameters, result=result, by=by, **self._declared(span, name, docstring)
         )
 
     def composition(
@@ -131,23 +139,42 @@ class Builder(Terms):
     # What can be done
 
     def api(
-        self, span: Span, name: Word, parameters: tuple[syntax.Parameter, ...], *rest: object
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[syntax.Parameter, ...],
+        by: syntax.Name | None,
+        *rest: object,
     ) -> syntax.ApiDeclaration:
         return syntax.ApiDeclaration(
             parameters=parameters,
+            by=by,
             **self._contract(rest),
             **self._declared(span, name, *_only(Docstring, rest)),
         )
 
     def program(
-        self, span: Span, name: Word, parameters: tuple[syntax.Parameter, ...], *rest: object
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[syntax.Parameter, ...],
+        by: syntax.Name | None,
+        *rest: object,
     ) -> syntax.ProgramDeclaration:
         return syntax.ProgramDeclaration(
             parameters=parameters,
+            by=by,
+            calls=tuple(name for calls in _only(Calls, rest) for name in calls.names),
             body=tuple(item for item in rest if isinstance(item, syntax.Statement)),
             **self._contract(rest),
             **self._declared(span, name, *_only(Docstring, rest)),
         )
+
+    def provider(self, span: Span, name: Word) -> syntax.Name:
+        return self.name(span, name)
+
+    def calls(self, span: Span, *callees: Word) -> Calls:
+        return Calls(tuple(syntax.Name(callee.text, span=callee.span) for callee in callees))
 
     def docstring(self, span: Span, text: Word) -> Docstring:
         return Docstring(clean(text.text[3:-3]))
@@ -223,18 +250,49 @@ class Builder(Terms):
         return Clause("success", condition, span)
 
     def group(
-        self, span: Span, name: Word, count: int, type: syntax.TypeName, place: Word
+        self,
+        span: Span,
+        name: Word,
+        count: int,
+        most: int | None,
+        type: syntax.TypeName,
+        place: Word,
+        details: tuple[syntax.Detail, ...] | None,
     ) -> syntax.SceneGroup:
-        return syntax.SceneGroup(self._declare(name), count, type, place.text, span=span)
+        return syntax.SceneGroup(
+            self._declare(name),
+            count,
+            type,
+            place.text,
+            most,
+            details or (),
+            place_span=place.span,
+            span=span,
+        )
+
+    def details(self, span: Span, *details: syntax.Detail) -> tuple[syntax.Detail, ...]:
+        return details
+
+    def detail(self, span: Span, name: Word, *settings: syntax.Setting | None) -> syntax.Detail:
+        given = tuple(setting for setting in settings if setting is not None)
+        return syntax.Detail(name.text, given, span=span)
+
+    def interval(self, span: Span, low: Number, high: Number) -> syntax.Interval:
+        return syntax.Interval(low, high, span=span)
+
+    def text(self, span: Span, quoted: Word) -> syntax.Text:
+        return syntax.Text(quoted.text[1:-1], span=quoted.span)
 
     def sampler(
-        self, span: Span, name: Word, *knobs: DrawnFrom | syntax.Option | None
+        self, span: Span, name: Word, *rest: DrawnFrom | syntax.Option | syntax.Node | None
     ) -> syntax.Sampler:
-        groups = [drawn.name for drawn in _only(DrawnFrom, knobs)]
+        groups = [drawn.name for drawn in _only(DrawnFrom, rest)]
         return syntax.Sampler(
             name.text,
             tuple(group.text for group in groups),
-            _only(syntax.Option, knobs),
+            _only(syntax.Option, rest),
+            next(iter(_only(syntax.TypeName, rest)), None),
+            next(iter(_only(syntax.Name, rest)), None),
             group_spans=tuple(group.span for group in groups),
             span=span,
         )

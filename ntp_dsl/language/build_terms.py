@@ -10,7 +10,7 @@ from ntp_dsl.language.diagnostics import Diagnostic
 from ntp_dsl.language.syntax import Expression, Number, Span
 
 # Words that open or join an expression; a thing of that name could never be mentioned.
-RESERVED = frozenset("all some any not and or for if when requires achieves".split())
+RESERVED = frozenset("all some any not and or for if when requires achieves calls".split())
 MAX_DEPTH = (
     60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
 )

@@ -11,6 +11,7 @@ from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.formatter import hash_declaration
 from ntp_dsl.language.names import Table, check_type, collect
 from ntp_dsl.language.signatures import Names, check_parameters, si
+from ntp_dsl.language.syntax import PYTHON
 from ntp_dsl.language.typing_rules import Typing
 
 
@@ -73,6 +74,8 @@ def _check_declaration(declaration: syntax.Declaration, table: Table, typing: Ty
             names = _check_contract(declaration, table, typing)
             for statement in declaration.body:
                 _check_statement(statement, names, table, typing)
+            for callee in declaration.calls:
+                typing.callee(callee.id, callee.span)
             _check_shape(declaration, table)
         case syntax.TaskDeclaration():
             tasks.check_task(declaration, table, typing)
@@ -106,9 +109,23 @@ def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
         help = "say what holds once it has done its work: achieves on(item, support)"
         message = f"program '{program.name}' does not say what it achieves"
         table.report("E401", message, program.name_span, help)
-    if not program.body:
+    if program.by is not None and program.by.id != PYTHON:
+        message = f"a program has a body, or is decided by {PYTHON}"
+        table.report("E112", message, program.by.span)
+    elif program.by is not None and program.body:
+        message = f"'{program.name}' is decided by {PYTHON}, so it has no body"
+        help = f"say what it may call: calls {', '.join(hierarchy.callees(program))}"
+        table.report("E408", message, program.body[0].span, help)
+    elif program.by is None and program.calls:
+        message = f"'{program.name}' has a body, which says what it calls"
+        help = f"an expert in Python is declared: program {program.name}(...) by {PYTHON}:"
+        table.report("E408", message, program.calls[0].span, help)
+    elif not hierarchy.callees(program):
         message = f"program '{program.name}' calls nothing"
-        table.report("E405", message, program.name_span, "a program has at least one call")
+        help = "a program has at least one call"
+        if program.by is not None:
+            help = "say what it may call: calls pick, place"
+        table.report("E405", message, program.name_span, help)
 
 
 def _register(name: str, table: Table) -> registry.Registry:
@@ -145,6 +162,7 @@ def _api(declared: syntax.ApiDeclaration) -> registry.Api:
         hash=hash_declaration(declared),
         docstring=declared.docstring,
         span=declared.name_span,
+        skill=declared.by.id if declared.by else declared.name,
     )
 
 
@@ -158,7 +176,6 @@ def _program(declared: syntax.ProgramDeclaration) -> registry.Program:
         docstring=declared.docstring,
         span=declared.name_span,
         body=declared.body,
-        callees=tuple(
-            dict.fromkeys(call.callee for call in map(hierarchy.innermost, declared.body))
-        ),
+        callees=hierarchy.callees(declared),
+        in_python=declared.by is not None,
     )

@@ -70,23 +70,25 @@ def _predicate(declaration: syntax.PredicateDeclaration) -> list[str]:
     head = f"predicate {declaration.name}{_parameters(declaration.parameters)}"
     if declaration.body is not None:
         return [f"{head}:", format_expression(declaration.body)]
-    return [f"{head} -> {format_type(declaration.result)}" if declaration.result else head]
+    return [f"{head}{_result(declaration.result)}{_by(declaration.by)}"]
 
 
 def _api(declaration: syntax.ApiDeclaration) -> list[str]:
-    head = f"api {declaration.name}{_parameters(declaration.parameters)}"
+    head = f"api {declaration.name}{_parameters(declaration.parameters)}{_by(declaration.by)}"
     return [head, *_contract(declaration)]
 
 
 def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
-    head = f"program {declaration.name}{_parameters(declaration.parameters)}:"
+    by = _by(declaration.by)
+    head = f"program {declaration.name}{_parameters(declaration.parameters)}{by}:"
+    calls = [f"calls {', '.join(each.id for each in declaration.calls)}"] if declaration.calls else []
     statements = [line for statement in declaration.body for line in _statement(statement)]
-    return [head, *_contract(declaration), *statements]
+    return [head, *_contract(declaration), *calls, *statements]
 
 
 def _task(declaration: syntax.TaskDeclaration) -> list[str]:
     lines = [f"task {declaration.name}:"]
-    groups = [f"{g.name}: {g.count} {format_type(g.type)} on {g.place}" for g in declaration.scene]
+    groups = [_group(group) for group in declaration.scene]
     if len(groups) == 1:
         lines.append(f"scene: {groups[0]}")
     elif groups:
@@ -138,7 +140,38 @@ def _sampler(sampler: syntax.Sampler) -> str:
         f"{each.name}={each.low}" + (f"..{each.high}" if each.high != each.low else "")
         for each in sampler.options
     ]
-    return f"{sampler.name}({', '.join([*sampler.groups, *options])})"
+    knobs = ", ".join([*sampler.groups, *options])
+    return f"{sampler.name}({knobs}){_result(sampler.result)}{_by(sampler.by)}"
+
+
+def _result(type: syntax.TypeName | None) -> str:
+    return f" -> {format_type(type)}" if type else ""
+
+
+def _by(provider: syntax.Name | None) -> str:
+    return f" by {provider.id}" if provider else ""
+
+
+def _group(group: syntax.SceneGroup) -> str:
+    count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
+    text = f"{group.name}: {count} {format_type(group.type)} on {group.place}"
+    return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text
+
+
+def _detail(detail: syntax.Detail) -> str:
+    return f"{detail.name}({', '.join(map(_setting, detail.settings))})"
+
+
+def _setting(setting: syntax.Setting) -> str:
+    match setting:
+        case syntax.Interval(low, high):
+            return f"{_number(low)} .. {_number(high)}"
+        case syntax.Text(value):
+            return f'"{value}"'
+        case Number():
+            return _number(setting)
+        case syntax.Name(id):
+            return id
 
 
 # Statements -------------------------------------------------------------------------------------

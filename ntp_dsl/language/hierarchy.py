@@ -17,6 +17,12 @@ def innermost(statement: Statement) -> syntax.Call:
     return statement
 
 
+def callees(program: syntax.ProgramDeclaration) -> tuple[str, ...]:
+    """What a program may call, each once: by its body, or as it says of its expert in Python."""
+    named = [innermost(statement).callee for statement in program.body]
+    return tuple(dict.fromkeys([*named, *(each.id for each in program.calls)]))
+
+
 def loops(statement: Statement) -> Iterator[syntax.Generator]:
     """The generators around a statement's call, from the outside in."""
     while not isinstance(statement, syntax.Call):
@@ -133,7 +139,7 @@ def _grounded(table: Table) -> set[str]:
         more = {
             program.name
             for program in table.programs.values()
-            if any(innermost(each).callee in grounded for each in program.body)
+            if any(callee in grounded for callee in callees(program))
         }
         if more <= grounded:
             return grounded

@@ -204,42 +204,82 @@ class ConstantDeclaration(Declaration):
     type: TypeName = TypeName("")
 
 
+PYTHON = "python"  # `by python`: a function of the same name in the file beside the library
+
+
 @dataclass(frozen=True)
 class PredicateDeclaration(Declaration):
     """`predicate on(item: Object, support: Place)`: the world's to decide, or composed, by a body.
 
     With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number, or a member
-    of an enumeration.
+    of an enumeration. `by` names the world's predicate, if it is called otherwise there, or Python.
     """
 
     parameters: tuple[Parameter, ...] = ()
     body: Expression | None = None
     result: TypeName | None = None
+    by: Name | None = None
 
 
 @dataclass(frozen=True)
 class ApiDeclaration(Declaration):
+    """`by` names the world's skill, if it is called otherwise there, or Python."""
+
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
     achieves: Expression | None = None
+    by: Name | None = None
 
 
 @dataclass(frozen=True)
 class ProgramDeclaration(Declaration):
+    """With `by python` an expert in Python decides, and `calls` says what it may call."""
+
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
     achieves: Expression | None = None
     body: tuple[Statement, ...] = ()
+    by: Name | None = None
+    calls: tuple[Name, ...] = ()
+
+
+@dataclass(frozen=True)
+class Interval(Node):
+    """`0.3 .. 0.7 m`: what is drawn lies in between."""
+
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True)
+class Text(Node):
+    """`"bowl.urdf"`: a file, beside the library."""
+
+    value: str
+
+
+Setting = Number | Interval | Name | Text
+
+
+@dataclass(frozen=True)
+class Detail(Node):
+    """`box(5 cm, 5 cm, 5 cm)`, `colour(red, green)`: what the things of a group look like."""
+
+    name: str
+    settings: tuple[Setting, ...] = ()
 
 
 @dataclass(frozen=True)
 class SceneGroup(Node):
-    """`blocks: 8 Block on table`: so many things of a type, and where they start."""
+    """`blocks: 4..8 Block on table with cube(5 cm)`: things of a type, and where they start."""
 
     name: str
     count: int
     type: TypeName
     place: str = "table"
+    most: int | None = None  # where the count is a range
+    details: tuple[Detail, ...] = ()
+    place_span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -253,11 +293,16 @@ class Option(Node):
 
 @dataclass(frozen=True)
 class Sampler(Node):
-    """`towers(blocks, placements=1..6, height=2..4)`: how a task draws its goals."""
+    """`towers(blocks, placements=1..6, height=2..4)`: how a task draws its goals.
+
+    `-> list[Mapping]` says what the goal is a list of; `by python` that a function draws it.
+    """
 
     name: str
     groups: tuple[str, ...] = ()
     options: tuple[Option, ...] = ()
+    result: TypeName | None = None
+    by: Name | None = None
     group_spans: tuple[Span, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
 

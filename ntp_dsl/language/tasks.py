@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-from ntp_dsl.language.diagnostics import unknown
+from collections.abc import Mapping
+
+from ntp_dsl.language.diagnostics import Note, unknown
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.samplers import SAMPLERS, SamplerKind
-from ntp_dsl.language.signatures import head, tail
-from ntp_dsl.language.syntax import Option, Sampler, SceneGroup, TaskDeclaration, TypeName
+from ntp_dsl.language.scenes import check_scene
+from ntp_dsl.language.signatures import fits, head, phrase
+from ntp_dsl.language.syntax import (
+    PYTHON,
+    Option,
+    RecordDeclaration,
+    Sampler,
+    SceneGroup,
+    Span,
+    TaskDeclaration,
+    TypeName,
+)
 from ntp_dsl.language.typing_rules import Typing
 
 GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
@@ -24,12 +36,10 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
         if not getattr(task, section):
             message = f"task '{task.name}' has no '{section}'"
             table.report("E501", message, task.name_span, f"for example: {example}")
-    for index, group in enumerate(task.scene):
-        _check_group(group, task.scene[:index], table)
+    check_scene(task, table)
     names = {group.name: TypeName(group.type.name, is_list=True) for group in task.scene}
     if task.goal is not None:
-        kind = _check_goal(task.goal, task, table)
-        names[GOAL] = TypeName(kind.record if kind else "", is_list=True)
+        names[GOAL] = TypeName(_check_goal(task.goal, task, table), is_list=True)
     if task.run is not None:
         typing.call(task.run, names)
         if task.run.callee in table.apis:
@@ -39,74 +49,154 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
         typing.condition(task.success, names)
 
 
-def _check_group(group: SceneGroup, before: tuple[SceneGroup, ...], table: Table) -> None:
-    if group.type.name not in table.types or group.type.is_list:
-        table.mistakes.append(
-            unknown("E103", "there is no type", group.type.name, group.type.span, table.types)
-        )
-    if group.count < 1:
-        table.report("E502", f"a scene of no {group.type.name} leaves nothing to do", group.span)
-    if group.name in {other.name for other in before} or group.name in table.constants:
-        table.report(
-            "E305", f"'{group.name}' is in the scene already", head(group.span, group.name)
-        )
-    places = [*table.constants, *(other.name for other in before)]
-    if group.place not in places:
-        span = tail(group.span, group.place)
-        table.mistakes.append(unknown("E101", "there is no place", group.place, span, places))
-
-
-def _check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> SamplerKind | None:
+def _check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
+    """What the goal is a list of; nothing where that cannot be told."""
+    span = head(goal.span, goal.name)
+    record = _check_result(goal, table)
+    sources = _check_sources(goal, task, table)
+    if goal.by is not None:
+        _check_python(goal, table)
+        _check_ranges(goal, table)
+        return record.name if record else ""
     kind = SAMPLERS.get(goal.name)
     if kind is None:
-        span = head(goal.span, goal.name)
-        table.mistakes.append(unknown("E108", "there is no sampler", goal.name, span, SAMPLERS))
-        return None
-    if kind.record not in table.records:
-        message = f"'{goal.name}' draws a list of {kind.record}, and no such record is declared"
-        table.report("E108", message, head(goal.span, goal.name), "write 'use tabletop' above")
-        return None
-    groups = _check_groups(goal, task, table)
+        help = "a function of your own is written: NAME(...) -> list[Placement] by python"
+        table.mistakes.append(unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help))
+        return record.name if record else ""
+    if goal.result is None:
+        record = table.records.get(kind.record)
+        if record is None:
+            message = f"'{goal.name}' draws a list of {kind.record}, and no such record is declared"
+            table.report("E108", message, span, "write 'use tabletop' above")
     options = _check_options(goal, kind, table)
-    if groups is not None and options is not None:
-        count = sum(group.count for group in groups)
-        for name, message in kind.flaws(options, count):
-            table.report("E502", message, options[name].span)
-    return kind
+    if sources is not None and _check_number(goal, kind, sources, table):
+        if record is not None:
+            _check_fields(goal, kind, record, sources, table)
+        if options is not None:
+            for name, message in kind.flaws(options, [count for _, count in sources]):
+                table.report("E502", message, options[name].span if name else span)
+    return record.name if record else ""
 
 
-def _check_groups(goal: Sampler, task: TaskDeclaration, table: Table) -> list[SceneGroup] | None:
-    declared = {group.name: group for group in task.scene}
-    if not goal.groups:
-        message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
-        table.report("E502", message, head(goal.span, goal.name))
+def _check_result(goal: Sampler, table: Table) -> RecordDeclaration | None:
+    if goal.result is None:
         return None
+    record = table.records.get(goal.result.name)
+    if record is None:
+        known = table.records
+        table.mistakes.append(
+            unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
+        )
+    elif not goal.result.is_list:
+        message = f"a goal is a list: list[{record.name}]"
+        table.report("E202", message, goal.result.span)
+    return record
+
+
+def _check_python(goal: Sampler, table: Table) -> None:
+    assert goal.by is not None
+    if goal.by.id != PYTHON:
+        message = f"a goal is drawn by a sampler that there is, or by {PYTHON}"
+        table.report("E112", message, goal.by.span)
+    elif goal.result is None:
+        message = f"'{goal.name}' does not say what it draws"
+        help = "for example: -> list[Placement], before 'by python'"
+        table.report("E502", message, head(goal.span, goal.name), help)
+
+
+Source = tuple[TypeName, int]  # of what type, and how many at least
+
+
+def _check_sources(goal: Sampler, task: TaskDeclaration, table: Table) -> list[Source] | None:
+    """The groups of the scene, or enumerations, that a sampler draws from."""
+    declared: dict[str, SceneGroup] = {group.name: group for group in task.scene}
+    sources: list[Source] = []
     missing = False
     for index, name in enumerate(goal.groups):
-        if name not in declared:
+        if name in declared:
+            sources.append((declared[name].type, declared[name].count))
+        elif name in table.enums:
+            sources.append((TypeName(name), len(table.enums[name].members)))
+        else:
             span = goal.group_spans[index] if goal.group_spans else goal.span
-            table.mistakes.append(unknown("E106", "the scene has no group", name, span, declared))
+            known = [*declared, *table.enums]
+            table.mistakes.append(unknown("E106", "the scene has no group", name, span, known))
             missing = True
-    return None if missing else [declared[name] for name in dict.fromkeys(goal.groups)]
+    return None if missing else sources
 
 
-def _check_options(goal: Sampler, kind: SamplerKind, table: Table) -> dict[str, Option] | None:
+def _check_number(
+    goal: Sampler, kind: SamplerKind, sources: list[Source], table: Table
+) -> bool:
+    wanted = len(kind.sources)
+    span = head(goal.span, goal.name)
+    if not sources:
+        message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
+        table.report("E502", message, span, f"{goal.name}({', '.join(kind.sources)}, ...)")
+        return False
+    if len(sources) == wanted or (kind.many_sources and len(sources) > wanted):
+        return True
+    message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
+    table.report("E201", message, span, f"{goal.name}({', '.join(kind.sources)}, ...)")
+    return False
+
+
+def _check_fields(
+    goal: Sampler,
+    kind: SamplerKind,
+    record: RecordDeclaration,
+    sources: list[Source],
+    table: Table,
+) -> None:
+    """A pair becomes the record's two fields; of a tower, each thing may be either."""
+    span = goal.result.span if goal.result else head(goal.span, goal.name)
+    note = Note(f"'{record.name}' is declared here", record.name_span)
+    if len(record.fields) != 2:
+        message = f"'{goal.name}' fills two fields, and a {record.name} has {len(record.fields)}"
+        table.report("E202", message, span, "", note)
+        return
+    first, second = record.fields
+    if kind.many_sources:
+        wanted = [(source, field) for source, _ in sources for field in (first, second)]
+    else:
+        wanted = [(sources[0][0], first), (sources[1][0], second)]
+    for source, field in wanted:
+        if not fits(table, source, field.type):
+            message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(source)}"
+            table.report("E202", message, span, "", note)
+            return
+
+
+def _check_options(
+    goal: Sampler, kind: SamplerKind, table: Table
+) -> Mapping[str, Option] | None:
     before = len(table.mistakes)
-    options: dict[str, Option] = {}
     for option in goal.options:
-        span = head(option.span, option.name)
         if option.name not in kind.options:
             what = f"'{goal.name}' has no option"
-            table.mistakes.append(unknown("E109", what, option.name, span, kind.options))
-        elif option.name in options:
-            table.report("E305", f"'{option.name}' is set twice", span)
-        elif option.low > option.high:
-            message = f"{option.low}..{option.high} is empty: it ends below its start"
-            table.report("E502", message, option.span)
-        options.setdefault(option.name, option)
-    missing = [name for name in kind.options if name not in options]
+            span = _option_span(option)
+            help = f"its length is called '{kind.length}'" if option.name == "length" else ""
+            table.mistakes.append(unknown("E109", what, option.name, span, kind.options, help))
+    options = _check_ranges(goal, table)
+    missing = [name for name in kind.needed if name not in options]
     if missing and len(table.mistakes) == before:
         message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
         help = f"for example: {SECTIONS['goal']}" if goal.name == "towers" else ""
         table.report("E502", message, head(goal.span, goal.name), help)
     return options if len(table.mistakes) == before else None
+
+
+def _check_ranges(goal: Sampler, table: Table) -> Mapping[str, Option]:
+    options: dict[str, Option] = {}
+    for option in goal.options:
+        if option.name in options:
+            table.report("E305", f"'{option.name}' is set twice", _option_span(option))
+        elif option.low > option.high:
+            message = f"{option.low}..{option.high} is empty: it ends below its start"
+            table.report("E502", message, option.span)
+        options.setdefault(option.name, option)
+    return options
+
+
+def _option_span(option: Option) -> Span:
+    return head(option.span, option.name)

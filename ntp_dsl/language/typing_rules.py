@@ -9,7 +9,7 @@ from ntp_dsl.language.diagnostics import Diagnostic, Note, nearest, unknown
 from ntp_dsl.language.formatter import format_type
 from ntp_dsl.language.names import NUMBER_TYPES, Table
 from ntp_dsl.language.signatures import Names, fits, head, measure, phrase, si, tail
-from ntp_dsl.language.syntax import Expression, TypeName
+from ntp_dsl.language.syntax import Expression, Span, TypeName
 
 CONDITIONS = (syntax.Compare, syntax.Not, syntax.And, syntax.Or, syntax.Quantified)
 ORDERED = {"<", "<=", ">", ">="}
@@ -211,21 +211,28 @@ class Typing:
 
     def call(self, call: syntax.Call, names: Names) -> None:
         """The callee exists and takes these arguments."""
-        callee = self._table.callable(call.callee)
+        callee = self.callee(call.callee, head(call.span, call.callee))
         if callee is not None:
             self.arguments(call, callee.parameters, call.arguments, names, callee)
-            return
-        span = head(call.span, call.callee)
-        predicate = self._table.predicates.get(call.callee)
+
+    def callee(
+        self, name: str, span: Span
+    ) -> syntax.ApiDeclaration | syntax.ProgramDeclaration | None:
+        """The program or api of that name; says so where there is none."""
+        callee = self._table.callable(name)
+        if callee is not None:
+            return callee
+        predicate = self._table.predicates.get(name)
         if predicate is not None:
             note = Note("declared here", predicate.name_span)
-            message = f"'{call.callee}' is a predicate: it can be required or achieved, not called"
+            message = f"'{name}' is a predicate: it can be required or achieved, not called"
             self._table.report("E104", message, span, "", note)
-            return
+            return None
         known = [*self._table.programs, *self._table.apis]
         self._table.mistakes.append(
-            unknown("E104", "no program or api is called", call.callee, span, known)
+            unknown("E104", "no program or api is called", name, span, known)
         )
+        return None
 
     def arguments(
         self,

@@ -21,6 +21,7 @@ TERMINALS = {
     "FACTOR": OPERATOR,
     "MINUS": "'-'",
     "DOCSTRING": "a docstring",
+    "STRING": "a text in quotes",
     "_NEWLINE": LINE_END,
     "_INDENT": INDENTED,
     "_DEDENT": BLOCK_END,
