@@ -8,12 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from ntp_dsl.language.checker import examine
-from ntp_dsl.language.diagnostics import Diagnostic, Edit, SourceError, render
-from ntp_dsl.language.loader import find, read_all
+from ntp_dsl.language.diagnostics import Diagnostic, Edit, render
+from ntp_dsl.language.loader import diagnose, find
 from ntp_dsl.language.syntax import Span
-
-Sources = dict[Path | None, str]
 
 
 class Format(StrEnum):
@@ -37,8 +34,8 @@ def command(
     paths = [find(file) for file in files]
     found: dict[Diagnostic, str | None] = {}  # with the text that each is about, each once
     for path in paths:
-        mistakes, sources = _examined(path)
-        found |= {each: sources.get(each.span.path) for each in mistakes}
+        report = diagnose(path)
+        found |= {each: report.sources.get(each.span.path) for each in report.diagnostics}
     errors = sum(each.severity == "error" for each in found)
     if format is Format.JSON:
         from ntp_dsl.cli.display import print_json
@@ -47,15 +44,6 @@ def command(
     else:
         _print_text(paths, found, errors)
     return int(errors > 0)
-
-
-def _examined(path: Path) -> tuple[tuple[Diagnostic, ...], Sources]:
-    try:
-        libraries, sources = read_all(path)
-    except SourceError as error:
-        return error.diagnostics, error.sources
-    _, mistakes = examine(*libraries)
-    return SourceError(mistakes).diagnostics, sources
 
 
 def _print_text(paths: list[Path], found: dict[Diagnostic, str | None], errors: int) -> None:

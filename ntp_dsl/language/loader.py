@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from ntp_dsl.language import syntax
-from ntp_dsl.language.checker import check
+from ntp_dsl.language.checker import check, examine
 from ntp_dsl.language.diagnostics import Diagnostic, NtpError, SourceError, unknown
 from ntp_dsl.language.parser import parse
 from ntp_dsl.registry import Registry
@@ -26,6 +27,28 @@ def load(path_or_folder: Path | str) -> Registry:
     """
     libraries, sources = read_all(find(path_or_folder))
     return check(*libraries, sources=sources)
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that is to be said of a library and of those it uses, in the order of their texts."""
+
+    diagnostics: tuple[Diagnostic, ...]
+    sources: Mapping[Path | None, str]  # every text that was read, by its path
+
+    @property
+    def is_sound(self) -> bool:
+        return not any(each.severity == "error" for each in self.diagnostics)
+
+
+def diagnose(path: Path) -> Report:
+    """Every mistake of form and meaning, in the file and in all that it uses."""
+    try:
+        libraries, sources = read_all(path)
+    except SourceError as error:
+        return Report(error.diagnostics, error.sources)
+    _, mistakes = examine(*libraries)
+    return Report(SourceError(mistakes).diagnostics, sources)
 
 
 def find(path_or_folder: Path | str) -> Path:

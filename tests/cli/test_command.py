@@ -113,7 +113,7 @@ def test_what_a_command_raises_becomes_a_status_and_a_line(
     def examined(path: Path) -> None:
         raise error
 
-    monkeypatch.setattr("ntp_dsl.cli.check._examined", examined)
+    monkeypatch.setattr("ntp_dsl.cli.check.diagnose", examined)
     found, out, err = told(capsys, "check", "block_stacking")
     assert (found, out, len(err.splitlines())) == (status, "", 1)
     assert str(error) in err
@@ -123,7 +123,7 @@ def test_our_own_mistakes_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> Non
     def examined(path: Path) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("ntp_dsl.cli.check._examined", examined)
+    monkeypatch.setattr("ntp_dsl.cli.check.diagnose", examined)
     with pytest.raises(ZeroDivisionError):
         run(["check", "block_stacking"])
 
