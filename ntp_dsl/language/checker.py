@@ -13,6 +13,7 @@ from ntp_dsl.language.names import Table, check_type, collect
 from ntp_dsl.language.signatures import Names, check_parameters, si
 from ntp_dsl.language.syntax import PYTHON
 from ntp_dsl.language.typing_rules import Typing
+from ntp_dsl.language.walks import callees
 
 
 def check(
@@ -114,13 +115,13 @@ def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
         table.report("E112", message, program.by.span)
     elif program.by is not None and program.body:
         message = f"'{program.name}' is decided by {PYTHON}, so it has no body"
-        help = f"say what it may call: calls {', '.join(hierarchy.callees(program))}"
+        help = f"say what it may call: calls {', '.join(callees(program))}"
         table.report("E408", message, program.body[0].span, help)
     elif program.by is None and program.calls:
         message = f"'{program.name}' has a body, which says what it calls"
         help = f"an expert in Python is declared: program {program.name}(...) by {PYTHON}:"
         table.report("E408", message, program.calls[0].span, help)
-    elif not hierarchy.callees(program):
+    elif not callees(program):
         message = f"program '{program.name}' calls nothing"
         help = "a program has at least one call"
         if program.by is not None:
@@ -176,6 +177,6 @@ def _program(declared: syntax.ProgramDeclaration) -> registry.Program:
         docstring=declared.docstring,
         span=declared.name_span,
         body=declared.body,
-        callees=hierarchy.callees(declared),
+        callees=callees(declared),
         in_python=declared.by is not None,
     )

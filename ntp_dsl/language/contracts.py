@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Set
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.hierarchy import innermost, loops, mentions
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.signatures import head
 from ntp_dsl.language.syntax import Atom, Expression, Field, Name, ProgramDeclaration, Statement
+from ntp_dsl.language.walks import innermost, loops, mentions
 
 Literal = tuple[bool, Atom]  # a predicate that holds, or does not
 Kind = tuple[bool, str]

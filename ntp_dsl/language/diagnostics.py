@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from pathlib import Path
 
 from ntp_dsl.language.syntax import NOWHERE, Span
@@ -121,22 +121,66 @@ def _excerpt(span: Span, source: str | None) -> list[str]:
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
-    """What was probably meant, if anything comes near."""
-    found = get_close_matches(name, sorted(set(candidates)), n=1, cutoff=0.6)
+    """What was probably meant, if anything comes near: another case, a slip or two, a part of it."""
+    known = sorted(set(candidates))
+    alike = [each for each in known if _folded(each) == _folded(name)]
+    if len(alike) == 1:
+        return alike[0]
+    slips = {
+        each: count
+        for each in known
+        if (count := _slips(name.lower(), each.lower(), max(len(name), len(each)) // 3)) is not None
+    }
+    if slips:
+        return min(slips, key=lambda each: (slips[each], -_ratio(name, each)))
+    found = get_close_matches(name, known, n=1, cutoff=0.6)
     return found[0] if found else None
 
 
+def _folded(name: str) -> str:
+    return name.lower().replace("_", "")
+
+
+def _ratio(name: str, other: str) -> float:
+    return SequenceMatcher(None, name, other).ratio()
+
+
+def _slips(name: str, other: str, most: int) -> int | None:
+    """Letters to add, drop, replace, or swap with a neighbour (optimal string alignment)."""
+    if abs(len(name) - len(other)) > most or len(set(name) ^ set(other)) > 2 * most:
+        return None  # soon told, for libraries of thousands of names
+    before: list[int] = []
+    above = list(range(len(other) + 1))
+    for i, letter in enumerate(name, start=1):
+        row = [i]
+        for j, wanted in enumerate(other, start=1):
+            cost = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != wanted))
+            if i > 1 and j > 1 and letter == other[j - 2] and name[i - 2] == wanted:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+        before, above = above, row
+    return above[-1] if above[-1] <= most else None
+
+
 def unknown(
-    code: str, what: str, name: str, span: Span, candidates: Iterable[str], help: str = ""
+    code: str,
+    what: str,
+    name: str,
+    span: Span,
+    candidates: Iterable[str],
+    help: str = "",
+    likely: Iterable[str] = (),
 ) -> Diagnostic:
-    """The diagnostic for a name that nobody declared, with the nearest one that somebody did."""
+    """The diagnostic for a name that nobody declared, with the nearest one that somebody did.
+
+    Args:
+        likely: those candidates that would fit at the place; one of them is meant if it is near.
+    """
     known = sorted(set(candidates))
-    meant = nearest(name, known)
+    meant = nearest(name, likely) or nearest(name, known)
     if meant is not None:
-        return Diagnostic(
-            code, f"{what} '{name}'; did you mean '{meant}'?", span, help=help, fix=Fix(span, meant)
-        )
+        message = f"{what} '{name}'; did you mean '{meant}'?"
+        return Diagnostic(code, message, span, help=help, fix=Fix(span, meant))
     listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-    return Diagnostic(
-        code, f"{what} '{name}'", span, help=help or (listing and f"there is: {listing}")
-    )
+    help = help or (listing and f"there is: {listing}")
+    return Diagnostic(code, f"{what} '{name}'", span, help=help)

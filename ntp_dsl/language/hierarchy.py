@@ -2,60 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-
 from ntp_dsl.language import syntax
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.signatures import head
-from ntp_dsl.language.syntax import Expression, Name, Statement
-
-
-def innermost(statement: Statement) -> syntax.Call:
-    """The call inside all loops and conditions."""
-    while not isinstance(statement, syntax.Call):
-        statement = statement.body
-    return statement
-
-
-def callees(program: syntax.ProgramDeclaration) -> tuple[str, ...]:
-    """What a program may call, each once: by its body, or as it says of its expert in Python."""
-    named = [innermost(statement).callee for statement in program.body]
-    return tuple(dict.fromkeys([*named, *(each.id for each in program.calls)]))
-
-
-def loops(statement: Statement) -> Iterator[syntax.Generator]:
-    """The generators around a statement's call, from the outside in."""
-    while not isinstance(statement, syntax.Call):
-        if isinstance(statement, syntax.For):
-            yield statement.generator
-        statement = statement.body
-
-
-def mentions(expression: Expression | None) -> set[str]:
-    """Every name that occurs in an expression."""
-    match expression:
-        case Name(id):
-            return {id}
-        case syntax.Field(value, _):
-            return {value.id}
-        case syntax.Atom(_, parts) | syntax.And(parts) | syntax.Or(parts):
-            return _union(parts)
-        case syntax.Arithmetic(_, left, right) | syntax.Compare(_, left, right):
-            return mentions(left) | mentions(right)
-        case syntax.Not(value):
-            return mentions(value)
-        case syntax.Quantified(_, body, generators):
-            inner = mentions(body) | _union(
-                each.condition for each in generators if each.condition is not None
-            )
-            return inner - {each.variable for each in generators} | {
-                each.iterable.id for each in generators
-            }
-    return set()
-
-
-def _union(parts: Iterable[Expression]) -> set[str]:
-    return {name for part in parts for name in mentions(part)}
+from ntp_dsl.language.syntax import Statement
+from ntp_dsl.language.walks import atoms, callees, innermost, loops, mentions, predicates, union
 
 
 def check_hierarchy(table: Table) -> None:
@@ -88,24 +39,16 @@ def _check_promises(program: syntax.ProgramDeclaration, table: Table) -> None:
 def _is_guarded(statement: Statement, program: syntax.ProgramDeclaration, table: Table) -> bool:
     """`for x in T if r(x, p): call(x)`: each step goes on along r, from the program's p to x."""
     parameters = {each.name for each in program.parameters}
-    given = _union(innermost(statement).arguments)
+    given = union(map(mentions, innermost(statement).arguments))
     return any(
         loop.iterable.id in table.types
         and loop.variable in given
         and any(
             loop.variable in mentions(atom) and mentions(atom) & parameters
-            for atom in _atoms(loop.condition)
+            for atom in atoms(loop.condition)
         )
         for loop in loops(statement)
     )
-
-
-def _atoms(condition: Expression | None) -> Iterator[syntax.Atom]:
-    if isinstance(condition, syntax.Atom):
-        yield condition
-    elif isinstance(condition, syntax.And):
-        for value in condition.values:
-            yield from _atoms(value)
 
 
 def _reaches(start: str, goal: str, table: Table) -> bool:
@@ -148,7 +91,7 @@ def _grounded(table: Table) -> set[str]:
 
 def _check_compositions(table: Table) -> None:
     """A composed predicate is not made of itself."""
-    parts = {each.name: _predicates(each.body) for each in table.predicates.values()}
+    parts = {each.name: predicates(each.body) for each in table.predicates.values()}
     for name in parts:
         seen: set[str] = set()
         waiting = set(parts[name])
@@ -159,21 +102,3 @@ def _check_compositions(table: Table) -> None:
         if name in seen:
             span = table.predicates[name].name_span
             table.report("E407", f"predicate '{name}' is made of itself", span)
-
-
-def _predicates(expression: Expression | syntax.Generator | None) -> set[str]:
-    """Every predicate that an expression applies."""
-    match expression:
-        case syntax.Atom(predicate, parts):
-            return {predicate}.union(*map(_predicates, parts))
-        case syntax.And(parts) | syntax.Or(parts):
-            return set[str]().union(*map(_predicates, parts))
-        case syntax.Arithmetic(_, left, right) | syntax.Compare(_, left, right):
-            return _predicates(left) | _predicates(right)
-        case syntax.Not(value):
-            return _predicates(value)
-        case syntax.Quantified(_, body, generators):
-            return _predicates(body).union(*map(_predicates, generators))
-        case syntax.Generator(_, _, condition):
-            return _predicates(condition)
-    return set()

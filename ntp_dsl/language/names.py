@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from ntp_dsl.language import syntax
-from ntp_dsl.language.diagnostics import Diagnostic, Note, unknown
+from ntp_dsl.language.diagnostics import Diagnostic, Fix, Note, unknown
 from ntp_dsl.language.syntax import Declaration, Span
 
 UNITS: Mapping[str, tuple[str, float]] = {  # unit -> (what it measures, its size in SI)
@@ -43,9 +43,14 @@ class Table:
     programs: dict[str, syntax.ProgramDeclaration] = field(default_factory=dict)
     tasks: dict[str, syntax.TaskDeclaration] = field(default_factory=dict)
     mistakes: list[Diagnostic] = field(default_factory=list)
+    home: syntax.Library | None = None  # the one that is checked, and uses the others
+    missing: set[str] = field(default_factory=set)  # libraries that it ought to use
 
     def callable(self, name: str) -> syntax.ApiDeclaration | syntax.ProgramDeclaration | None:
         return self.programs.get(name) or self.apis.get(name)
+
+    def callables(self) -> list[syntax.ApiDeclaration | syntax.ProgramDeclaration]:
+        return [*self.programs.values(), *self.apis.values()]
 
     def type_names(self) -> list[str]:
         """Whatever may stand as a parameter's type."""
@@ -68,8 +73,16 @@ class Table:
         """The enumerations that have such a member."""
         return [name for name, enum in self.enums.items() if member in enum.members]
 
-    def report(self, code: str, message: str, span: Span, help: str = "", *notes: Note) -> None:
-        self.mistakes.append(Diagnostic(code, message, span, notes, help))
+    def report(
+        self,
+        code: str,
+        message: str,
+        span: Span,
+        help: str = "",
+        *notes: Note,
+        fix: Fix | None = None,
+    ) -> None:
+        self.mistakes.append(Diagnostic(code, message, span, notes, help, fix))
 
 
 SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, namespace, word)
@@ -89,6 +102,7 @@ def collect(libraries: Iterable[syntax.Library]) -> Table:
     table = Table()
     owners: dict[tuple[str, str], tuple[str, Declaration]] = {}
     for library in libraries:
+        table.home = library
         for declaration in library.declarations:
             attribute, space, word = SPACES[type(declaration)]
             key = space, declaration.name

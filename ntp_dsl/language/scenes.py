@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from ntp_dsl.language.diagnostics import unknown
 from ntp_dsl.language.names import Table
-from ntp_dsl.language.signatures import fits, head, measure, phrase, si
+from ntp_dsl.language.signatures import check_order, fits, head, measure, phrase, si
 from ntp_dsl.language.syntax import (
     Detail,
     Interval,
@@ -119,9 +119,7 @@ def _check_interval(interval: Interval, table: Table) -> None:
         found = measure(table, bound, LENGTH)
         if found is not None and not fits(table, found, LENGTH):
             table.report("E204", f"a position is a length, and this {phrase(found)}", bound.span)
-    low, high = si(interval.low), si(interval.high)
-    if low is not None and high is not None and low > high:
-        table.report("E203", "this range is empty: it ends below its start", interval.span)
+    check_order(table, interval.low, interval.high, interval.span)
 
 
 def _check_reading(detail: Detail, group: SceneGroup, table: Table) -> None:

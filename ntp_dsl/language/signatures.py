@@ -5,10 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ntp_dsl.language import syntax
-from ntp_dsl.language.diagnostics import unknown
+from ntp_dsl.language.diagnostics import Edit, Fix, unknown
+from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table, check_type
 from ntp_dsl.language.syntax import Span, TypeName
 
+WRITTEN_OUT: Mapping[str, tuple[str, ...]] = {
+    "m": ("meter", "metre"),
+    "cm": ("centimeter", "centimetre"),
+    "mm": ("millimeter", "millimetre"),
+    "rad": ("radian",),
+    "deg": ("degree", "°"),
+    "s": ("sec", "second"),
+    "ms": ("msec", "millisecond"),
+    "N": ("newton",),
+    "kg": ("kilogram", "kilo"),
+}
 Names = Mapping[str, TypeName]  # parameters and loop variables in sight
 
 
@@ -58,7 +70,19 @@ def measure(
     if number.unit in UNITS:
         return TypeName(UNITS[number.unit][0])
     span = tail(number.span, number.unit)
-    table.mistakes.append(unknown("E107", "there is no unit", number.unit, span, UNITS))
+    meant = [
+        each
+        for each, words in WRITTEN_OUT.items()
+        if number.unit.lower().rstrip("s") in words
+    ]
+    if meant:
+        message = f"there is no unit '{number.unit}'; it is written '{meant[0]}'"
+        table.report("E107", message, span, fix=Fix(span, meant[0]))
+        return TypeName(UNITS[meant[0]][0])
+    kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
+    table.mistakes.append(
+        unknown("E107", "there is no unit", number.unit, span, kinds or UNITS, likely=kinds)
+    )
     return None
 
 
@@ -77,17 +101,39 @@ def check_parameters(table: Table, parameters: Sequence[syntax.Parameter]) -> Na
 
 
 def _check_range(table: Table, parameter: syntax.Parameter) -> None:
-    if parameter.low is None or parameter.high is None:
+    low, high, type = parameter.low, parameter.high, parameter.type
+    if low is None or high is None:
         return
-    if parameter.type.name not in NUMBER_TYPES or parameter.type.is_list:
-        message = f"only a number has a range, and '{parameter.name}' is {phrase(parameter.type)}"
-        table.report("E204", message, parameter.low.span)
+    if type.name not in NUMBER_TYPES or type.is_list:
+        message = f"only a number has a range, and '{parameter.name}' is {phrase(type)}"
+        table.report("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
         return
-    for bound in (parameter.low, parameter.high):
-        found = measure(table, bound, parameter.type)
-        if found is not None and not fits(table, found, parameter.type):
-            message = f"'{parameter.name}' is {phrase(parameter.type)}, and this {phrase(found)}"
-            table.report("E204", message, bound.span)
-    low, high = si(parameter.low), si(parameter.high)
-    if low is not None and high is not None and low > high:
-        table.report("E203", "this range is empty: it ends below its start", parameter.low.span)
+    before = len(table.mistakes)
+    found = [measure(table, bound, type) for bound in (low, high)]
+    # Where the bounds agree on what they measure, the type's name is at fault.
+    other = [each for each in found if each is not None and each.name != type.name]
+    agree = len({each.name for each in other}) == 1 and None not in found
+    for bound, measured in zip((low, high), found, strict=True):
+        if measured is not None and not fits(table, measured, type):
+            message = f"'{parameter.name}' is {phrase(type)}, and this {phrase(measured)}"
+            free = all(number.unit or not number.value for number in (low, high))
+            fix = Fix(type.span, measured.name) if agree and free else None
+            table.report("E204", message, bound.span, fix=fix)
+    if len(table.mistakes) == before:
+        check_order(table, low, high, low.span)
+
+
+def check_order(table: Table, low: syntax.Number, high: syntax.Number, span: Span) -> None:
+    """A range ends where it began, or above."""
+    start, end = si(low), si(high)
+    if start is None or end is None or start <= end:
+        return
+    turned = Edit(high.span, format_expression(low))
+    fix = Fix(low.span, format_expression(high), (turned,))
+    help = "the lower bound comes first"
+    table.report("E203", "this range is empty: it ends below its start", span, help, fix=fix)
+
+
+def _between(before: Span, last: Span) -> Span:
+    """From the end of one stretch to the end of another."""
+    return Span(last.path, before.end_line, before.end_column, last.end_line, last.end_column)

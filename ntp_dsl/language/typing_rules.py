@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
-from ntp_dsl.language import syntax
-from ntp_dsl.language.diagnostics import Diagnostic, Note, nearest, unknown
-from ntp_dsl.language.formatter import format_type
+from ntp_dsl.language import repairs, syntax
+from ntp_dsl.language.arguments import Arguments
+from ntp_dsl.language.diagnostics import Fix, Note, nearest, unknown
+from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.names import NUMBER_TYPES, Table
-from ntp_dsl.language.signatures import Names, fits, head, measure, phrase, si, tail
+from ntp_dsl.language.signatures import Names, fits, head, measure, phrase, tail
 from ntp_dsl.language.syntax import Expression, Span, TypeName
+from ntp_dsl.language.unknowns import report_unknown
+from ntp_dsl.language.walks import predicates
 
 CONDITIONS = (syntax.Compare, syntax.Not, syntax.And, syntax.Or, syntax.Quantified)
 ORDERED = {"<", "<=", ">", ">="}
+TRUTHS = {"true": True, "false": False}  # what other languages call them
+
+Applicable = syntax.PredicateDeclaration | syntax.ApiDeclaration | syntax.ProgramDeclaration
 
 
 class Typing:
@@ -20,6 +27,7 @@ class Typing:
 
     def __init__(self, table: Table) -> None:
         self._table = table
+        self._arguments = Arguments(table, self.value)
 
     # Truths
 
@@ -42,6 +50,8 @@ class Typing:
                 for generator in generators:
                     inner = self.generator(generator, inner)
                 self.condition(body, inner)
+            case syntax.Name(id) if id not in names and id in self._table.predicates:
+                self._bare_predicate(expression, self._table.predicates[id], names)
             case _:
                 found = self.value(expression, names, None)
                 if found is not None:
@@ -51,6 +61,16 @@ class Typing:
         message = f"this is {what}, where something true or false is meant"
         help = "a condition is a predicate, a comparison, or several joined with and, or, not"
         self._table.report("E205", message, expression.span, help)
+
+    def _bare_predicate(
+        self, node: Expression, declared: syntax.PredicateDeclaration, names: Names
+    ) -> None:
+        atom = syntax.Atom(declared.name, (), span=node.span)
+        self._arguments.check(atom, declared, declared.parameters, names)
+        if not declared.parameters:
+            message = f"'{declared.name}' is a predicate, and is written with brackets"
+            fix = Fix(node.span, f"{declared.name}()")
+            self._table.report("E201", message, node.span, fix=fix)
 
     def generator(self, generator: syntax.Generator, names: Names) -> Names:
         """The names in sight inside the loop."""
@@ -69,18 +89,21 @@ class Typing:
     def _element(self, domain: syntax.Name, names: Names) -> TypeName:
         found = names.get(domain.id)
         if found is None and domain.id in self._table.types:
-            return TypeName(domain.id)
+            return TypeName(domain.id, span=domain.span)
         if found is not None and found.is_list:
             return TypeName(found.name)
-        if found is not None:
-            message = f"'{domain.id}' is one {found.name}, not a list to go through"
-            self._table.report("E206", message, domain.span)
-        else:
-            lists = [name for name, type in names.items() if type.is_list]
-            self._table.mistakes.append(
-                unknown("E101", "no list or type is called", domain.id, domain.span,
-                        [*lists, *self._table.types])
-            )  # fmt: skip
+        lists = [name for name, type in names.items() if type.is_list]
+        if found is None and domain.id not in self._table.constants:
+            what, known = "no list or type is called", [*lists, *self._table.types]
+            report_unknown(
+                self._table, "type", "E101", what, domain.id, domain.span, known, likely=lists
+            )
+        elif found is None or found.name:
+            one = found or self._table.constants[domain.id].type
+            message = f"'{domain.id}' is one {one.name}, not a list to go through"
+            fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
+            help = "a loop goes through a list, or through the things of a type: for b in Object"
+            self._table.report("E206", message, domain.span, help, fix=fix)
         return TypeName("")  # stands for "said already": it fits everything
 
     # Values
@@ -93,7 +116,7 @@ class Typing:
             case syntax.Name(id):
                 return self._name(expression, id, names, expected)
             case syntax.Field():
-                return self._field(expression, names)
+                return self._field(expression, names, expected)
             case syntax.Number():
                 return measure(self._table, expression, expected)
             case syntax.Arithmetic(_, left, right):
@@ -110,7 +133,8 @@ class Typing:
                 return None
             case syntax.Wildcard():
                 help = "'any' stands in a predicate's argument, as in holding(any)"
-                self._table.report("E207", "'any' names no particular thing", expression.span, help)
+                self._table.report("E207", "'any' names no particular thing", expression.span, help,
+                                   fix=self._only(expression, names, expected))  # fmt: skip
                 return None
         self._table.report("E205", "this is true or false; here a value is meant", expression.span)
         return None
@@ -125,17 +149,46 @@ class Typing:
         enums = self._table.enum_of(name)
         if enums:
             return TypeName(expected.name if expected and expected.name in enums else enums[0])
+        self._no_name(node, name, names, expected)
+        return None
+
+    def _no_name(
+        self, node: Expression, name: str, names: Names, expected: TypeName | None
+    ) -> None:
         members = [member for enum in self._table.enums.values() for member in enum.members]
         known = [*names, *self._table.constants, *members]
         help = ""
         if name in self._table.types:
             help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
-        self._table.mistakes.append(
-            unknown("E101", "nothing is called", name, node.span, known, help)
+        likely = [] if expected is None else self._of_type(expected, names)
+        fix = self._only(node, names, expected)
+        if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
+            help = help or f"'{fix.replacement}' would fit here"
+            self._table.report("E101", f"nothing is called '{name}'", node.span, help, fix=fix)
+            return
+        what = "nothing is called"
+        report_unknown(
+            self._table, "value", "E101", what, name, node.span, known, help, likely
         )
-        return None
 
-    def _field(self, node: syntax.Field, names: Names) -> TypeName | None:
+    def _of_type(self, type: TypeName, names: Names) -> list[str]:
+        """Whatever has a name of its own and fits."""
+        found = {**names, **{c.name: c.type for c in self._table.constants.values()}}
+        enum = self._table.enums.get(type.name)
+        fitting = [name for name, each in found.items() if fits(self._table, each, type)]
+        return [*fitting, *(enum.members if enum else ())]
+
+    def _only(self, node: Expression, names: Names, expected: TypeName | None) -> Fix | None:
+        """The only thing in sight that is of the expected type, in place of what stands there."""
+        if expected is None:
+            return None
+        sight = repairs.Sight(self._table, names, lambda _, __: True)
+        meant = sight.only(syntax.Parameter("", expected), ())
+        return Fix(node.span, format_expression(meant)) if meant is not None else None
+
+    def _field(
+        self, node: syntax.Field, names: Names, expected: TypeName | None
+    ) -> TypeName | None:
         type = self._name(node.value, node.value.id, names, None)
         if type is None:
             return None
@@ -143,14 +196,30 @@ class Typing:
         if record is None or type.is_list:
             message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
             help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
-            self._table.report("E105", message, node.span, help)
+            self._table.report("E105", message, node.span, help, fix=self._owner(node, names))
             return None
         fields = {each.name: each.type for each in record.fields}
         if node.name not in fields:
             what = f"a {record.name} has no field"
             span = tail(node.span, node.name)
-            self._table.mistakes.append(unknown("E105", what, node.name, span, fields))
+            likely = [
+                field for field, each in fields.items() if expected and fits(self._table, each, expected)
+            ]
+            wrong = unknown("E105", what, node.name, span, fields, likely=likely)
+            if wrong.fix is None and len(likely) == 1:
+                wrong = replace(wrong, fix=Fix(span, likely[0]))
+            self._table.mistakes.append(wrong)
         return fields.get(node.name)
+
+    def _owner(self, node: syntax.Field, names: Names) -> Fix | None:
+        """The only thing in sight that has such a field: `p.item` where `goal.item` is written."""
+        owners = [
+            name
+            for name, type in names.items()
+            if not type.is_list and type.name in self._table.records
+            if node.name in {each.name for each in self._table.records[type.name].fields}
+        ]
+        return Fix(node.value.span, owners[0]) if len(owners) == 1 else None
 
     def _arithmetic(
         self,
@@ -180,6 +249,8 @@ class Typing:
         return right if left.name == "number" else left
 
     def _compare(self, node: syntax.Compare, names: Names) -> None:
+        if self._compares_truth(node, names):
+            return
         left = self.value(node.left, names, None)
         right = self.value(node.right, names, left)
         if left is None or right is None:
@@ -191,91 +262,101 @@ class Typing:
             message = f"'{node.operator}' orders numbers, and these are each {phrase(left)}"
             self._table.report("E208", message, node.span)
 
-    # Arguments
+    def _compares_truth(self, node: syntax.Compare, names: Names) -> bool:
+        """`clear(x) == True`: a predicate needs no such comparison."""
+        truths = [side for side in (node.left, node.right) if self._is_truth(side)]
+        if not truths:
+            return False
+        for truth in truths:
+            self.condition(truth, names)
+        other = node.right if truths[0] is node.left else node.left
+        word = TRUTHS.get(other.id.lower()) if isinstance(other, syntax.Name) else None
+        message = "what is true or false is not compared; it stands by itself, or after 'not'"
+        fix = None
+        if word is not None and node.operator in {"==", "!="}:
+            same = word == (node.operator == "==")
+            meant = truths[0] if same else syntax.Not(truths[0])
+            fix = Fix(node.span, format_expression(meant))
+        self._table.report("E205", message, node.span, fix=fix)
+        return True
+
+    def _is_truth(self, side: Expression) -> bool:
+        if isinstance(side, syntax.Atom):
+            declared = self._table.predicates.get(side.predicate)
+            return declared is not None and declared.result is None
+        return isinstance(side, CONDITIONS)
+
+    # What is applied, and what is called
 
     def _predicate(self, atom: syntax.Atom, names: Names) -> syntax.PredicateDeclaration | None:
         declared = self._table.predicates.get(atom.predicate)
         if declared is None:
-            self._table.mistakes.append(self._no_predicate(atom))
+            self._no_predicate(atom, names)
+            self._arguments_of(atom, names)
             return None
-        self.arguments(atom, declared.parameters, atom.arguments, names, declared, wild=True)
+        self._arguments.check(atom, declared, declared.parameters, names, wild=True)
         return declared
 
-    def _no_predicate(self, atom: syntax.Atom) -> Diagnostic:
+    def _arguments_of(self, node: syntax.Atom | syntax.Call, names: Names) -> None:
+        """What is wrong with them by themselves, where nobody knows what they are given to."""
+        for argument in node.arguments:
+            if not isinstance(argument, syntax.Wildcard):
+                self.value(argument, names, None)
+
+    def _no_predicate(self, atom: syntax.Atom, names: Names) -> None:
         name, span = atom.predicate, head(atom.span, atom.predicate)
         callee = self._table.callable(name)
         if callee is None or nearest(name, self._table.predicates):
-            return unknown("E102", "there is no predicate", name, span, self._table.predicates)
+            likely = self._that_take(self._table.predicates.values(), atom.arguments, names)
+            known = self._table.predicates
+            what = "there is no predicate"
+            report_unknown(
+                self._table, "predicate", "E102", what, name, span, known, likely=likely
+            )
+            return
         note = Note("declared here", callee.name_span)
-        return Diagnostic("E102", f"'{name}' is something to call, not a predicate", span, (note,))
+        message = f"'{name}' is something to call, not a predicate"
+        self._table.report("E102", message, span, _achieved(callee), note)
 
     def call(self, call: syntax.Call, names: Names) -> None:
         """The callee exists and takes these arguments."""
-        callee = self.callee(call.callee, head(call.span, call.callee))
+        callee = self._table.callable(call.callee)
         if callee is not None:
-            self.arguments(call, callee.parameters, call.arguments, names, callee)
+            self._arguments.check(call, callee, callee.parameters, names)
+            return
+        likely = self._that_take(self._table.callables(), call.arguments, names)
+        self.callee(call.callee, head(call.span, call.callee), likely)
+        self._arguments_of(call, names)
 
-    def callee(
-        self, name: str, span: Span
-    ) -> syntax.ApiDeclaration | syntax.ProgramDeclaration | None:
-        """The program or api of that name; says so where there is none."""
-        callee = self._table.callable(name)
-        if callee is not None:
-            return callee
+    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> None:
+        """Something of that name can be called."""
+        if self._table.callable(name) is not None:
+            return
         predicate = self._table.predicates.get(name)
+        known = [*self._table.programs, *self._table.apis]
         if predicate is not None:
             note = Note("declared here", predicate.name_span)
             message = f"'{name}' is a predicate: it can be required or achieved, not called"
-            self._table.report("E104", message, span, "", note)
-            return None
-        known = [*self._table.programs, *self._table.apis]
-        self._table.mistakes.append(
-            unknown("E104", "no program or api is called", name, span, known)
-        )
-        return None
-
-    def arguments(
-        self,
-        node: syntax.Atom | syntax.Call,
-        parameters: Sequence[syntax.Parameter],
-        arguments: Sequence[Expression],
-        names: Names,
-        declared: syntax.Declaration,
-        wild: bool = False,
-    ) -> None:
-        """As many as declared, each of its parameter's type and in its range."""
-        note = Note(f"'{declared.name}' is declared here", declared.name_span)
-        if len(parameters) != len(arguments):
-            listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
-            message = (
-                f"'{declared.name}' takes {_count(len(parameters))}, here are {len(arguments)}"
-            )
-            span = head(node.span, declared.name)
-            self._table.report("E201", message, span, f"{declared.name}({listing})", note)
-        for parameter, argument in zip(parameters, arguments, strict=False):
-            if not (wild and isinstance(argument, syntax.Wildcard)):
-                self._argument(parameter, argument, names, note)
-
-    def _argument(
-        self, parameter: syntax.Parameter, argument: Expression, names: Names, note: Note
-    ) -> None:
-        found = self.value(argument, names, parameter.type)
-        if found is None:
+            self._table.report("E104", message, span, self._achievers(name), note)
             return
-        if not fits(self._table, found, parameter.type):
-            message = f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
-            self._table.report("E202", message, argument.span, "", note)
-        elif isinstance(argument, syntax.Number):
-            value, low, high = map(si, (argument, parameter.low, parameter.high))
-            if (
-                value is not None
-                and low is not None
-                and high is not None
-                and not low <= value <= high
-            ):
-                message = f"'{parameter.name}' lies in {low:g} .. {high:g}, and this is {value:g}"
-                self._table.report("E203", message, argument.span, "", note)
+        what = "no program or api is called"
+        report_unknown(self._table, "call", "E104", what, name, span, known, likely=likely)
+
+    def _that_take(
+        self, declared: Iterable[Applicable], given: Sequence[Expression], names: Names
+    ) -> list[str]:
+        return [
+            each.name for each in declared if self._arguments.takes(each.parameters, given, names)
+        ]
+
+    def _achievers(self, predicate: str) -> str:
+        """Which programs and apis make it true."""
+        callables = self._table.callables()
+        names = [c.name for c in callables if c.achieves and predicate in predicates(c.achieves)]
+        return f"what achieves it can be called: {', '.join(names)}" if names else ""
 
 
-def _count(number: int) -> str:
-    return f"{number} argument{'s' * (number != 1)}"
+def _achieved(callee: syntax.ApiDeclaration | syntax.ProgramDeclaration) -> str:
+    if callee.achieves is None:
+        return ""
+    return f"what it achieves can be asked for: {format_expression(callee.achieves)}"

@@ -1,0 +1,94 @@
+"""Walks over statements and conditions: what they call, apply and mention."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ntp_dsl.language import syntax
+from ntp_dsl.language.syntax import Expression, Generator, Name, Statement
+
+
+def innermost(statement: Statement) -> syntax.Call:
+    """The call inside all loops and conditions."""
+    while not isinstance(statement, syntax.Call):
+        statement = statement.body
+    return statement
+
+
+def callees(program: syntax.ProgramDeclaration) -> tuple[str, ...]:
+    """What a program may call, each once: by its body, or as it says of its expert in Python."""
+    named = [innermost(statement).callee for statement in program.body]
+    return tuple(dict.fromkeys([*named, *(each.id for each in program.calls)]))
+
+
+def loops(statement: Statement) -> Iterator[Generator]:
+    """The generators around a statement's call, from the outside in."""
+    while not isinstance(statement, syntax.Call):
+        if isinstance(statement, syntax.For):
+            yield statement.generator
+        statement = statement.body
+
+
+def guards(statement: Statement) -> Iterator[Expression]:
+    """What loops' filters and `when` say about the call inside, from the outside in."""
+    while not isinstance(statement, syntax.Call):
+        if isinstance(statement, syntax.When):
+            yield statement.condition
+        elif statement.generator.condition is not None:
+            yield statement.generator.condition
+        statement = statement.body
+
+
+def parts(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
+    """The expressions of which one is made, one step down."""
+    match expression:
+        case syntax.Field(value, _) | syntax.Not(value):
+            yield value
+        case syntax.Atom(_, values) | syntax.And(values) | syntax.Or(values):
+            yield from values
+        case syntax.Arithmetic(_, left, right) | syntax.Compare(_, left, right):
+            yield from (left, right)
+        case syntax.Quantified(_, body, generators):
+            yield body
+            yield from generators
+        case Generator(_, iterable, condition):
+            yield iterable
+            if condition is not None:
+                yield condition
+
+
+def everything(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
+    """The expression and all that it is made of, from left to right."""
+    if expression is not None:
+        yield expression
+        for part in parts(expression):
+            yield from everything(part)
+
+
+def mentions(expression: Expression | Generator | None) -> set[str]:
+    """Every name that occurs in an expression and is not its own loop's variable."""
+    match expression:
+        case Name(id):
+            return {id}
+        case syntax.Quantified(_, body, generators):
+            inside = mentions(body).union(*map(mentions, generators))
+            return inside - {each.variable for each in generators}
+    return set[str]().union(*map(mentions, parts(expression)))
+
+
+def predicates(expression: Expression | Generator | None) -> set[str]:
+    """Every predicate that an expression applies."""
+    return {each.predicate for each in everything(expression) if isinstance(each, syntax.Atom)}
+
+
+def atoms(condition: Expression | None) -> Iterator[syntax.Atom]:
+    """The predicates that surely hold where the condition does."""
+    if isinstance(condition, syntax.Atom):
+        yield condition
+    elif isinstance(condition, syntax.And):
+        for value in condition.values:
+            yield from atoms(value)
+
+
+def union(sets: Iterable[set[str]]) -> set[str]:
+    return set[str]().union(*sets)
