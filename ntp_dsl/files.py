@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,3 +19,11 @@ def written_whole(path: Path) -> Iterator[Path]:
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def rewrite(path: Path, text: str) -> None:
+    """Put a text in the place of a file's; links and permissions stay, and so do line endings."""
+    target = path.resolve()
+    with written_whole(target) as partial:
+        partial.write_bytes(text.encode())
+        shutil.copymode(target, partial)

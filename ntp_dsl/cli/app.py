@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ntp_dsl.language.diagnostics import NtpError, TaskFailed, nearest
+from ntp_dsl.language.diagnostics import NtpError, SourceError, TaskFailed, nearest
 
 DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
 INTERRUPTION = "interrupted; the files that are written are whole"
@@ -101,6 +101,8 @@ def run(words: Sequence[str]) -> int:
         status = LazyGroup(COMMANDS).main(list(words), prog_name="ntp", standalone_mode=False)
     except TaskFailed as error:
         return _complain(error, NO)
+    except SourceError as error:
+        return _show(error)
     except NtpError as error:
         return _complain(error, MISUSE)
     except OSError as error:
@@ -115,6 +117,14 @@ def run(words: Sequence[str]) -> int:
 def _complain(sentence: object, status: int) -> int:
     print(sentence, file=sys.stderr)
     return status
+
+
+def _show(error: SourceError) -> int:
+    """The library that a command was to use has mistakes: all of them, as `ntp check` shows them."""
+    from ntp_dsl.cli.report import print_diagnostics, summary
+
+    print_diagnostics(error.diagnostics, error.sources, sys.stderr)
+    return _complain(summary(error.diagnostics), MISUSE)
 
 
 def _misuse(error: typer.TyperException) -> int:

@@ -62,6 +62,9 @@ class Diagnostic:
     def severity(self) -> str:
         return SEVERITIES[self.code[0]]
 
+    def __str__(self) -> str:
+        return f"{self.span}: {self.severity}[{self.code}]: {self.message}"
+
 
 class NtpError(Exception):
     """The root of every error that is meant for the user: a plain sentence, never a traceback."""
@@ -82,42 +85,13 @@ class SourceError(NtpError):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        blocks = [render(each, self.sources.get(each.span.path)) for each in self.diagnostics]
-        count = sum(each.severity == "error" for each in self.diagnostics)
-        return "\n\n".join([*blocks, f"{count} mistake{'s' * (count != 1)} found"])
+        """A line each; `rendering.render` shows the source as well."""
+        return "\n".join(map(str, self.diagnostics))
 
 
 def _place(diagnostic: Diagnostic) -> tuple[str, int, int, str]:
     span = diagnostic.span
     return str(span.path or ""), span.line, span.column, diagnostic.code
-
-
-def render(diagnostic: Diagnostic, source: str | None = None) -> str:
-    """The diagnostic as rustc would print it: where, the line, a caret, and what would help."""
-    span = diagnostic.span
-    lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
-    if span.line:
-        lines.append(f"  --> {span}")
-        lines += _excerpt(span, source)
-    for note in diagnostic.notes:
-        where = f" ({note.span})" if note.span.line else ""
-        lines.append(f"   = note: {note.message}{where}")
-    if diagnostic.help:
-        lines.append(f"   = help: {diagnostic.help}")
-    return "\n".join(lines)
-
-
-def _excerpt(span: Span, source: str | None) -> list[str]:
-    rows = source.split("\n") if source is not None else []
-    if span.line > len(rows):
-        return []
-    row = rows[span.line - 1]
-    end = span.end_column if span.end_line == span.line else len(row) + 1
-    # Tabs are copied, so that the caret stands where the eye expects it.
-    indent = "".join("\t" if letter == "\t" else " " for letter in row[: span.column - 1])
-    margin = " " * len(str(span.line))
-    caret = "^" * max(1, min(end, len(row) + 1) - span.column)
-    return [f" {margin} |", f" {span.line} | {row}", f" {margin} | {indent}{caret}"]
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
