@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ntp_dsl.experts import Expert
-from ntp_dsl.files import written_whole
+from ntp_dsl.files import episode_files, written_whole
 from ntp_dsl.labels import labelled
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
@@ -78,7 +78,7 @@ class RecordingStudio:
         shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
         if not isinstance(shown, Shown):
             return row | {"outcome": f"the demonstration failed: {shown.reason}"}
-        trace = self.plan.out / f"episode_{number:05d}.trace.jsonl"
+        trace, shown_in = episode_files(self.plan.out, number)
         try:
             with written_whole(trace) as partial, partial.open("w") as stream:
                 run = record_episode(
@@ -90,13 +90,13 @@ class RecordingStudio:
                     seed,
                     TraceWriter(stream),
                     self.plan.trouble,
+                    shown_in.name,
                 )
                 if not run.done:
                     raise EpisodeFailed(run.reason)
         except EpisodeFailed as failure:
             return row | {"outcome": f"the labelled episode failed: {failure}"}
-        path = trace.with_name(trace.name.replace(".trace.jsonl", ".demo.parquet"))
-        write_demonstration(shown.demonstration, path)
+        write_demonstration(shown.demonstration, shown_in)
         frames = len(shown.demonstration)
         return row | {"outcome": "done", "frames": frames, "primitives": run.primitives}
 
@@ -183,11 +183,11 @@ def samples(
         if row["outcome"] != "done":
             continue
         number = int(row["number"])
-        path = folder / f"episode_{number:05d}.trace.jsonl"
+        path, shown_in = episode_files(folder, number)
         trace = read_trace(path)
         if trace.end is None:
             raise NtpError(f"{path}: was cut off; record anew")
-        demonstration = read_demonstration(folder / f"episode_{number:05d}.demo.parquet")
-        shown = DemonstratedCall.from_json(trace.header["demonstration"])
+        demonstration = read_demonstration(shown_in)
+        shown = DemonstratedCall.from_json(trace.header["demonstration"]["calls"])
         rng = np.random.default_rng((seed, number))
         yield list(labelled(expert, demonstration, shown, trace, rng))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ntp_dsl.experts import Expert
+from ntp_dsl.files import episode_files
 from ntp_dsl.interpreter import Interpreter, Run, Watcher
 from ntp_dsl.language.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.loader import load
@@ -20,7 +21,7 @@ from ntp_dsl.policy import Policy
 from ntp_dsl.recording import Shown, demonstrate, header
 from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.seeds import derived
-from ntp_dsl.specification import Demonstration, Recorder
+from ntp_dsl.specification import Demonstration, write_demonstration
 from ntp_dsl.success import judge
 from ntp_dsl.tasks import Goal, Instance, draw, find_task, from_file
 from ntp_dsl.traces import TraceWriter
@@ -29,6 +30,7 @@ from ntp_dsl.world import Disturbances, Observation, Record, Scene
 from ntp_dsl.worlds import make_world
 from ntp_dsl.worlds.scenes import scattered
 
+OnFrame = Callable[[Observation], str | None]  # the file of the picture that it took, if any
 ATTEMPTS = 5  # at a demonstration, each from another placement
 
 
@@ -122,38 +124,43 @@ class Evaluator:
             f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}"
         )
 
-    def policy(self, demonstration: Demonstration | None) -> Policy:
-        if demonstration is None or self._core is None:
-            return ScriptedPolicy(self.expert)
+    def policy(self, shown: Shown | None) -> Policy:
+        """Of a learned program, by a demonstration; else of the script, which takes its scopes from one."""
+        if shown is None or self._core is None:
+            return ScriptedPolicy(self.expert, shown.calls if shown else None)
         from ntp_dsl.core.policy import LearnedPolicy
 
-        return LearnedPolicy(self._core, demonstration)
+        return LearnedPolicy(self._core, shown.demonstration)
 
     def episode(
         self,
         number: int,
-        demonstration: Demonstration | None = None,
+        shown: Shown | None = None,
         watch: Watcher | None = None,
-        on_frame: Callable[[Observation], None] | None = None,
+        on_frame: OnFrame | None = None,
     ) -> Episode:
         instance = self.instance(number)
         attempts = 0
-        if demonstration is not None:
-            _check_shown(demonstration, instance)
-            instance = replace(instance, goal=_goal_shown(demonstration))
-        elif self.is_learned:
+        if shown is not None:
+            _check_shown(shown.demonstration, instance)
+            instance = replace(instance, goal=_goal_shown(shown.demonstration))
+        elif self.is_learned or self.plan.traces is not None:
             try:
                 shown, attempts = self.demonstration(instance, number)
             except NoDemonstration as failure:
-                return _not_shown(number, instance, failure)
-            demonstration = shown.demonstration
+                if self.is_learned:
+                    return _not_shown(number, instance, failure)
         scene = self.scene(instance, number)
-        started = perf_counter()
-        self.world.reset(scene, derived(self.plan.seed, number, 3), self.plan.disturbances)
-        run = self._run(instance, number, self.policy(demonstration), watch, on_frame)
-        wall = perf_counter() - started
-        simulated = self.world.time
-        verdict = judge(self.registry, self.world, instance, scene, run)
+        with traced(self.plan.traces, number) as writer:
+            writer.header(**self._facts(instance, number, shown))
+            started = perf_counter()
+            self.world.reset(scene, derived(self.plan.seed, number, 3), self.plan.disturbances)
+            run = self._run(instance, writer, self.policy(shown), watch, on_frame)
+            wall = perf_counter() - started
+            simulated = self.world.time
+            verdict = judge(self.registry, self.world, instance, scene, run)
+            told = {"success": not verdict.blame, "blame": verdict.blame, "verdict": verdict.reason}
+            writer.end(done=run.done, reason=run.reason, primitives=run.primitives, **told)
         return Episode(
             number,
             instance.name,
@@ -165,45 +172,60 @@ class Evaluator:
             run.primitives,
             round(simulated, 3),
             run.disturbances,
-            attempts,
+            attempts if self.is_learned else 0,
             wall,
             run.deciding_seconds,
             run.planning_seconds,
         )
 
+    def _facts(self, instance: Instance, number: int, shown: Shown | None) -> dict[str, Any]:
+        """What the trace says first. The demonstration is written beside it."""
+        kind = "learned" if self.is_learned else "scripted"
+        facts = header(self.registry, instance, self.plan.seed, kind)
+        if shown is not None and self.plan.traces is not None:
+            _, path = episode_files(self.plan.traces, number)
+            write_demonstration(shown.demonstration, path)
+            facts["demonstration"] = shown.facts(path.name)
+        return facts | {
+            "episode": number,
+            "world": self.plan.world,
+            "model": str(self.plan.model) if self.plan.model else None,
+            "disturbances": asdict(self.plan.disturbances),
+        }
+
     def _run(
         self,
         instance: Instance,
-        number: int,
+        writer: TraceWriter,
         policy: Policy,
         watch: Watcher | None,
-        on_frame: Callable[[Observation], None] | None,
+        on_frame: OnFrame | None,
     ) -> Run:
-        folder = self.plan.traces
-        path = folder / f"episode_{number:05d}.trace.jsonl" if folder else None
-        with path.open("w") if path else nullcontext() as stream:
-            writer = TraceWriter(stream)
-            kind = "learned" if self._core is not None else "scripted"
-            writer.header(
-                **header(self.registry, instance, self.plan.seed, kind),
-                episode=number,
-                world=self.plan.world,
-                model=str(self.plan.model) if self.plan.model else None,
-                disturbances=asdict(self.plan.disturbances),
-            )
-            recorder = Recorder(self.world, also=on_frame)
-            interpreter = Interpreter(
-                self.registry,
-                policy,
-                self.world,
-                writer,
-                watch=watch,
-                frame_number=lambda: len(recorder),
-            )
-            run = interpreter.run(instance.program, instance.arguments)
-            writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+        def frame(seen: Observation) -> None:
+            number = writer.frame(self.world.time, seen)
+            if on_frame is not None and (picture := on_frame(seen)):
+                writer.picture(number, picture)
+
+        self.world.on_frame = frame
+        interpreter = Interpreter(
+            self.registry,
+            policy,
+            self.world,
+            writer,
+            watch=watch,
+            frame_number=lambda: writer.frames,
+        )
+        run = interpreter.run(instance.program, instance.arguments)
         self.world.on_frame = None
         return run
+
+
+@contextmanager
+def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
+    """Into a folder, where there is one."""
+    path = episode_files(folder, number)[0] if folder else None
+    with path.open("w", encoding="utf-8") if path else nullcontext() as stream:
+        yield TraceWriter(stream)
 
 
 def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Episode:

@@ -1,4 +1,4 @@
-"""Files appear under their final name only when whole."""
+"""What files are called, and that they appear under their final name only when whole."""
 
 from __future__ import annotations
 
@@ -27,3 +27,9 @@ def rewrite(path: Path, text: str) -> None:
     with written_whole(target) as partial:
         partial.write_bytes(text.encode())
         shutil.copymode(target, partial)
+
+
+def episode_files(folder: Path, number: int) -> tuple[Path, Path]:
+    """An episode's trace, and the demonstration that it was shown."""
+    stem = f"episode_{number:05d}"
+    return folder / f"{stem}.trace.jsonl", folder / f"{stem}.demo.parquet"

@@ -10,7 +10,7 @@ from typing import Any
 from ntp_dsl.policy import Barred, Choice, Frame, Policy
 from ntp_dsl.registry import Registry
 from ntp_dsl.traces import ROOT, TraceWriter
-from ntp_dsl.world import Argument, Failure, Outcome, World
+from ntp_dsl.world import Argument, Failure, Observation, Outcome, World
 
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
@@ -93,7 +93,7 @@ class Interpreter:
 
     def _run_root(self, root: Frame, run: Run) -> bool:
         """One pass from the root to its return; true where it says «done»."""
-        stack = [(root, self._enter(root, ROOT, {}))]
+        stack = [(root, self._enter(root, ROOT, {}, self.world.truth()))]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
             frame, number = stack[-1]
@@ -115,7 +115,8 @@ class Interpreter:
                 self._execute(choice, number, len(stack), run)
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
-                stack.append((child, self._enter(child, number, choice.details, len(stack))))
+                entered = self._enter(child, number, choice.details, choice.seen, len(stack))
+                stack.append((child, entered))
                 fresh = True
 
     def _stop(self, idle: int, depth: int, run: Run) -> str:
@@ -141,32 +142,52 @@ class Interpreter:
             choice = self.policy.decide(frame, self.world, barred)
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
-        return replace(choice, details={**choice.details, "deciding": round(seconds, 5)})
+        source = self.registry.programs[frame.program].line(choice.callee)
+        details = {"source": source, **choice.details, "seconds": round(seconds, 5)}
+        return replace(choice, details=details)
 
     def _enter(
-        self, frame: Frame, parent: int, details: Mapping[str, Any], depth: int = 0
+        self,
+        frame: Frame,
+        parent: int,
+        details: Mapping[str, Any],
+        seen: Observation | None,
+        depth: int = 0,
     ) -> int:
         self.watch("call", depth, frame.program, frame.arguments, frame.scope)
-        return self._write_call(parent, "program", frame.program, frame, details)
+        return self._write_call(parent, "program", frame.program, frame, details, seen)
 
     def _write_call(
-        self, parent: int, kind: str, name: str, given: Frame | Choice, details: Mapping[str, Any]
+        self,
+        parent: int,
+        kind: str,
+        name: str,
+        given: Frame | Choice,
+        details: Mapping[str, Any],
+        seen: Observation | None,
     ) -> int:
-        state = self.writer.state(self.world.observe())
+        state, frame = self._state(seen), self.frame_number()
         return self.writer.call(
-            parent, kind, name, given.arguments, given.scope, self.frame_number(), state, details
+            parent, kind, name, given.arguments, given.scope, frame, state, details
         )
+
+    def _state(self, seen: Observation | None) -> int:
+        """What was decided by; for a policy that does not say, what is there."""
+        return self.writer.state(self.world.truth() if seen is None else seen)
 
     def _leave(self, number: int, depth: int, frame: Frame, choice: Choice) -> None:
         outcome = "done" if choice.done else "unfinished"
         self.watch("return", depth - 1, frame.program, frame.arguments, outcome)
-        state = self.writer.state(self.world.observe())
-        self.writer.returned(number, outcome, self.frame_number(), state=state, **choice.details)
+        state = self._state(choice.seen)
+        frame_number = self.frame_number()
+        self.writer.returned(number, outcome, frame_number, state=state, decision=choice.details)
 
     def _execute(self, choice: Choice, parent: int, depth: int, run: Run) -> None:
         assert choice.callee is not None
         self.watch("call", depth, choice.callee, choice.arguments, choice.scope)
-        number = self._write_call(parent, "api", choice.callee, choice, choice.details)
+        number = self._write_call(
+            parent, "api", choice.callee, choice, choice.details, choice.seen
+        )
         outcome = self.world.call(choice.callee, choice.arguments)
         run.primitives += 1
         run.handled |= set(choice.arguments)

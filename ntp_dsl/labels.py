@@ -45,7 +45,8 @@ def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Ite
             yield Sample(query, Answer(call.name, objects(call.arguments), call.scope))
     for call in trace.calls:
         if call.kind == "program" and call.outcome in ("done", "unfinished"):
-            state = trace.states[call.details["state"]]
+            assert call.end_state is not None
+            state = trace.states[call.end_state]
             answer = Answer(None, done=call.outcome == "done")
             yield Sample(_query(call, state, demonstration), answer)
 

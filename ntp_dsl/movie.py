@@ -1,4 +1,4 @@
-"""Pictures of an episode: an animation of the arm at work, and a strip of its key moments."""
+"""Pictures of an episode: those that its trace refers to, an animation, and a strip of its key moments."""
 
 from __future__ import annotations
 
@@ -19,17 +19,25 @@ ROWS, COLUMNS = 2, 3  # of pictures in a strip
 
 
 class Camera:
-    """Takes every so-many-th frame of a world that can render itself."""
+    """Takes every so-many-th frame of a world that can render itself, into files under a folder."""
 
-    def __init__(self, render: Callable[[int, int], Picture], every: int = 3) -> None:
-        self._render, self._every = render, every
+    def __init__(
+        self, render: Callable[[int, int], Picture], folder: Path, every: int = 3
+    ) -> None:
+        self._render, self._folder, self._every = render, folder, every
         self._seen = 0
         self.pictures: list[Picture] = []
 
-    def frame(self, *_: object) -> None:
-        if self._seen % self._every == 0:
-            self.take()
-        self._seen += 1
+    def frame(self, *_: object) -> str | None:
+        """The file of the picture, where it takes one: by its path from the folder."""
+        number, self._seen = self._seen, self._seen + 1
+        if number % self._every:
+            return None
+        self.take()
+        path = self._folder / "frames" / f"{number:05d}.jpg"
+        with written_whole(path) as partial:
+            Image.fromarray(self.pictures[-1]).save(partial, format="JPEG", quality=80)
+        return str(path.relative_to(self._folder))
 
     def take(self) -> None:
         self.pictures.append(self._render(*SIZE))

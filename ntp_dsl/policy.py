@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from ntp_dsl.specification import Scope
-from ntp_dsl.world import Argument, World
+from ntp_dsl.world import Argument, Observation, World
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,8 @@ class Choice:
     scope: Scope | None = None
     done: bool = True  # of a return; a learned program cannot tell done from unfinished, so it says done
     matched: Any = None
-    details: Mapping[str, Any] = field(default_factory=dict)  # probabilities, source span: for the trace
+    details: Mapping[str, Any] = field(default_factory=dict)  # probabilities, source: for the trace
+    seen: Observation | None = None  # what it was decided by
 
 
 Barred = frozenset[str | None]

@@ -18,7 +18,7 @@ from ntp_dsl.scripted import DemonstratedCall, ScriptedPolicy, demonstrated
 from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, Recorder
 from ntp_dsl.tasks import Instance
-from ntp_dsl.traces import TraceWriter, parse_trace
+from ntp_dsl.traces import TraceWriter, parse_trace, to_json
 from ntp_dsl.world import Disturbances, World
 from ntp_dsl.worlds.scenes import scattered, scrambled
 
@@ -28,10 +28,15 @@ LED_ASTRAY = 4  # primitives of a wrong program, at most
 
 @dataclass(frozen=True)
 class Shown:
-    """A demonstration and the calls that made it."""
+    """A demonstration, and the calls that made it."""
 
     demonstration: Demonstration
-    calls: DemonstratedCall
+    calls: DemonstratedCall | None = None  # None where it was brought from elsewhere
+
+    def facts(self, file: str) -> dict[str, Any]:
+        """What a trace says of the demonstration that its scopes are frames of; the file lies beside it."""
+        calls = self.calls.to_json() if self.calls else None
+        return {"file": file, "frames": len(self.demonstration), "calls": calls}
 
 
 def demonstrate(
@@ -69,6 +74,7 @@ def record_episode(
     seed: int,
     writer: TraceWriter,
     trouble: float = TROUBLE,
+    demonstration_file: str = "",
 ) -> Run:
     """A labelled episode from another placement, with the trouble that recoveries are learnt from."""
     rng = np.random.default_rng((seed, 1))
@@ -78,7 +84,7 @@ def record_episode(
         scene = scattered(instance.things, rng)
     world.reset(scene, derived(seed, 1), _troubles(trouble))
     facts = header(registry, instance, seed, "scripted")
-    writer.header(**facts, demonstration=shown.calls.to_json())
+    writer.header(**facts, demonstration=shown.facts(demonstration_file))
     recorder = Recorder(world)
     policy = ScriptedPolicy(expert, shown.calls)
     interpreter = Interpreter(
@@ -118,13 +124,14 @@ def _leader_astray(
 
 
 def header(registry: Registry, instance: Instance, seed: int, policy: str) -> dict[str, Any]:
-    """What a trace says of itself before the first call."""
+    """What a trace says of itself before the first call; `demonstration` and others may follow."""
     return {
         "library": registry.name,
         "registry": registry.hash,
         "task": instance.name,
         "goal": [dict(record.fields) for record in instance.goal],
         "program": instance.program,
+        "arguments": [to_json(argument) for argument in instance.arguments],
         "seed": seed,
         "policy": policy,
         "things": [asdict(thing) for thing in instance.things],

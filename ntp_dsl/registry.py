@@ -52,6 +52,19 @@ class Program(Callable):
     callees: tuple[str, ...] = ()
     in_python: bool = False
 
+    def statements(self) -> Iterator[syntax.Call]:
+        """The calls of its body, without the loops and conditions around them."""
+        for statement in self.body:
+            while not isinstance(statement, syntax.Call):
+                statement = statement.body
+            yield statement
+
+    def line(self, callee: str | None = None) -> str:
+        """Where it first calls something, as `file:line`; else where it is declared."""
+        calls = (each.span for each in self.statements() if each.callee == callee)
+        span = next(calls, self.span)
+        return f"{span.path.name}:{span.line}" if span.path else ""
+
 
 @dataclass(frozen=True)
 class Registry:

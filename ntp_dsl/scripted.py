@@ -113,10 +113,13 @@ class ScriptedPolicy:
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         """An expert makes no call that the language forbids, so it need not be told."""
-        state = State(self.expert.registry, world.truth())
+        seen = world.truth()
+        state = State(self.expert.registry, seen)
         decision = self.expert.decide(frame.program, frame.arguments, state)
         if isinstance(decision, Return):
-            return Choice(None, done=decision.done, details={"reason": decision.reason})
+            return Choice(
+                None, done=decision.done, details={"reason": decision.reason}, seen=seen
+            )
         shown = counterpart(frame.matched, decision.callee, decision.arguments)
         span = decision.span
         return Choice(
@@ -124,5 +127,6 @@ class ScriptedPolicy:
             decision.arguments,
             shown.scope if shown else None,
             matched=shown,
-            details={"source": f"{span.path.name if span.path else '?'}:{span.line}"},
+            details={"source": f"{span.path.name}:{span.line}"} if span.path else {},
+            seen=seen,
         )

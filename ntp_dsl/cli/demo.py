@@ -40,7 +40,7 @@ def command(
     shown, _ = evaluator.demonstration(instance, 0)
     if not json:
         answers.print(f"shown in {shown.demonstration.times[-1]:.0f} s; now the learned program:")
-    carry_out(evaluator, shown.demonstration, out, json)
+    carry_out(evaluator, shown, out, json)
     return 0
 
 

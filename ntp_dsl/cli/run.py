@@ -23,9 +23,11 @@ from ntp_dsl.cli.options import (
     WorldName,
 )
 from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.files import episode_files
 from ntp_dsl.language.diagnostics import NtpError, TaskFailed
 from ntp_dsl.movie import Camera
-from ntp_dsl.specification import Demonstration, read_demonstration, write_demonstration
+from ntp_dsl.recording import Shown
+from ntp_dsl.specification import read_demonstration
 from ntp_dsl.world import Disturbances
 
 
@@ -58,24 +60,27 @@ def command(
     path = model_or_expert(library, task, model, expert)
     plan = Plan(library, task, path, world, seed, Disturbances(slips, pushes, noise), traces=out)
     evaluator = Evaluator(plan)
-    carry_out(evaluator, _demonstration(evaluator, demo, out), out, json)
+    shown = Shown(read_demonstration(demo)) if demo else None
+    if shown is None and not expert:
+        messages.print(f"no --demo: the expert shows the task once, from seed {seed}")
+    carry_out(evaluator, shown, out, json)
     return 0
 
 
 def carry_out(
-    evaluator: Evaluator, demonstration: Demonstration | None, out: Path | None, json: bool
+    evaluator: Evaluator, shown: Shown | None, out: Path | None, json: bool
 ) -> None:
     """One episode, shown as it unfolds. Raises `TaskFailed` with the reason where it fails."""
     camera = _camera(evaluator, out)
     episode = evaluator.episode(
         0,
-        demonstration,
+        shown,
         watch=None if json else LiveTree(evaluator.registry),
         on_frame=camera.frame if camera else None,
     )
     files = []
     if out is not None:
-        files.append(out / "episode_00000.trace.jsonl")
+        files += [path for path in episode_files(out, 0) if path.is_file()]
     if camera is not None and out is not None:
         camera.take()
         for path, write in (
@@ -108,22 +113,7 @@ def carry_out(
         )
 
 
-def _demonstration(
-    evaluator: Evaluator, given: Path | None, out: Path | None
-) -> Demonstration | None:
-    if not evaluator.is_learned:
-        return None
-    if given is not None:
-        return read_demonstration(given)
-    messages.print(f"no --demo: the expert shows the task once, from seed {evaluator.plan.seed}")
-    shown, _ = evaluator.demonstration(evaluator.instance(0), 0)
-    if out is not None:
-        write_demonstration(shown.demonstration, out / "demo.parquet")
-        messages.print(f"wrote {out / 'demo.parquet'}")
-    return shown.demonstration
-
-
 def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:
     """Pictures where they are wanted and the world can render itself."""
     render = getattr(evaluator.world, "render", None)
-    return Camera(render) if out is not None and render is not None else None
+    return Camera(render, out) if out is not None and render is not None else None

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import heapq
 from dataclasses import replace
+from math import exp
+from operator import itemgetter
 from typing import Any
 
 import torch
@@ -18,7 +21,10 @@ from ntp_dsl.queries import Answer, Query
 from ntp_dsl.specification import Demonstration, Scope
 from ntp_dsl.world import Argument, Observation, World
 
-TOP = 3  # alternatives that a decision reports
+TOP = 5  # alternatives that a decision reports
+
+
+Ranking = list[tuple[str, float]]
 
 
 class LearnedPolicy:
@@ -36,9 +42,10 @@ class LearnedPolicy:
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         objects = tuple(a for a in frame.arguments if isinstance(a, str))
-        query = Query(frame.program, objects, frame.scope, world.observe(), self.demonstration)
+        seen = world.observe()
+        query = Query(frame.program, objects, frame.scope, seen, self.demonstration)
         answer, details = self.answer(query, barred)
-        return Choice(answer.callee, answer.objects, answer.scope, details=details)
+        return Choice(answer.callee, answer.objects, answer.scope, details=details, seen=seen)
 
     @torch.inference_mode()
     def answer(
@@ -47,7 +54,7 @@ class LearnedPolicy:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
-        hint, scope = self._hint(query, states)
+        hint, scope, shown = self._hint(query, states)
         thought = self.core.consider(states, hint)
         end = float(torch.sigmoid(thought.end)[0])
         probabilities = torch.softmax(thought.slots[0], -1)
@@ -55,6 +62,7 @@ class LearnedPolicy:
         details = {
             "end_probability": round(end, 4),
             "top": _top(probabilities, callees),
+            **({"shown_probability": shown} if query.scope else {}),
         }
         allowed = torch.tensor([callee not in barred for callee in callees])
         if (end > 0.5 and None not in barred) or not allowed.any():
@@ -62,38 +70,44 @@ class LearnedPolicy:
         slot = int((probabilities[: len(callees)] * allowed).argmax())
         if float(thought.lost[0, slot]) > 0:
             scope = None
-        objects, certainty = self._objects(query.observation, states, thought, slot, callees[slot])
+        objects, certainty, pointers = self._objects(
+            query.observation, states, thought, slot, callees[slot]
+        )
         probability = float(probabilities[slot]) * (1 - end) * certainty
-        details["probability"] = round(probability, 4)
+        details |= {"probability": round(probability, 4), "pointers": pointers}
         return Answer(callees[slot], objects, scope), details
 
     def _objects(
         self, seen: Observation, states: States, thought: Thought, slot: int, callee: str
-    ) -> tuple[tuple[str, ...], float]:
+    ) -> tuple[tuple[str, ...], float, list[Ranking]]:
+        """The arguments, how certain they are together, and what else each might have been."""
         scores = self.core.point(thought, states, torch.tensor([slot]))[0]  # (arity, things)
         rows = batches.candidate_rows(self.core.memory, callee, seen.things)
         chances = torch.softmax(scores.masked_fill(~rows, -1e4), -1)
-        chosen, certainty = [], 1.0
+        names = tuple(thing.name for thing in seen.things)
+        chosen, certainty, pointers = [], 1.0, []
         for place in range(len(self.core.memory.signature(callee).object_types)):
             index = int(chances[place].argmax())
             certainty *= float(chances[place, index])
-            chosen.append(seen.things[index].name)
-        return tuple(chosen), certainty
+            chosen.append(names[index])
+            pointers.append(_top(chances[place], names))
+        return tuple(chosen), certainty, pointers
 
-    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None]:
-        """Where in the scope the next call is shown: its objects, and the callee's own scope."""
+    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None, float]:
+        """Where in the scope the next call is shown: its objects, the callee's own scope, and how surely."""
         if query.scope is None:
-            return silent_hint(self.core, states), None
+            return silent_hint(self.core, states), None, 0.0
         reading = self._reading(query)
         hits, none = self.core.reader.locate(reading, states)
         scoped = torch.ones(1)
         best = int(hits[0].argmax())
+        sure = round(exp(float(hits[0, best])), 4)
         if float(none[0]) > float(hits[0, best]):
-            return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None
+            return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None, sure
         hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped)
         shown = keyframes.within(self.demonstration, query.scope)
         last = int(shown[int(reading.following[0, best])])
-        return hint, (int(shown[best]), last + 1)
+        return hint, (int(shown[best]), last + 1), sure
 
     def _reading(self, query: Query) -> Reading:
         """Kept: a part of a demonstration is read once for a program."""
@@ -118,6 +132,8 @@ class LearnedPolicy:
             )
 
 
-def _top(probabilities: Tensor, callees: tuple[str, ...]) -> list[tuple[str, float]]:
-    ranked = torch.argsort(probabilities[: len(callees)], descending=True)[:TOP]
-    return [(callees[int(i)], round(float(probabilities[int(i)]), 4)) for i in ranked]
+def _top(probabilities: Tensor, names: tuple[str, ...]) -> Ranking:
+    """The most probable first; what has no chance is left out."""
+    pairs = zip(names, probabilities[: len(names)].tolist(), strict=True)
+    ranked = heapq.nlargest(TOP, pairs, key=itemgetter(1))
+    return [(name, round(chance, 4)) for name, chance in ranked if chance >= 0.00005]

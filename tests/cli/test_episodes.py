@@ -32,8 +32,9 @@ def test_one_task_is_carried_out_and_written_down(
     assert "pick_and_place(" in shown.out and "done:" in shown.out
     assert "no --demo: the expert shows the task once, from seed 3" in shown.err
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
-    assert trace.end == {"done": True, "reason": "done", "primitives": trace.end["primitives"]}
-    assert len(read_demonstration(tmp_path / "demo.parquet")) > 10
+    assert trace.end is not None and trace.end["done"] and trace.end["success"]
+    told = trace.header["demonstration"]
+    assert told["frames"] == len(read_demonstration(tmp_path / told["file"])) > 10
 
 
 def test_the_script_does_it_too_and_says_so_to_machines(capsys: pytest.CaptureFixture[str]) -> None:
