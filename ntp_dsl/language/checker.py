@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ntp_dsl import registry
-from ntp_dsl.language import contracts, hierarchy, syntax, tasks
+from ntp_dsl.language import hierarchy, syntax, tasks
+from ntp_dsl.language.contracts import Contracts
 from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.formatter import hash_declaration
 from ntp_dsl.language.names import Table, check_type, collect
@@ -40,8 +41,10 @@ def examine(*libraries: syntax.Library) -> tuple[Table, Sequence[Diagnostic]]:
         _check_declaration(declaration, table, typing)
     # What a contract means is only worth asking where names and types stand.
     if not any(each.severity == "error" for each in table.mistakes):
-        hierarchy.check_hierarchy(table)
-        contracts.check_contracts(table)
+        hierarchy.check_hierarchy(table, [*table.predicates.values(), *table.programs.values()])
+        contracts = Contracts(table)
+        for program in table.programs.values():
+            table.mistakes += contracts.check(program)
     return table, table.mistakes
 
 

@@ -59,14 +59,12 @@ def _matches(needed: Literal, provided: Literal) -> bool:
     )
 
 
-def check_contracts(table: Table) -> None:
-    """Each requirement of a call is provided before it: by contract, earlier call or loop."""
-    contracts = _Contracts(table)
-    for program in table.programs.values():
-        table.mistakes += contracts.check(program)
+class Contracts:
+    """Whether each requirement of a call is provided before it: by contract, earlier call or loop.
 
+    Everything that the table's contracts and predicates mention must be in the table.
+    """
 
-class _Contracts:
     def __init__(self, table: Table) -> None:
         self._table = table
         callables: list[syntax.ApiDeclaration | syntax.ProgramDeclaration] = []
@@ -102,6 +100,7 @@ class _Contracts:
                 yield from self._expand(parts, depth - 1)
 
     def check(self, program: ProgramDeclaration) -> Iterator[Diagnostic]:
+        """What is wrong with one program's calls; all its callees must be in the table."""
         known = list(self._expand(literals(program.requires)))
         for statement in program.body:
             call = innermost(statement)

@@ -57,6 +57,7 @@ class Diagnostic:
     notes: tuple[Note, ...] = ()
     help: str = ""
     fix: Fix | None = None
+    name: str = ""  # the name at fault, where it is one that nobody declared
 
     @property
     def severity(self) -> str:
@@ -154,7 +155,7 @@ def unknown(
     meant = nearest(name, likely) or nearest(name, known)
     if meant is not None:
         message = f"{what} '{name}'; did you mean '{meant}'?"
-        return Diagnostic(code, message, span, help=help, fix=Fix(span, meant))
+        return Diagnostic(code, message, span, (), help, Fix(span, meant), name)
     listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
     help = help or (listing and f"there is: {listing}")
-    return Diagnostic(code, f"{what} '{name}'", span, help=help)
+    return Diagnostic(code, f"{what} '{name}'", span, (), help, None, name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ntp_dsl.language import syntax
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.signatures import head
@@ -9,11 +11,18 @@ from ntp_dsl.language.syntax import Statement
 from ntp_dsl.language.walks import atoms, callees, innermost, loops, mentions, predicates, union
 
 
-def check_hierarchy(table: Table) -> None:
-    """Recursion is guarded, calls end in apis, and an api without a promise stands last."""
-    _check_compositions(table)
+def check_hierarchy(table: Table, own: Iterable[syntax.Declaration]) -> None:
+    """Recursion is guarded, calls end in apis, and an api without a promise stands last.
+
+    Args:
+        own: whom to judge; all that they call must be in the table.
+    """
+    judged = list(own)
+    _check_compositions(
+        table, [each for each in judged if isinstance(each, syntax.PredicateDeclaration)]
+    )
     grounded = _grounded(table)
-    for program in table.programs.values():
+    for program in (each for each in judged if isinstance(each, syntax.ProgramDeclaration)):
         if program.name not in grounded:
             message = f"'{program.name}' never comes to an api: the robot would do nothing"
             table.report("E406", message, program.name_span, "call an api, or a program that does")
@@ -89,10 +98,10 @@ def _grounded(table: Table) -> set[str]:
         grounded |= more
 
 
-def _check_compositions(table: Table) -> None:
+def _check_compositions(table: Table, own: Iterable[syntax.PredicateDeclaration]) -> None:
     """A composed predicate is not made of itself."""
     parts = {each.name: predicates(each.body) for each in table.predicates.values()}
-    for name in parts:
+    for name in (each.name for each in own):
         seen: set[str] = set()
         waiting = set(parts[name])
         while waiting:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import cast
@@ -15,9 +16,11 @@ from lark.visitors import Transformer_NonRecursive
 
 from ntp_dsl.language import build, pieces, wording
 from ntp_dsl.language.build_terms import Word
-from ntp_dsl.language.diagnostics import Diagnostic, Fix, SourceError
+from ntp_dsl.language.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.drafts import Draft, draft
 from ntp_dsl.language.pieces import KEYWORDS, Piece
-from ntp_dsl.language.syntax import NOWHERE, Declaration, Library, Span, Use
+from ntp_dsl.language.recovery import Parsed, recover
+from ntp_dsl.language.syntax import NOWHERE, Library, Span
 from ntp_dsl.resources import grammar_folder
 
 
@@ -57,70 +60,51 @@ def _words() -> dict[str, str]:
 
 
 def parse(text: str, path: Path | str | None = None) -> Library:
-    """Read a library; `SourceError` carries every mistake of the text, one a declaration at most.
+    """Read a library; `SourceError` carries every mistake of the text.
 
     Args:
         path: where the text comes from, for the spans; the file is not opened.
     """
     where = None if path is None else Path(path)
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    mistakes: list[Diagnostic] = []
-    parsed = [_parse_piece(piece, mistakes) for piece in pieces.cut(text, where)]
-    headers = [node for node in parsed if isinstance(node, build.Header)]
-    mistakes += _header_mistakes(headers, parsed, where)
+    draft = read(text, where)
+    if draft.mistakes:
+        raise SourceError(draft.mistakes, {where: lines(text)})
+    return draft.whole()
+
+
+def read(text: str, path: Path | None, read_piece: Callable[[Piece], Parsed] | None = None) -> Draft:
+    """Read what can be read of a library; the draft says what cannot.
+
+    Args:
+        read_piece: reads one declaration, where the caller knows a quicker way than to parse it.
+    """
+    found = [(read_piece or parse_piece)(piece) for piece in pieces.cut(lines(text), path)]
+    return draft(found, path)
+
+
+def lines(text: str) -> str:
+    """The text with line ends of one kind, as all spans count them."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def parse_piece(piece: Piece) -> Parsed:
+    """Read one declaration, and on where it is broken."""
+    return recover(piece, _attempt)
+
+
+def _attempt(piece: Piece) -> tuple[build.Item | None, Sequence[Diagnostic]]:
+    mistakes = [pieces.misspelt(piece)] if piece.keyword not in KEYWORDS else []
+    mistakes += pieces.unbalanced(piece)
     if mistakes:
-        raise SourceError(mistakes, {where: text})
-    return Library(
-        headers[0].name,
-        tuple(node for node in parsed if isinstance(node, Use)),
-        tuple(node for node in parsed if isinstance(node, Declaration)),
-        headers[0].docstring,
-        where,
-    )
-
-
-def _header_mistakes(
-    headers: list[build.Header], parsed: list[build.Item | None], path: Path | None
-) -> list[Diagnostic]:
-    stem = path.stem if path and path.stem.isidentifier() else "NAME"
-    top = Span(path, 1, 1, 1, 1)
-    if not headers and None in parsed:
-        return []  # the header may be among what did not parse
-    if not headers:
-        help = f"write 'library {stem}' above everything else"
-        fix = Fix(top, f"library {stem}\n\n")
-        return [
-            Diagnostic("E005", "the text does not say which library it is", top, help=help, fix=fix)
-        ]
-    mistakes = [
-        Diagnostic("E005", "a text is one library; this is another header", header.span)
-        for header in headers[1:]
-    ]
-    if parsed[0] is not headers[0] and parsed[0] is not None:
-        mistakes.append(
-            Diagnostic("E005", "'library' comes before everything else", headers[0].span)
-        )
-    return mistakes
-
-
-def _parse_piece(piece: Piece, mistakes: list[Diagnostic]) -> build.Item | None:
-    problems = [pieces.misspelt(piece)] if piece.keyword not in KEYWORDS else []
-    problems += pieces.unbalanced(piece)
-    if problems:
-        mistakes += problems
-        return None
+        return None, mistakes
     try:
         tree = _lark().parse(piece.text, start=piece.keyword)
     except UnexpectedInput as unexpected:
-        mistakes.append(_explain(unexpected, piece))
-        return None
+        return None, [_explain(unexpected, piece)]
     except DedentError:
-        mistakes.append(wording.dedent(piece))
-        return None
+        return None, [wording.dedent(piece)]
     builder = build.Builder()
-    item = _Transformer(builder, piece).transform(tree)
-    mistakes += builder.mistakes
-    return None if builder.mistakes else item
+    return _Transformer(builder, piece).transform(tree), builder.mistakes
 
 
 def _explain(unexpected: UnexpectedInput, piece: Piece) -> Diagnostic:
@@ -154,6 +138,6 @@ class _Transformer(Transformer_NonRecursive[Token, build.Item]):
     def _span(self, place: Meta | Token) -> Span:
         if getattr(place, "line", None) is None:
             return NOWHERE
-        above = self._piece.line - 1
-        start, end = (place.line or 0) + above, (place.end_line or 0) + above
-        return Span(self._piece.path, start, place.column or 0, end, place.end_column or 0)
+        return self._piece.stretch(
+            place.line or 0, place.column or 0, place.end_line or 0, place.end_column or 0
+        )

@@ -3,30 +3,56 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
 from ntp_dsl.language.syntax import Span
 
-KEYWORDS = (
-    "library", "use", "type", "enum", "record", "constant", "predicate", "api", "program", "task",
-)  # fmt: skip
-MARKS = re.compile(r'"""|#|[()\[\]]')
+# What each keyword declares, by the namespace that it belongs to; the first two declare nothing.
+SPACES = {
+    "library": "", "use": "", "type": "type", "enum": "type", "record": "type", "constant": "value",
+    "predicate": "predicate", "api": "call", "program": "call", "task": "task",
+}  # fmt: skip
+KEYWORDS = tuple(SPACES)
+# What other languages say for them.
+ELSEWHERE = {"import": "use", "include": "use", "from": "use", "def": "program", "class": "type"}
+MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 # Inside an open docstring, only what can be nothing else than a declaration counts as one.
 HEADER = re.compile(rf"(?:{'|'.join(KEYWORDS)})[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]*[(:]")
+DECLARES = re.compile(rf"^({'|'.join(KEYWORDS)})[ \t]+([A-Za-z_][A-Za-z0-9_]*)", re.MULTILINE)
 PARTNERS = {"(": ")", "[": "]"}
 
 
 @dataclass(frozen=True)
+class Shift:
+    """What stood in columns `column` to `end` of a line was replaced by so many characters."""
+
+    column: int
+    end: int
+    width: int
+
+    def original(self, column: int) -> int:
+        """Where in the user's line a column of the mended line comes from."""
+        if column >= self.column + self.width:
+            return column - self.width + self.end - self.column
+        return min(column, self.end)
+
+
+@dataclass(frozen=True)
 class Piece:
-    """The text of one declaration, and the line at which it begins."""
+    """The text of one declaration, and the line at which it begins.
+
+    The text may be mended, to read on where the user's does not parse; `shifts` are then by line,
+    and every place is one of the user's text.
+    """
 
     text: str
     line: int
     path: Path | None
+    shifts: Mapping[int, Shift] = field(default_factory=dict)
 
     @property
     def keyword(self) -> str:
@@ -36,8 +62,18 @@ class Piece:
 
     def span(self, line: int, column: int, width: int = 1) -> Span:
         """A stretch of one line; `line` counts from one within the piece."""
-        line += self.line - 1
-        return Span(self.path, line, column, line, column + width)
+        return self.stretch(line, column, line, column + width)
+
+    def stretch(self, line: int, column: int, end_line: int, end_column: int) -> Span:
+        """The place in the whole text; lines count from one within the piece."""
+        if self.shifts:
+            column, end_column = self._original(line, column), self._original(end_line, end_column)
+        above = self.line - 1
+        return Span(self.path, line + above, column, end_line + above, end_column)
+
+    def _original(self, line: int, column: int) -> int:
+        shift = self.shifts.get(line)
+        return column if shift is None else shift.original(column)
 
     def at(self, offset: int, width: int = 1) -> Span:
         """The place of a character of the piece's text."""
@@ -80,7 +116,7 @@ def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
         mark = match.group()
         if mark == '"""':
             quoted = not quoted
-        elif quoted:
+        elif quoted or mark[0] == '"':
             continue
         elif mark == "#":
             break
@@ -102,7 +138,7 @@ def _open_marks(text: str) -> Iterator[tuple[str, int]]:
                 yield mark, match.start()
                 return
             position = end + 3
-        else:
+        elif mark[0] != '"':
             yield mark, match.start()
 
 
@@ -131,7 +167,7 @@ def misspelt(piece: Piece) -> Diagnostic:
     found = piece.keyword
     span = piece.at(0, max(1, len(found)))
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
-    meant = nearest(found, KEYWORDS) if found else None
+    meant = ELSEWHERE.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
         message = f"nothing begins with '{found}'; did you mean '{meant}'?"
         return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
@@ -139,3 +175,24 @@ def misspelt(piece: Piece) -> Diagnostic:
     if piece.text[0].isspace():
         message = "this line is indented, and there is no declaration above it"
     return Diagnostic("E002", message, span, help=help)
+
+
+def declared(piece: Piece) -> Iterator[tuple[str, str]]:
+    """The names, each with its namespace, that a piece declares as far as its words tell."""
+    for keyword, name in DECLARES.findall(piece.text):
+        yield SPACES[keyword], name
+    words = set(WORD.findall(piece.text))
+    if piece.keyword == "enum":
+        yield from (("value", word) for word in words)
+    elif piece.keyword not in KEYWORDS:
+        yield from ((space, word) for space in set(SPACES.values()) for word in words)
+
+
+def continued(rows: Sequence[str]) -> int:
+    """How many rows the first one runs on over, in brackets or a docstring; none if it never ends."""
+    depth, quoted = 0, False
+    for index, row in enumerate(rows):
+        depth, quoted = _marks(row, depth, quoted)
+        if not depth and not quoted:
+            return index
+    return 0
