@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ntp_dsl import registry
-from ntp_dsl.language import hierarchy, syntax, tasks
-from ntp_dsl.language.contracts import Contracts
+from ntp_dsl.language import contracts, hierarchy, syntax, tasks
 from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.formatter import hash_declaration
 from ntp_dsl.language.names import Table, check_type, collect
@@ -39,12 +38,11 @@ def examine(*libraries: syntax.Library) -> tuple[Table, Sequence[Diagnostic]]:
     typing = Typing(table)
     for declaration in _declarations(table):
         _check_declaration(declaration, table, typing)
-    # What a contract means is only worth asking where names and types stand.
-    if not any(each.severity == "error" for each in table.mistakes):
-        hierarchy.check_hierarchy(table, [*table.predicates.values(), *table.programs.values()])
-        contracts = Contracts(table)
-        for program in table.programs.values():
-            table.mistakes += contracts.check(program)
+    # Where whole libraries are missing, nothing can be said of what contracts mean.
+    if not table.missing:
+        judged = [*table.predicates.values(), *table.programs.values()]
+        contracts.check_contracts(table, judged)
+        hierarchy.check_hierarchy(table, judged)
     return table, table.mistakes
 
 
@@ -109,10 +107,6 @@ def _check_statement(
 
 
 def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
-    if program.achieves is None:
-        help = "say what holds once it has done its work: achieves on(item, support)"
-        message = f"program '{program.name}' does not say what it achieves"
-        table.report("E401", message, program.name_span, help)
     if program.by is not None and program.by.id != PYTHON:
         message = f"a program has a body, or is decided by {PYTHON}"
         table.report("E112", message, program.by.span)

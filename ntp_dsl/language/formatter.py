@@ -82,7 +82,7 @@ def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
     by = _by(declaration.by)
     head = f"program {declaration.name}{_parameters(declaration.parameters)}{by}:"
     calls = [f"calls {', '.join(each.id for each in declaration.calls)}"] if declaration.calls else []
-    statements = [line for statement in declaration.body for line in _statement(statement)]
+    statements = [line for statement in declaration.body for line in format_statement(statement)]
     return [head, *_contract(declaration), *calls, *statements]
 
 
@@ -177,14 +177,15 @@ def _setting(setting: syntax.Setting) -> str:
 # Statements -------------------------------------------------------------------------------------
 
 
-def _statement(statement: syntax.Statement) -> list[str]:
+def format_statement(statement: syntax.Statement) -> list[str]:
+    """The lines of a statement, without the indentation of the body that it stands in."""
     if isinstance(statement, syntax.Call):
         return [_call(statement)]
     if isinstance(statement, syntax.When):
         head = f"when {format_expression(statement.condition)}:"
     else:
         head = f"for {_generator(statement.generator)}:"
-    return [head, *(INDENT + line for line in _statement(statement.body))]
+    return [head, *(INDENT + line for line in format_statement(statement.body))]
 
 
 def _call(call: syntax.Call) -> str:

@@ -1,0 +1,216 @@
+"""What would provide a fact that a call lacks: another order, a call before it, another call, a requirement.
+
+Each is tried out: only what leaves the program with fewer lacks than before is proposed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from ntp_dsl.language import syntax
+from ntp_dsl.language.diagnostics import Edit, Fix
+from ntp_dsl.language.facts import EVERY, facts, implies
+from ntp_dsl.language.formatter import format_expression, format_statement
+from ntp_dsl.language.provisions import Contracts, Lack
+from ntp_dsl.language.syntax import Atom, Expression, ProgramDeclaration, Span, Statement
+from ntp_dsl.language.walks import everything, innermost, loops, mentions
+
+Proposal = tuple[ProgramDeclaration, Fix, str]  # the program afterwards, the edits, and what to do
+
+
+def repair(contracts: Contracts, lack: Lack) -> tuple[Fix, str] | None:
+    """The fix, and what it does in words."""
+    before = sum(1 for _ in contracts.lacks(lack.program))
+    groups = [_reordered, _preceded, _replaced, _required]
+    if not contracts.achievers(lack.fact):
+        groups = [_required]
+    for group in groups:
+        good = [
+            (fix, words)
+            for program, fix, words in group(contracts, lack)
+            if sum(1 for _ in contracts.lacks(program)) < before
+        ]
+        if len(good) == 1:
+            return good[0]
+    return None
+
+
+def _reordered(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
+    """A later call provides it, and comes first."""
+    body = lack.program.body
+    for later in range(lack.index + 1, len(body)):
+        if any(implies(have, lack.fact) for have in contracts.promised(body[later])):
+            moved = [*range(lack.index), later, *range(lack.index, later), *range(later + 1, len(body))]
+            order = tuple(body[index] for index in moved)
+            fix = reorder(body, order)
+            if fix is not None:
+                words = f"call '{innermost(body[later]).callee}' first"
+                yield replace(lack.program, body=order), fix, words
+
+
+def reorder(body: tuple[Statement, ...], order: tuple[Statement, ...]) -> Fix | None:
+    """Each statement's text in its new place; only where every statement that moves is one line."""
+    changed = [(old, new) for old, new in zip(body, order, strict=True) if old is not new]
+    if not all(isinstance(each, syntax.Call) for pair in changed for each in pair):
+        return None
+    edits = [Edit(old.span, "\n".join(format_statement(new))) for old, new in changed]
+    return Fix(edits[0].span, edits[0].replacement, tuple(edits[1:])) if edits else None
+
+
+def _preceded(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
+    """A call of what achieves it comes before; a program rather than an api."""
+    place = lack.program.body[lack.index].span
+    proposals: dict[bool, list[Proposal]] = {True: [], False: []}
+    for call in _calls_for(contracts, lack.fact, lack.program.name):
+        if mentions_loop(call, lack):
+            continue
+        body = list(lack.program.body)
+        body.insert(lack.index, call)
+        text = format_statement(call)[0] + "\n" + " " * (place.column - 1)
+        fix = Fix(Span(place.path, place.line, place.column, place.line, place.column), text)
+        proposal = replace(lack.program, body=tuple(body)), fix, f"call {text.strip()} before it"
+        proposals[call.callee in contracts.table.programs].append(proposal)
+    yield from proposals[True] or proposals[False]
+
+
+def mentions_loop(call: syntax.Call, lack: Lack) -> bool:
+    variables = {each.variable for each in loops(lack.program.body[lack.index])}
+    named = {name for argument in call.arguments for name in mentions(argument)}
+    return bool(named & variables)
+
+
+def _calls_for(contracts: Contracts, fact: Expression, besides: str) -> Iterator[syntax.Call]:
+    """The calls that achieve a fact, with arguments that the fact names."""
+    for name in contracts.achievers(fact):
+        callee = contracts.table.callable(name)
+        if callee is None or name == besides:
+            continue
+        for achieved in facts(callee.achieves):
+            bound = _match(achieved, fact, {each.name for each in callee.parameters})
+            if bound is not None and set(bound) == {each.name for each in callee.parameters}:
+                yield syntax.Call(name, tuple(bound[each.name] for each in callee.parameters))
+                break
+
+
+def _match(
+    pattern: Expression, fact: Expression, parameters: set[str]
+) -> dict[str, Expression] | None:
+    """What the parameters stand for where a promise becomes the fact."""
+    if isinstance(pattern, syntax.Not) and isinstance(fact, syntax.Not):
+        return _match(pattern.value, fact.value, parameters)
+    if not isinstance(pattern, Atom) or not isinstance(fact, Atom):
+        return None
+    if (pattern.predicate, len(pattern.arguments)) != (fact.predicate, len(fact.arguments)):
+        return None
+    bound: dict[str, Expression] = {}
+    for term, value in zip(pattern.arguments, fact.arguments, strict=True):
+        free = isinstance(term, syntax.Name) and term.id in parameters
+        if isinstance(value, syntax.Wildcard) or value == EVERY:
+            return None
+        if not free and term != value:
+            return None
+        if isinstance(term, syntax.Name) and free and bound.setdefault(term.id, value) != value:
+            return None
+    return bound
+
+
+def _replaced(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
+    """Another program that promises what this call does, and asks for less."""
+    callee = contracts.table.callable(lack.call.callee)
+    promises = contracts.contract(lack.call, "achieves")
+    if callee is None or not promises:
+        return
+    for call in _calls_for(contracts, promises[0], lack.program.name):
+        if call.callee == lack.call.callee or call.callee in contracts.table.apis:
+            continue
+        body = list(lack.program.body)
+        body[lack.index] = _with_call(body[lack.index], call)
+        text = format_statement(call)[0]
+        words = f"call '{call.callee}' instead, which asks for less"
+        yield replace(lack.program, body=tuple(body)), Fix(lack.call.span, text), words
+
+
+def _with_call(statement: Statement, call: syntax.Call) -> Statement:
+    if isinstance(statement, syntax.Call):
+        return call
+    return replace(statement, body=_with_call(statement.body, call))
+
+
+def _required(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
+    """The program asks its caller for it."""
+    program, table = lack.program, contracts.table
+    sight = {each.name for each in program.parameters} | set(table.constants) | set(contracts.members)
+    if not mentions(lack.fact) <= sight or any(each == EVERY for each in everything(lack.fact)):
+        return
+    old, fact = program.requires, lack.fact
+    wanted = fact if old is None else syntax.And((old, fact), span=old.span)
+    fix = add_requirement(program, fact)
+    if fix is not None:
+        words = f"add it to what '{program.name}' requires"
+        yield replace(program, requires=wanted), fix, words
+
+
+def add_requirement(program: ProgramDeclaration, fact: Expression) -> Fix | None:
+    """`and FACT` at the end of what is required, or a clause of its own."""
+    required = program.requires
+    text = format_expression(fact)
+    if isinstance(fact, syntax.Or):
+        text = f"({text})"
+    if required is None:
+        return add_clause(program, f"requires {text}")
+    if isinstance(required, syntax.Or):
+        closing = Edit(_end(required.span), f") and {text}")
+        return Fix(_start(required.span), "(", (closing,))
+    if _is_open(required):
+        return Fix(_start(required.span), f"{text} and ")
+    return Fix(_end(required.span), f" and {text}")
+
+
+def add_clause(program: ProgramDeclaration, clause: str) -> Fix | None:
+    """A line of the contract: below the other one, or above the first statement."""
+    other = program.requires or program.achieves
+    margin = " " * (program.body[0].span.column - 1) if program.body else "    "
+    if other is not None and other.span.line > program.name_span.line:
+        return Fix(_end(other.span), f"\n{margin}{clause}")
+    if program.body and program.body[0].span.line > program.name_span.line:
+        return Fix(_start(program.body[0].span), f"{clause}\n{margin}")
+    return None
+
+
+def _is_open(condition: Expression) -> bool:
+    """Whether what follows would be taken into a quantifier."""
+    if isinstance(condition, syntax.And):
+        return _is_open(condition.values[-1])
+    if isinstance(condition, syntax.Not):
+        return _is_open(condition.value)
+    return isinstance(condition, syntax.Quantified)
+
+
+def _start(span: Span) -> Span:
+    return Span(span.path, span.line, span.column, span.line, span.column)
+
+
+def _end(span: Span) -> Span:
+    return Span(span.path, span.end_line, span.end_column, span.end_line, span.end_column)
+
+
+def promise(contracts: Contracts, program: ProgramDeclaration) -> Expression | None:
+    """What a program that does not say so probably achieves: what its last call does."""
+    if not program.body:
+        return None
+    statement = program.body[-1]
+    said = contracts.contract(innermost(statement), "achieves")
+    names = {each.name for each in program.parameters} | set(contracts.table.constants)
+    generators: list[syntax.Generator] = []
+    while not isinstance(statement, syntax.Call):
+        if isinstance(statement, syntax.When):
+            return None
+        generators.append(statement.generator)
+        statement = statement.body
+    names |= {each.variable for each in generators}
+    kept = [fact for fact in said if mentions(fact) <= names and EVERY not in everything(fact)]
+    if not kept:
+        return None
+    whole = kept[0] if len(kept) == 1 else syntax.And(tuple(kept))
+    return syntax.Quantified("all", whole, tuple(generators)) if generators else whole
