@@ -16,7 +16,7 @@ from ntp_dsl.experts import Expert
 from ntp_dsl.files import episode_files, written_whole
 from ntp_dsl.labels import labelled
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.loader import load
+from ntp_dsl.python_code import load_with_python
 from ntp_dsl.queries import Sample
 from ntp_dsl.recording import TROUBLE, Shown, demonstrate, record_episode
 from ntp_dsl.registry import Registry
@@ -55,7 +55,7 @@ class RecordingStudio:
 
     def __init__(self, plan: RecordingPlan) -> None:
         self.plan = plan
-        self.registry = load(plan.library)
+        self.registry = load_with_python(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
         self.world: World = make_world(plan.world, self.registry)
@@ -124,7 +124,7 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
 
 
 def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
-    registry = load(plan.library)
+    registry = load_with_python(plan.library)
     manifest = {
         "format": FORMAT,
         "version": VERSION,

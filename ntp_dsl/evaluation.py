@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -14,21 +14,22 @@ import numpy as np
 
 from ntp_dsl.experts import Expert
 from ntp_dsl.files import episode_files
+from ntp_dsl.goals import Goal
 from ntp_dsl.interpreter import Interpreter, Run, Watcher
 from ntp_dsl.language.diagnostics import NtpError, TaskFailed
-from ntp_dsl.language.loader import load
 from ntp_dsl.policy import Policy
+from ntp_dsl.python_code import load_with_python
 from ntp_dsl.recording import Shown, demonstrate, header
+from ntp_dsl.registry import Registry
 from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, write_demonstration
 from ntp_dsl.success import judge
-from ntp_dsl.tasks import Goal, Instance, draw, find_task, from_file
+from ntp_dsl.tasks import Instance, draw, find_task, from_file
 from ntp_dsl.traces import TraceWriter
 from ntp_dsl.workers import in_order
 from ntp_dsl.world import Disturbances, Observation, Record, Scene
 from ntp_dsl.worlds import make_world
-from ntp_dsl.worlds.scenes import scattered
 
 OnFrame = Callable[[Observation], str | None]  # the file of the picture that it took, if any
 ATTEMPTS = 5  # at a demonstration, each from another placement
@@ -79,7 +80,7 @@ class Evaluator:
         if plan.traces is not None:
             plan.traces.mkdir(parents=True, exist_ok=True)
         self.plan = plan
-        self.registry = load(plan.library)
+        self.registry = load_with_python(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
         self.world = make_world(plan.world, self.registry)
@@ -106,7 +107,7 @@ class Evaluator:
         return draw(self.registry, self.task, rng)
 
     def scene(self, instance: Instance, number: int) -> Scene:
-        return scattered(instance.things, np.random.default_rng((self.plan.seed, number, 1)))
+        return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))
 
     def demonstration(self, instance: Instance, number: int) -> tuple[Shown, int]:
         """By the expert, in the same world, from another placement; tried again where it fails.
@@ -143,7 +144,7 @@ class Evaluator:
         attempts = 0
         if shown is not None:
             _check_shown(shown.demonstration, instance)
-            instance = replace(instance, goal=_goal_shown(shown.demonstration))
+            instance = instance.with_goal(_goal_shown(self.registry, shown.demonstration, instance))
         elif self.is_learned or self.plan.traces is not None:
             try:
                 shown, attempts = self.demonstration(instance, number)
@@ -249,19 +250,24 @@ def _check_shown(demonstration: Demonstration, instance: Instance) -> None:
             )
 
 
-def _goal_shown(demonstration: Demonstration) -> Goal:
+def _goal_shown(
+    registry: Registry, demonstration: Demonstration, instance: Instance
+) -> Goal:
     """What success is judged by where a demonstration is brought: its own goal. The policy never sees it."""
+    pattern = instance.goal[0]
+    fields = [name for name, _ in pattern.fields]
     try:
-        goal = [
-            Record("Placement", (("item", row["item"]), ("support", row["support"])))
+        goal = tuple(
+            Record(pattern.type, tuple((name, str(row[name])) for name in fields))
             for row in demonstration.notes["goal"]
-        ]
+        )
     except (KeyError, TypeError) as error:
         raise NtpError("the demonstration does not say what it shows; record it anew") from error
-    missing = {name for row in goal for _, name in row.fields} - set(demonstration.names)
+    known = {*demonstration.names, *(name for enum in registry.enums.values() for name in enum)}
+    missing = {name for row in goal for _, name in row.fields} - known
     if missing:
         raise NtpError(f"the demonstration's goal names {', '.join(sorted(missing))}, which it lacks")
-    return tuple(goal)
+    return goal
 
 
 def run_all(plan: Plan, episodes: int, workers: int) -> Iterator[Episode]:

@@ -13,7 +13,7 @@ from typing import Any
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.registry import Api, Program, Registry
-from ntp_dsl.state import Bindings, Literal, State
+from ntp_dsl.state import Bindings, Fact, State
 from ntp_dsl.world import Argument
 
 
@@ -44,13 +44,17 @@ class Instance:
 
     call: NextCall | None
     achieved: bool
-    provides: frozenset[Literal]
-    lacks: frozenset[Literal]
-    names: frozenset[Literal]
+    provides: frozenset[Fact]
+    lacks: frozenset[Fact]
+    names: frozenset[Fact]
 
 
 class Expert:
-    """The scripted policy of a registry, with Python functions in place of bodies where given."""
+    """The scripted policy of a registry: declared bodies, and functions where it leaves them to Python.
+
+    Args:
+        functions: experts by program, in place of what the registry has; for tests.
+    """
 
     def __init__(self, registry: Registry, functions: Mapping[str, PythonExpert] | None = None):
         self.registry = registry
@@ -74,14 +78,14 @@ class Expert:
         lacking = [x for x in state.literals(row.requires, scope) if not state.holds(x)]
         if lacking:
             return Return(False, f"{lacking[0]} does not hold")
-        if row.name in self._functions:
+        if row.in_python or row.name in self._functions:
             return self._ask_python(row, arguments, state)
         return self._first_due(row, scope, needed, state)
 
     # The body, read from its end ----------------------------------------------------------------
 
     def _first_due(
-        self, row: Program, scope: Bindings, needed: set[Literal], state: State
+        self, row: Program, scope: Bindings, needed: set[Fact], state: State
     ) -> Decision:
         named = set(state.literals(row.achieves, scope))
         due: list[Instance] = []
@@ -143,12 +147,12 @@ class Expert:
             for inner in state.elements(loop.generator, scope)
             if (instance := self._instantiate(loop.body, earlier, inner, state)) is not None
         ]
-        provides = frozenset[Literal]().union(*(e.provides for e in elements))
-        names = frozenset[Literal]().union(*(e.names for e in elements))
+        provides = frozenset[Fact]().union(*(e.provides for e in elements))
+        names = frozenset[Fact]().union(*(e.names for e in elements))
         pending = [element for element in elements if not element.achieved]
         if not pending:
             return Instance(None, True, provides, frozenset(), names)
-        helped = self._provided_by(earlier, scope, state) if earlier else frozenset[Literal]()
+        helped = self._provided_by(earlier, scope, state) if earlier else frozenset[Fact]()
         for element in pending:
             hopeless = any(not _provides_any(helped, {lack}) for lack in element.lacks)
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
@@ -157,9 +161,9 @@ class Expert:
 
     def _provided_by(
         self, statements: tuple[syntax.Statement, ...], scope: Bindings, state: State
-    ) -> frozenset[Literal]:
+    ) -> frozenset[Fact]:
         instances = (self._instantiate(s, (), scope, state) for s in statements)
-        return frozenset[Literal]().union(*(i.provides for i in instances if i is not None))
+        return frozenset[Fact]().union(*(i.provides for i in instances if i is not None))
 
     # Calls that would return at once ------------------------------------------------------------
 
@@ -176,7 +180,8 @@ class Expert:
     def _ask_python(
         self, row: Program, arguments: tuple[Argument, ...], state: State
     ) -> Decision:
-        answer = self._functions[row.name](View(self.registry, state), *arguments)
+        function = self._functions.get(row.name) or self.registry.python.get("expert", row.name)
+        answer = function(View(self.registry, state), *arguments)
         offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
         for offer in offers:
             if offer.callee not in row.callees:
@@ -184,6 +189,7 @@ class Expert:
                     f"the expert of '{row.name}' calls '{offer.callee}'; "
                     f"it declares {', '.join(row.callees) or 'nothing'}"
                 )
+            _check_arguments(self.registry, offer, row.name)
             if not self._is_empty(offer, state):
                 return offer
         return Return(False, "the Python expert offers no call")
@@ -191,6 +197,17 @@ class Expert:
 
 class UndeclaredCall(NtpError):
     """A Python expert calls something that its program does not declare."""
+
+
+def _check_arguments(registry: Registry, offer: NextCall, program: str) -> None:
+    """A call from Python takes as many arguments as are declared."""
+    wanted = registry[offer.callee].parameters
+    if len(wanted) != len(offer.arguments):
+        names = ", ".join(parameter.name for parameter in wanted)
+        raise UndeclaredCall(
+            f"the expert of '{program}' calls {offer.callee}{offer.arguments!r}; "
+            f"it is declared as {offer.callee}({names})"
+        )
 
 
 class View:
@@ -202,12 +219,16 @@ class View:
     def things(self, type_name: str) -> list[str]:
         return self._state.things(type_name)
 
-    def __getattr__(self, predicate: str) -> Callable[..., bool]:
-        if predicate not in self._registry.predicates:
+    def __getattr__(self, predicate: str) -> Callable[..., Any]:
+        declared = self._registry.predicates.get(predicate)
+        if declared is None:
             raise AttributeError(f"no predicate is called '{predicate}'")
+        count = len(declared.parameters)
 
-        def ask(*arguments: Any) -> bool:
-            return self._state.holds(Literal(predicate, tuple(arguments)))
+        def ask(*arguments: Any) -> Any:
+            if len(arguments) != count:
+                raise TypeError(f"{predicate} takes {count} arguments, here are {len(arguments)}")
+            return self._state.reading(predicate, tuple(arguments))
 
         return ask
 
@@ -222,6 +243,6 @@ def first(calls: Iterable[NextCall]) -> list[NextCall]:
     return list(calls)
 
 
-def _provides_any(provided: Iterable[Literal], wanted: Iterable[Literal]) -> bool:
+def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:
     wanted = list(wanted)
     return any(literal.provides(other) for literal in provided for other in wanted)

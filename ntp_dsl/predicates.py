@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from functools import partial
 from math import hypot
 
-from ntp_dsl.world import Observation
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.world import TOO_WIDE, Observation, Vector
 
 ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
@@ -25,7 +26,7 @@ def held(observation: Observation) -> str | None:
     gx, gy, gz = observation.gripper
     for thing in observation.things:
         position = observation.positions.get(thing.name)
-        if position is None or _fixed(observation, thing.name):
+        if position is None or not thing.movable:
             continue
         x, y, z = position
         if hypot(x - gx, y - gy) < IN_HAND and abs(z - gz) < IN_HAND:
@@ -54,23 +55,26 @@ def on(observation: Observation, item: str, support: str, within: float = CENTRE
     """`item` rests on `support`, its centre within so much of the support's, seen from above."""
     if not _resting(observation, item, support):
         return False
-    if _fixed(observation, support):
-        return abs(_gap(observation, item, support)) < TOUCHING
     x, y, _ = observation.positions[item]
     sx, sy, _ = observation.positions[support]
+    below = observation.by_name[support]
+    if below.roomy:
+        beside = max(abs(x - sx) - below.size[0] / 2, abs(y - sy) - below.size[1] / 2)
+        return beside < 0 and abs(_gap(observation, item, support)) < TOUCHING
     return hypot(x - sx, y - sy) < within and abs(_gap(observation, item, support)) < TOUCHING
 
 
 def covers(observation: Observation, item: str, support: str) -> bool:
     """`item` stands on or leans over `support`, centred or not: it is in the way."""
-    if not _resting(observation, item, support) or _fixed(observation, support):
+    if not _resting(observation, item, support) or observation.by_name[support].roomy:
         return False
     x, y, _ = observation.positions[item]
     sx, sy, _ = observation.positions[support]
-    width = observation.by_name[support].size[0]
-    height = observation.by_name[item].size[2]
-    near = max(abs(x - sx), abs(y - sy)) < OVERLAP * width
-    return near and -0.6 * height < _gap(observation, item, support) < 0.5 * height
+    above, below = observation.by_name[item].size, observation.by_name[support].size
+    reach_x, reach_y = (OVERLAP * (above[axis] + below[axis]) / 2 for axis in (0, 1))
+    near = abs(x - sx) < reach_x and abs(y - sy) < reach_y
+    sunk = 0.6 * min(above[2], below[2])  # a thing that leans, or stands beside, is lower than on top
+    return near and -sunk < _gap(observation, item, support) < 0.5 * above[2]
 
 
 def clear(observation: Observation, item: str) -> bool:
@@ -88,13 +92,15 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     if in_hand == target:
         return False
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
-    if _fixed(observation, target):
-        width = observation.by_name[in_hand].size[0] if in_hand else 0.0
-        return all(
-            max(abs(x - ox), abs(y - oy)) > (width + size) / 2 + FREE_GAP
-            for (ox, oy, _), size in _footprints(observation, except_for=in_hand)
-        )
     tx, ty, tz = observation.positions[target]
+    surface = observation.by_name[target]
+    if surface.roomy:
+        width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
+        return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
+            abs(x - ox) > (width + size[0]) / 2 + FREE_GAP
+            or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
+            for (ox, oy, _), size in _footprints(observation, {in_hand, target})
+        )
     rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
     within = CENTRED if in_hand else OVER
     return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
@@ -102,7 +108,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
 
 def _resting(observation: Observation, item: str, support: str) -> bool:
     both = present(observation, item) and present(observation, support) and item != support
-    return both and not _fixed(observation, item) and item != held(observation)
+    return both and observation.by_name[item].movable and item != held(observation)
 
 
 def _gap(observation: Observation, item: str, support: str) -> float:
@@ -111,18 +117,29 @@ def _gap(observation: Observation, item: str, support: str) -> float:
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
 
 
-def _fixed(observation: Observation, name: str) -> bool:
-    """Furniture is what is too wide for any hand."""
-    return observation.by_name[name].size[0] > 0.3
-
-
 def _footprints(
-    observation: Observation, except_for: str | None
-) -> Iterator[tuple[tuple[float, float, float], float]]:
+    observation: Observation, except_for: Container[str | None]
+) -> Iterator[tuple[Vector, Vector]]:
+    """Where what stands on the table is, and its size: all but the widest furniture."""
     for thing in observation.things:
-        if thing.name != except_for and not _fixed(observation, thing.name):
+        if thing.name not in except_for and thing.size[0] <= TOO_WIDE:
             if thing.name in observation.positions:
-                yield observation.positions[thing.name], thing.size[0]
+                yield observation.positions[thing.name], thing.size
+
+
+def trait(name: str) -> Callable[[Observation, str], str | float]:
+    """A reading of what the task's scene says of a thing.
+
+    Raises `NtpError` for a thing of which it says nothing.
+    """
+
+    def read(observation: Observation, thing: str) -> str | float:
+        traits = dict(observation.by_name[thing].traits)
+        if name not in traits:
+            raise NtpError(f"the scene says no {name} of '{thing}'; write: ... with {name}(...)")
+        return traits[name]
+
+    return read
 
 
 BUILT_IN: dict[str, Callable[..., bool]] = {

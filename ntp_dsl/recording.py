@@ -20,7 +20,6 @@ from ntp_dsl.specification import Demonstration, Recorder
 from ntp_dsl.tasks import Instance
 from ntp_dsl.traces import TraceWriter, parse_trace, to_json
 from ntp_dsl.world import Disturbances, World
-from ntp_dsl.worlds.scenes import scattered, scrambled
 
 TROUBLE = 0.15  # how often, per primitive, a recorded episode slips, is pushed, or is led astray
 LED_ASTRAY = 4  # primitives of a wrong program, at most
@@ -44,7 +43,7 @@ def demonstrate(
 ) -> Shown | Run:
     """The expert, undisturbed, from a scattered placement; what went wrong if it fails."""
     rng = np.random.default_rng((seed, 0))
-    scene = scattered(instance.things, rng)
+    scene = instance.scattered(rng)
     world.reset(scene, seed)
     recorder = Recorder(world)
     stream = io.StringIO()
@@ -79,9 +78,9 @@ def record_episode(
     """A labelled episode from another placement, with the trouble that recoveries are learnt from."""
     rng = np.random.default_rng((seed, 1))
     if trouble > 0 and rng.random() < 0.5:
-        scene = scrambled(instance.things, rng, world.starts_holding)
+        scene = instance.scrambled(rng, world.starts_holding)
     else:
-        scene = scattered(instance.things, rng)
+        scene = instance.scattered(rng)
     world.reset(scene, derived(seed, 1), _troubles(trouble))
     facts = header(registry, instance, seed, "scripted")
     writer.header(**facts, demonstration=shown.facts(demonstration_file))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from ntp_dsl.language import syntax
+from ntp_dsl.language.diagnostics import NtpError
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,19 @@ class Program(Callable):
         return f"{span.path.name}:{span.line}" if span.path else ""
 
 
+@dataclass
+class PythonCode:
+    """The functions that a library leaves to Python; none until `python_code` has imported them."""
+
+    functions: dict[tuple[str, str], Any] = field(default_factory=dict)  # by kind and name
+
+    def get(self, kind: str, name: str) -> Any:
+        """Raises `NtpError` where the user's file was not imported."""
+        if (kind, name) not in self.functions:
+            raise NtpError(f"the {kind} '{name}' is left to Python, and that was not imported")
+        return self.functions[kind, name]
+
+
 @dataclass(frozen=True)
 class Registry:
     """A checked library. Holding one is the proof: whatever runs it takes nothing less."""
@@ -79,6 +94,7 @@ class Registry:
     apis: Mapping[str, Api]
     programs: Mapping[str, Program]
     tasks: Mapping[str, syntax.TaskDeclaration]
+    python: PythonCode = field(default_factory=PythonCode, compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Program | Api:
         return self.programs.get(name) or self.apis[name]

@@ -125,7 +125,7 @@ def read_demonstration(path: Path) -> Demonstration:
         ) from error
     header = _header(table, path)
     try:
-        things = tuple(Thing(t["name"], t["type"], tuple(t["size"])) for t in header["things"])
+        things = tuple(Thing.from_json(row) for row in header["things"])
         positions = [_vectors(table, f"position.{thing.name}") for thing in things]
         times = table["time"].to_numpy().astype(np.float32)
         closed = table["closed"].to_numpy(zero_copy_only=False).astype(bool)

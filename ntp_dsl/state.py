@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ntp_dsl.language import syntax
-from ntp_dsl.predicates import ANY, BUILT_IN
+from ntp_dsl.language.formatter import format_expression
+from ntp_dsl.language.hierarchy import mentions
+from ntp_dsl.language.signatures import si
+from ntp_dsl.predicates import ANY, BUILT_IN, trait
 from ntp_dsl.registry import Registry
 from ntp_dsl.world import Argument, Observation, Record
 
@@ -24,6 +27,14 @@ COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
 }
 
 
+ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": lambda a, b: a / b if b else float("inf"),
+}
+
+
 @dataclass(frozen=True)
 class Literal:
     """A ground predicate, or its negation."""
@@ -32,10 +43,11 @@ class Literal:
     arguments: tuple[Argument, ...]
     positive: bool = True
 
-    def provides(self, other: Literal) -> bool:
+    def provides(self, other: Fact) -> bool:
         """Whether where this holds the other does: `holding(x)` provides `holding(any)`."""
         return (
-            self.predicate == other.predicate
+            isinstance(other, Literal)
+            and self.predicate == other.predicate
             and self.positive == other.positive
             and all(b in (a, ANY) for a, b in zip(self.arguments, other.arguments, strict=True))
         )
@@ -43,6 +55,24 @@ class Literal:
     def __str__(self) -> str:
         text = f"{self.predicate}({', '.join(map(str, self.arguments))})"
         return text if self.positive else f"not {text}"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Part of a contract that is no literal: a comparison or a choice. It is provided by itself alone."""
+
+    text: str
+    expression: syntax.Expression = field(compare=False, repr=False)
+    scope: Bindings = field(compare=False, repr=False)
+
+    def provides(self, other: Fact) -> bool:
+        return self == other
+
+    def __str__(self) -> str:
+        return self.text
+
+
+Fact = Literal | Condition
 
 
 class State:
@@ -57,13 +87,19 @@ class State:
         self.registry = registry
         self.observation = observation
         self._built_in = built_in
-        self._known: dict[tuple[str, tuple[Argument, ...]], bool] = {}
+        self._known: dict[tuple[str, tuple[Argument, ...]], Any] = {}
 
-    def holds(self, literal: Literal) -> bool:
-        key = (literal.predicate, literal.arguments)
+    def holds(self, fact: Fact) -> bool:
+        if isinstance(fact, Condition):
+            return self.true(fact.expression, fact.scope)
+        return bool(self.reading(fact.predicate, fact.arguments)) == fact.positive
+
+    def reading(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
+        """What a predicate says of its arguments: a truth, or a reading's number or member."""
+        key = (predicate, arguments)
         if key not in self._known:
             self._known[key] = self._ask(*key)
-        return self._known[key] == literal.positive
+        return self._known[key]
 
     def things(self, type_name: str) -> list[str]:
         """Names of the scene's things of a type, in the observation's order."""
@@ -90,21 +126,33 @@ class State:
                 return (all if quantifier == "all" else any)(self.true(body, s) for s in inner)
         raise TypeError(f"{expression} is not a truth value")
 
-    def literals(self, expression: syntax.Expression | None, scope: Bindings) -> list[Literal]:
-        """The ground literals of a contract: conjunctions and `all` are spelt out."""
-        match expression:
-            case None:
+    def literals(
+        self, expression: syntax.Expression | None, scope: Bindings, positive: bool = True
+    ) -> list[Fact]:
+        """The ground facts of a contract: conjunctions and `all` are spelt out, negation moved inwards."""
+        match expression, positive:
+            case None, _:
                 return []
-            case syntax.Atom(predicate=predicate, arguments=arguments):
-                return [Literal(predicate, self._values(arguments, scope))]
-            case syntax.Not(value=syntax.Atom(predicate=predicate, arguments=arguments)):
-                return [Literal(predicate, self._values(arguments, scope), positive=False)]
-            case syntax.And(values=values):
-                return [literal for value in values for literal in self.literals(value, scope)]
-            case syntax.Quantified(quantifier="all", body=body, generators=generators):
-                inner = self._scopes(generators, scope)
-                return [literal for s in inner for literal in self.literals(body, s)]
-        raise TypeError(f"a contract is made of literals, 'and' and 'all'; found {expression}")
+            case syntax.Atom(predicate=predicate, arguments=arguments), _:
+                return [Literal(predicate, self._values(arguments, scope), positive)]
+            case syntax.Not(value=value), _:
+                return self.literals(value, scope, not positive)
+            case (syntax.And(values=values), True) | (syntax.Or(values=values), False):
+                return [fact for value in values for fact in self.literals(value, scope, positive)]
+            case syntax.Quantified(quantifier=quantifier, body=body, generators=generators), _:
+                if (quantifier == "all") == positive:
+                    inner = self._scopes(generators, scope)
+                    return [fact for s in inner for fact in self.literals(body, s, positive)]
+        assert expression is not None
+        return [self._condition(expression if positive else syntax.Not(expression), scope)]
+
+    def _condition(self, expression: syntax.Expression, scope: Bindings) -> Condition:
+        named = {name: scope[name] for name in sorted(mentions(expression)) if name in scope}
+        given = ", ".join(
+            f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple)
+        )
+        text = format_expression(expression)
+        return Condition(f"{text} with {given}" if given else text, expression, scope)
 
     def elements(self, generator: syntax.Generator, scope: Bindings) -> Iterator[Bindings]:
         """One scope per element of a list, or per thing of a type, that meets the condition."""
@@ -122,13 +170,25 @@ class State:
                 return scope.get(name, name)
             case syntax.Wildcard():
                 return ANY
-            case syntax.Number(value=number):
+            case syntax.Number():
+                number = si(term)
+                assert number is not None
                 return number
+            case syntax.Arithmetic(operator=sign, left=left, right=right):
+                return ARITHMETIC[sign](self._number(left, scope), self._number(right, scope))
+            case syntax.Atom(predicate=predicate, arguments=arguments):
+                reading: Argument = self.reading(predicate, self._values(arguments, scope))
+                return reading
             case syntax.Field(value=syntax.Name(id=name), name=field):
                 record = scope[name]
                 assert isinstance(record, Record)
                 return record[field]
         raise TypeError(f"{term} is not a term")
+
+    def _number(self, term: syntax.Expression, scope: Bindings) -> float:
+        value = self.value(term, scope)
+        assert isinstance(value, int | float), "the checker lets numbers alone be calculated with"
+        return float(value)
 
     def _values(
         self, terms: tuple[syntax.Expression, ...], scope: Bindings
@@ -144,9 +204,19 @@ class State:
         for inner in self.elements(generators[0], scope):
             yield from self._scopes(generators[1:], inner)
 
-    def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> bool:
-        declaration = self.registry.predicates[predicate]
-        if declaration.body is None:
-            return self._built_in[predicate](self.observation, *arguments)
-        names = (parameter.name for parameter in declaration.parameters)
-        return self.true(declaration.body, dict(zip(names, arguments, strict=True)))
+    def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
+        declared = self.registry.predicates[predicate]
+        if declared.body is not None:
+            names = (parameter.name for parameter in declared.parameters)
+            return self.true(declared.body, dict(zip(names, arguments, strict=True)))
+        return self._provider(declared)(self.observation, *arguments)
+
+    def _provider(self, declared: syntax.PredicateDeclaration) -> Callable[..., Any]:
+        """The world's own predicate, a function in Python, or what the scene says of a thing."""
+        name = declared.by.id if declared.by else declared.name
+        if name == syntax.PYTHON:
+            function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
+            return function
+        if name in self._built_in or declared.result is None:
+            return self._built_in[name]
+        return trait(declared.name)

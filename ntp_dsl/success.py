@@ -8,16 +8,18 @@ from math import hypot
 
 import numpy as np
 
+from ntp_dsl.goals import Goal
 from ntp_dsl.interpreter import Run
 from ntp_dsl.predicates import JUDGED, held
 from ntp_dsl.registry import Registry
-from ntp_dsl.state import State
-from ntp_dsl.tasks import Goal, Instance
-from ntp_dsl.world import Failure, Observation, Scene, Vector, World
+from ntp_dsl.state import Literal, State
+from ntp_dsl.tasks import Instance
+from ntp_dsl.world import Argument, Failure, Observation, Scene, Vector, World
 from ntp_dsl.worlds.scenes import movable
 
 STILL_FOR = 2.0  # [s] that the result must stand
 STILL = 0.001  # [m] that anything may creep in that time
+RESTING = "on"  # of which the world is asked for contacts as well
 KNOCKED = "knocked aside"
 STAYED = 0.01  # [m] that a thing the goal does not name may have moved
 BLAME = {
@@ -46,7 +48,8 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     world.settle(STILL_FOR)
     after = world.truth()
     wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
-    authors = authors_success(after, instance.goal)
+    placed = all({"item", "support"} <= {name for name, _ in row.fields} for row in instance.goal)
+    authors = authors_success(after, instance.goal) if placed else not wrong
     if not wrong:
         return Verdict("", "", authors)
     reason = wrong if run.done else f"{wrong}; {run.reason}"
@@ -62,19 +65,42 @@ def _wrong(
     for literal in instance.literals(registry, now):
         if not state.holds(literal):
             return f"{literal} does not hold"
-    for placement in instance.goal:
-        if not world.supported(placement["item"], placement["support"]):
-            return f"{placement['item']} does not touch {placement['support']}"
+    literals = [x for x in instance.literals(registry, now) if isinstance(x, Literal)]
+    for literal in literals:
+        if literal.positive and literal.predicate == RESTING:
+            item, support = map(str, literal.arguments)
+            if not world.supported(item, support):
+                return f"{item} does not touch {support}"
     in_hand = held(now)
     if in_hand is not None:
         return f"{in_hand} is in the hand"
-    named = {placement[part] for placement in instance.goal for part in ("item", "support")}
+    named = {argument for literal in literals for argument in literal.arguments}
+    named |= {value for row in instance.goal for _, value in row.fields}
     for thing in movable(instance.things):
         if thing.name in named or thing.name in world.disturbed:
             continue
+        if any(thing.name in _above(scene, name) for name in named):
+            continue  # it had to make room
         if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
             return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
     return ""
+
+
+def _above(scene: Scene, support: Argument) -> set[str]:
+    """What stood over a thing at the start, at whatever height."""
+    if not isinstance(support, str) or support not in scene.positions:
+        return set()
+    x, y, z = scene.positions[support]
+    below = scene.by_name[support]
+    if below.roomy:
+        return set()
+    return {
+        thing.name
+        for thing in movable(scene.things)
+        if scene.positions[thing.name][2] > z
+        and abs(scene.positions[thing.name][0] - x) < (below.size[0] + thing.size[0]) / 2
+        and abs(scene.positions[thing.name][1] - y) < (below.size[1] + thing.size[1]) / 2
+    }
 
 
 def _crept(before: Observation, after: Observation) -> str:

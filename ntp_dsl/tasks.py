@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from ntp_dsl.goals import Goal, Variation, draw_goal
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.syntax import Name, Sampler, TaskDeclaration
+from ntp_dsl.language.signatures import si
+from ntp_dsl.language.syntax import Expression, Name, Number, TaskDeclaration
+from ntp_dsl.language.tasks import GOAL
 from ntp_dsl.registry import Registry
-from ntp_dsl.state import Literal, State
+from ntp_dsl.state import Fact, State
 from ntp_dsl.task_files import TaskFileEntry, read_tasks
-from ntp_dsl.world import Argument, Observation, Record, Thing
-from ntp_dsl.worlds.scenes import CUBE, declared_things, group_names, with_furniture
+from ntp_dsl.world import Argument, Observation, Record, Scene, Thing
+from ntp_dsl.worlds.scenes import CUBE, Start, layout, with_furniture
+from ntp_dsl.worlds.starts import scattered, scrambled
 
-Goal = tuple[Record, ...]
 Configuration = frozenset[tuple[str, str]]
 
 
@@ -30,10 +33,26 @@ class Instance:
     program: str
     arguments: tuple[Argument, ...]
     name: str = ""
+    bindings: Mapping[str, Argument] = field(default_factory=dict)  # goal, and the groups by name
+    starts: Mapping[str, Start] = field(default_factory=dict)
 
-    def literals(self, registry: Registry, observation: Observation) -> list[Literal]:
+    def literals(self, registry: Registry, observation: Observation) -> list[Fact]:
         """What success asks for, spelt out."""
-        return State(registry, observation).literals(self.task.success, {"goal": self.goal})
+        return State(registry, observation).literals(self.task.success, self.bindings)
+
+    def with_goal(self, goal: Goal) -> Instance:
+        """The same scene with another goal; the root call is given that one."""
+        arguments = tuple(goal if each is self.goal else each for each in self.arguments)
+        bindings = {**self.bindings, GOAL: goal}
+        return replace(self, goal=goal, arguments=arguments, bindings=bindings)
+
+    def scattered(self, rng: np.random.Generator) -> Scene:
+        """Everything apart from everything else, where the task lets it start."""
+        return scattered(self.things, rng, self.starts)
+
+    def scrambled(self, rng: np.random.Generator, in_hand: bool = True) -> Scene:
+        """Partial and wrong towers, buried things, now and then a thing in hand."""
+        return scrambled(self.things, rng, in_hand, self.starts)
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
@@ -43,13 +62,22 @@ def find_task(registry: Registry, name: str) -> TaskDeclaration:
     return registry.tasks[name]
 
 
-def draw(registry: Registry, task: TaskDeclaration, rng: np.random.Generator) -> Instance:
-    """A goal by the task's own sampler."""
-    things = declared_things(registry, task)
+def draw(
+    registry: Registry,
+    task: TaskDeclaration,
+    rng: np.random.Generator,
+    varied: Variation | None = None,
+) -> Instance:
+    """A scene as the task declares it, and a goal by its own sampler.
+
+    Args:
+        varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
+    """
     assert task.goal is not None
-    names = group_names(task)
-    groups = [names[group] for group in task.goal.groups]
-    return instance(task, things, SAMPLERS[task.goal.name](task.goal, groups, rng))
+    laid = layout(registry, task, rng)
+    goal = draw_goal(registry, task.goal, laid.groups, rng, varied)
+    drawn = instance(task, laid.things, goal, groups=laid.groups)
+    return replace(drawn, starts=laid.starts)
 
 
 def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
@@ -85,73 +113,32 @@ def _check_things(registry: Registry, entry: TaskFileEntry, path: Path) -> None:
 
 
 def instance(
-    task: TaskDeclaration, things: tuple[Thing, ...], goal: Goal, name: str = ""
+    task: TaskDeclaration,
+    things: tuple[Thing, ...],
+    goal: Goal,
+    name: str = "",
+    groups: Mapping[str, Sequence[str]] | None = None,
 ) -> Instance:
+    """The root call of a task, with its goal, groups, constants and numbers put in."""
     assert task.run is not None
-    arguments = tuple(
-        goal if isinstance(term, Name) and term.id == "goal" else str(getattr(term, "id", term))
-        for term in task.run.arguments
-    )
-    return Instance(task, things, goal, task.run.callee, arguments, name or task.name)
+    bindings: dict[str, Argument] = {GOAL: goal}
+    bindings |= {group: tuple(names) for group, names in (groups or {}).items()}
+    arguments = tuple(_argument(term, bindings) for term in task.run.arguments)
+    return Instance(task, things, goal, task.run.callee, arguments, name or task.name, bindings)
 
 
-def towers(sampler: Sampler, groups: Sequence[Sequence[str]], rng: np.random.Generator) -> Goal:
-    """Towers of the things of a group: so many placements, the tallest tower of such a height."""
-    options = {option.name: (option.low, option.high) for option in sampler.options}
-    names = [name for group in groups for name in group]
-    low, high = options.get("height", (2, 4))
-    fewest, most = options.get("placements", (1, len(names) - 1))
-    placements = int(rng.choice(_possible(len(names), fewest, most, low, high)))
-    heights = _heights(len(names), placements, low, high, rng)
-    shuffled = [names[index] for index in rng.permutation(len(names))]
-    goal: list[Record] = []
-    for height in heights:
-        tower, shuffled = shuffled[:height], shuffled[height:]
-        for support, item in zip(tower, tower[1:], strict=False):
-            goal.append(Record("Placement", (("item", item), ("support", support))))
-    return tuple(goal)
-
-
-def _possible(things: int, fewest: int, most: int, low: int, high: int) -> list[int]:
-    counts = [n for n in range(fewest, most + 1) if _partitions(things, n, low, high)]
-    if not counts:
-        raise NtpError(
-            f"no goal has {fewest}..{most} placements in towers of {low}..{high} out of {things} things"
-        )
-    return counts
-
-
-def _heights(
-    things: int, placements: int, low: int, high: int, rng: np.random.Generator
-) -> list[int]:
-    partitions = _partitions(things, placements, low, high)
-    chosen = list(partitions[int(rng.integers(len(partitions)))])
-    return [chosen[index] for index in rng.permutation(len(chosen))]
-
-
-def _partitions(things: int, placements: int, low: int, high: int) -> list[tuple[int, ...]]:
-    """Tower heights that use so many placements and no more things, the tallest in low..high."""
-
-    def split(left: int, cap: int) -> list[tuple[int, ...]]:
-        if left == 0:
-            return [()]
-        return [
-            (first + 1, *rest)
-            for first in range(min(left, cap), 0, -1)
-            for rest in split(left - first, first)
-        ]
-
-    fits = (p for p in split(placements, high - 1) if sum(p) <= things)
-    return [partition for partition in fits if max(partition) >= low]
-
-
-SAMPLERS: Mapping[str, Callable[[Sampler, Sequence[Sequence[str]], np.random.Generator], Goal]] = {
-    "towers": towers,
-}
+def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
+    if isinstance(term, Number):
+        value = si(term)
+        assert value is not None
+        return value
+    assert isinstance(term, Name), "the checker allows names and numbers here"
+    return bindings.get(term.id, term.id)
 
 
 def end_configuration(goal: Goal) -> Configuration:
-    return configuration((placement["item"], placement["support"]) for placement in goal)
+    rows = ([value for _, value in row.fields] for row in goal)
+    return configuration((row[0], row[-1]) for row in rows)
 
 
 def configuration(pairs: Iterable[tuple[str, str]]) -> Configuration:

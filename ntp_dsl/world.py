@@ -22,16 +22,42 @@ class Record:
         return dict(self.fields)[name]
 
 
-Argument = str | float | Record | tuple[Record, ...]
+Argument = str | float | Record | tuple[Record | str, ...]
+TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
+ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
 
 
 @dataclass(frozen=True)
 class Thing:
-    """Something of the scene that arguments may point at. `size` is its full extent [m]."""
+    """Something of the scene that arguments may point at. `size` is its full extent [m].
+
+    `traits` are what a task's scene says of it, such as a category or a colour: reading -> value.
+    """
 
     name: str
     type: str
     size: Vector
+    shape: str = "box"
+    file: str = ""  # of a mesh or URDF
+    fixed: bool = False  # stays where it is, although a hand could take it
+    traits: tuple[tuple[str, str | float], ...] = ()
+
+    @property
+    def movable(self) -> bool:
+        return not self.fixed and self.size[0] <= TOO_WIDE
+
+    @property
+    def roomy(self) -> bool:
+        """A surface to put things on wherever there is place, such as a table or a tray."""
+        return not self.movable and min(self.size[:2]) > ROOMY
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Thing:
+        """The inverse of `asdict`; what is not said is as it is for a plain box."""
+        known = {key: row[key] for key in ("shape", "file", "fixed") if key in row}
+        traits = tuple((str(name), value) for name, value in row.get("traits", ()))
+        x, y, z = row["size"]
+        return cls(row["name"], row["type"], (float(x), float(y), float(z)), traits=traits, **known)
 
 
 @dataclass(frozen=True)
@@ -117,7 +143,7 @@ class World(Protocol):
     """Things on a table and an arm over them."""
 
     on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
-    apis: frozenset[str]  # what it can carry out
+    skills: dict[str, Callable[..., Outcome]]  # by name, what it can carry out
     starts_holding: bool  # whether a scene may start with a thing in the hand
     disturbed: set[str]  # things that a disturbance has moved since the reset
 

@@ -12,8 +12,8 @@ from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.run import carry_out
 from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.goals import Goal
 from ntp_dsl.resources import examples_folder
-from ntp_dsl.tasks import Goal
 
 LIBRARY, TASK = examples_folder() / "block_stacking", "block_stacking"
 

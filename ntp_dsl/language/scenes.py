@@ -24,15 +24,15 @@ SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "box": ("length", "width", "height"),
     "cylinder": ("diameter", "height"),
     "bowl": ("diameter", "height"),
-    "mesh": ("file",),
-    "urdf": ("file",),
+    "mesh": ("file", "length", "width", "height"),
+    "urdf": ("file", "length", "width", "height"),
 }
 PLACING: Mapping[str, tuple[str, ...]] = {  # where the things of a group may start
     "x": ("region",),
     "y": ("region",),
     "spacing": ("distance",),
 }
-FILES = {"mesh", "urdf"}
+FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
 
 def check_scene(task: TaskDeclaration, table: Table) -> None:
@@ -90,10 +90,11 @@ def _check_settings(detail: Detail, wanted: tuple[str, ...], table: Table) -> No
         table.report("E201", message, span, f"{detail.name}({', '.join(wanted)})")
         return
     for setting, meaning in zip(detail.settings, wanted, strict=True):
-        if detail.name in FILES:
+        if meaning == "file":
             if not isinstance(setting, Text):
-                message = f"'{detail.name}' takes a file's name in quotes"
-                table.report("E504", message, setting.span, f'for example: {detail.name}("cup.urdf")')
+                message = f"'{detail.name}' takes a file's name in quotes, then its extents"
+                help = f'for example: {detail.name}("cup.urdf", 8 cm, 8 cm, 10 cm)'
+                table.report("E504", message, setting.span, help)
         elif meaning == "region" and not isinstance(setting, Interval):
             message = f"'{detail.name}' takes a range of positions"
             table.report("E504", message, setting.span, f"for example: {detail.name}(0.3 .. 0.5 m)")

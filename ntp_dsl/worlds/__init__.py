@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.syntax import PYTHON, PredicateDeclaration
 from ntp_dsl.predicates import BUILT_IN
 from ntp_dsl.registry import Registry
 from ntp_dsl.world import World
@@ -16,17 +19,38 @@ def make_world(name: str, registry: Registry) -> World:
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
     world = _make(name)
-    lacking = sorted(registry.apis.keys() - world.apis) + sorted(
+    lacks = lacking(world, registry)
+    if lacks:
+        skills = sorted(world.skills)
+        raise NtpError(
+            f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; it has "
+            f"the apis {', '.join(skills)} and the predicates {', '.join(BUILT_IN)}; "
+            f"others are left to Python: api {lacks[0]}(...) by python"
+        )
+    for api in registry.apis.values():
+        if api.skill == PYTHON:
+            world.skills[api.name] = partial(registry.python.get("skill", api.name), world)
+        else:
+            world.skills[api.name] = world.skills[api.skill]
+    return world
+
+
+def lacking(world: World, registry: Registry) -> list[str]:
+    """The apis and predicates of a library that neither the world nor Python provides."""
+    apis = [api.name for api in registry.apis.values() if api.skill not in {PYTHON, *world.skills}]
+    predicates = [
         declared.name
         for declared in registry.predicates.values()
-        if declared.body is None and declared.name not in BUILT_IN
-    )
-    if lacking:
-        raise NtpError(
-            f"the {name} world has nothing for {', '.join(lacking)} of library '{registry.name}'; "
-            f"it has the apis {', '.join(sorted(world.apis))} and the predicates {', '.join(BUILT_IN)}"
-        )
-    return world
+        if declared.body is None and not _is_provided(declared)
+    ]
+    return [*sorted(apis), *sorted(predicates)]
+
+
+def _is_provided(declared: PredicateDeclaration) -> bool:
+    """By the world, by Python, or, a reading of one thing, by what a scene says of it."""
+    provider = declared.by.id if declared.by else declared.name
+    said = declared.result is not None and declared.by is None and len(declared.parameters) == 1
+    return provider in {PYTHON, *BUILT_IN} or said
 
 
 def _make(name: str) -> World:

@@ -31,7 +31,8 @@ from ntp_dsl.world import (
     Thing,
     Vector,
 )
-from ntp_dsl.worlds.scenes import CENTRE, furniture_positions, movable
+from ntp_dsl.worlds.scenes import movable
+from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved a thing [m]
@@ -80,12 +81,11 @@ class BulletWorld:
         self._cell = Workcell()
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
-        self._skills: dict[str, Callable[..., Outcome]] = {
+        self.skills: dict[str, Callable[..., Outcome]] = {
             "move_to": self._move_to,
             "grasp": self._grasp,
             "release": self._release,
         }
-        self.apis = frozenset(self._skills)
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if scene.held is not None:
@@ -145,7 +145,7 @@ class BulletWorld:
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
         self._calls += 1
         self._rng = np.random.default_rng((self._seed, self._calls))
-        outcome = self._skills[api](*arguments)
+        outcome = self.skills[api](*arguments)
         self._remember(outcome, str(arguments[0]) if arguments else "")
         self._emit()
         return outcome

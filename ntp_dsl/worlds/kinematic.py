@@ -10,6 +10,7 @@ import numpy as np
 from ntp_dsl import predicates
 from ntp_dsl.world import (
     ACHIEVED,
+    TOO_WIDE,
     UNDISTURBED,
     Argument,
     Disturbances,
@@ -20,7 +21,8 @@ from ntp_dsl.world import (
     Thing,
     Vector,
 )
-from ntp_dsl.worlds.scenes import CENTRE, CUBE, REGION, movable
+from ntp_dsl.worlds.scenes import CUBE, movable
+from ntp_dsl.worlds.starts import CENTRE, REGION
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
@@ -28,6 +30,7 @@ PLACEMENT_ERROR = 0.0007  # standard deviation of where a released thing ends up
 FRAME = 0.1  # [s]
 REACH = 0.035  # from where the hand closes around a thing below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
+BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
 SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
 
 
@@ -39,12 +42,11 @@ class KinematicWorld:
     def __init__(self) -> None:
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
-        self._skills: dict[str, Callable[..., Outcome]] = {
+        self.skills: dict[str, Callable[..., Outcome]] = {
             "move_to": self._move_to,
             "grasp": self._grasp,
             "release": self._release,
         }
-        self.apis = frozenset(self._skills)
 
     def reset(
         self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED
@@ -52,7 +54,9 @@ class KinematicWorld:
         self._rng = np.random.default_rng(seed)
         self._noise_rng = np.random.default_rng((seed, 1))
         self._things = scene.things
+        self._by_name = scene.by_name
         self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
+        self._solid = {t.name: t for t in scene.things if t.size[0] <= TOO_WIDE}  # on the table
         self._positions = dict(scene.positions)
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
@@ -89,7 +93,7 @@ class KinematicWorld:
     # Primitives ---------------------------------------------------------------------------------
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
-        outcome = self._skills[api](*arguments)
+        outcome = self.skills[api](*arguments)
         self._emit()
         return outcome
 
@@ -187,26 +191,53 @@ class KinematicWorld:
             self._positions[self._held] = _moved(self._positions[self._held], shift)
 
     def _hover(self, target: str) -> Vector:
-        if target not in self._items:
-            x, y = self._clearest_place(self._held)
-            return (x, y, HOVER)
+        surface = self._by_name[target]
+        if surface.roomy:
+            x, y = self._clearest_place(self._held, surface)
+            ox, oy = self._offset_in_hand()
+            return (x + ox, y + oy, self._top(target) + HOVER)
         x, y, z = self._positions[target]
-        if self._held is not None:  # centre the held thing, not the tool, over the target
-            hx, hy, _ = self._positions[self._held]
-            x, y = x + self._gripper[0] - hx, y + self._gripper[1] - hy
-        return (x, y, z + self._items[target].size[2] / 2 + HOVER)
+        ox, oy = self._offset_in_hand()  # the held thing, not the tool, is to be over the target
+        return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
 
-    def _clearest_place(self, item: str | None) -> tuple[float, float]:
-        """The point of a 2 cm lattice that is farthest from all but the item; ties by nearness."""
-        others = [position for _, position in self._others(item)]
-        (x0, x1), (y0, y1) = REGION
-        lattice = np.array([(x, y) for x in np.arange(x0, x1, 0.02) for y in np.arange(y0, y1, 0.02)])
+    def _offset_in_hand(self) -> tuple[float, float]:
+        """From the held thing to the tool, seen from above."""
+        if self._held is None:
+            return 0.0, 0.0
+        x, y, _ = self._positions[self._held]
+        return self._gripper[0] - x, self._gripper[1] - y
+
+    def _clearest_place(self, item: str | None, surface: Thing | None = None) -> tuple[float, float]:
+        """The point of a 2 cm lattice that is farthest from all but the item; ties by nearness.
+
+        On a tray it lies within the tray; on the table, within the arm's region.
+        """
+        size = self._items[item].size if item else (CUBE, CUBE, CUBE)
+        lattice = self._lattice(surface, size)
+        except_for = {item, surface.name if surface else None}
+        others = []
+        for name, (x, y, _) in self._others(item):
+            if name not in except_for:
+                width, depth, _ = self._solid[name].size
+                others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
         if not others:
-            return CENTRE
-        gaps = np.abs(lattice[:, None] - np.array(others)[None, :, :2]).max(-1).min(1)
+            return CENTRE if surface is None or surface.size[0] > TOO_WIDE else tuple(lattice.mean(0))
+        table = np.array(others)
+        apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
+        gaps = apart.max(-1).min(1) + CUBE
         gaps = np.minimum(gaps, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
         x, y = lattice[int(gaps.argmax())]
         return float(x), float(y)
+
+    def _lattice(self, surface: Thing | None, size: Vector) -> np.ndarray:
+        """(N, 2): where the centre of a thing of that size may come to rest."""
+        if surface is None or surface.size[0] > TOO_WIDE:
+            (x0, x1), (y0, y1) = REGION
+        else:
+            x, y, _ = self._positions[surface.name]
+            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
+            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
+        return np.array([(x, y) for x in np.arange(x0, x1, 0.02) for y in np.arange(y0, y1, 0.02)])
 
     def _drop_held(self, spread: float) -> None:
         """Let go; the thing comes down within `spread` [m] of where it is."""
@@ -226,46 +257,56 @@ class KinematicWorld:
             edge = self._unsteady_edge(item, x, y)
             if edge is None:
                 break
-            angle = np.arctan2(y - edge[1], x - edge[0]) + self._rng.normal(0, 0.3)
-            x = edge[0] + 0.085 * float(np.cos(angle))
-            y = edge[1] + 0.085 * float(np.sin(angle))
+            ex, ey, _ = self._positions[edge]
+            angle = np.arctan2(y - ey, x - ex) + self._rng.normal(0, 0.3)
+            reach = BESIDE + max(self._solid[edge].size[:2]) / 2
+            x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
         else:
             x, y = self._clearest_place(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
 
     def _drop_unsupported(self) -> None:
         """What leant on something that is gone comes down as well, the lowest first."""
-        standing: list[Vector] = []
+        standing: list[tuple[str, Vector]] = []
         loose: dict[str, Vector] = {}
         for name, place in sorted(self._others(None), key=lambda each: each[1][2]):
-            if self._carried(name, place, standing):
-                standing.append(place)
+            if name not in self._items or self._carried(name, place, standing):
+                standing.append((name, place))
             else:
                 loose[name] = self._positions.pop(name)
         for name, (x, y, _) in loose.items():
             self.disturbed.add(name)
             self._fall(name, x, y)
 
-    def _carried(self, item: str, place: Vector, standing: list[Vector]) -> bool:
-        x, y, z = place
-        if z < self._items[item].size[2]:
+    def _carried(self, item: str, place: Vector, standing: list[tuple[str, Vector]]) -> bool:
+        bottom = place[2] - self._items[item].size[2] / 2
+        if bottom < 0.005:
             return True  # by the table
         return any(
-            max(abs(x - px), abs(y - py)) < CUBE and abs(z - pz - CUBE) < 0.01
-            for px, py, pz in standing
+            self._overlap(item, place, name) > 0 and abs(bottom - self._top(name)) < 0.01
+            for name, _ in standing
         )
 
-    def _unsteady_edge(self, item: str, x: float, y: float) -> tuple[float, float] | None:
-        """The centre of the topmost thing below that overlaps without carrying the item's centre."""
+    def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
+        """How far two things overlap seen from above, along the axis where they do least [m]."""
+        px, py, _ = self._positions[other]
+        a, b = self._solid[item].size, self._solid[other].size
+        return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
+
+    def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
+        """The topmost thing below that overlaps without carrying the item's centre."""
         below = self._below(item, x, y)
         if not below:
             return None
         top = max(self._top(name) for name in below)
-        tops = [self._positions[name] for name in below if self._top(name) > top - 0.01]
-        if any(max(abs(x - px), abs(y - py)) < CUBE / 2 for px, py, _ in tops):
-            return None
-        px, py, _ = tops[0]
-        return px, py
+        tops = [name for name in below if self._top(name) > top - 0.01]
+        return None if any(self._carries(name, x, y) for name in tops) else tops[0]
+
+    def _carries(self, name: str, x: float, y: float) -> bool:
+        """Whether a point lies over the thing."""
+        px, py, _ = self._positions[name]
+        width, depth, _ = self._solid[name].size
+        return abs(x - px) < width / 2 and abs(y - py) < depth / 2
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
         top = max((self._top(name) for name in self._below(item, x, y)), default=0.0)
@@ -274,17 +315,17 @@ class KinematicWorld:
     def _below(self, item: str, x: float, y: float) -> list[str]:
         return [
             name
-            for name, (px, py, _) in self._others(item)
-            if max(abs(x - px), abs(y - py)) < CUBE - SLIVER
+            for name, _ in self._others(item)
+            if self._overlap(item, (x, y), name) > SLIVER
         ]
 
     def _others(self, item: str | None) -> Iterator[tuple[str, Vector]]:
-        for name in self._items:
+        for name in self._solid:
             if name not in (item, self._held) and name in self._positions:
                 yield name, self._positions[name]
 
     def _top(self, name: str) -> float:
-        return self._positions[name][2] + self._items[name].size[2] / 2
+        return self._positions[name][2] + self._by_name[name].size[2] / 2
 
     def _on_top_of(self, item: str, support: str) -> bool:
         if item in (support, self._held):
@@ -297,7 +338,7 @@ class KinematicWorld:
         tower = [
             (pz, name)
             for name, (px, py, pz) in self._others(None)
-            if hypot(px - x, py - y) < CUBE / 2 and pz <= z
+            if name in self._items and hypot(px - x, py - y) < CUBE / 2 and pz <= z
         ]
         return [name for _, name in sorted(tower, reverse=True)]
 

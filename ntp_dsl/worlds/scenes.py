@@ -1,148 +1,149 @@
-"""Where things start: scattered over a jittered grid, and names for what a task declares."""
+"""What a task's scene consists of: names, sizes and traits of its things, and where each may start."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.syntax import TaskDeclaration
+from ntp_dsl.language import syntax
+from ntp_dsl.language.scenes import FILES, PLACING, SHAPES
+from ntp_dsl.language.signatures import si
+from ntp_dsl.language.syntax import SceneGroup, TaskDeclaration
 from ntp_dsl.registry import Registry
-from ntp_dsl.world import Scene, Thing, Vector
+from ntp_dsl.world import Thing, Vector
 
-CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
-REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
-JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
-COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
-REDRAWS = 20_000  # of the spots, until all are far enough from each other
-CUBE = 0.05
+CUBE = 0.05  # what a thing is where the scene does not say [m]
 TABLE = "table"
-FURNITURE = 0.3  # wider things than this never move [m]
 TABLE_SIZE = (1.5, 1.5, 0.04)
-CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
+TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the table
+LIFTED, SURFACE = "Movable", "Table"  # types of the standard library that worlds know by name
+
+Interval = tuple[float, float]
 
 
-def group_names(task: TaskDeclaration) -> dict[str, list[str]]:
-    """Of each group: `blocks: 8 Block` is block_0 … block_7; numbers go on over groups of a type."""
-    used: Counter[str] = Counter()
-    names: dict[str, list[str]] = {}
-    for group in task.scene:
-        first = used[group.type.name]
-        used[group.type.name] += group.count
-        stem = group.type.name.lower()
-        names[group.name] = [f"{stem}_{n}" for n in range(first, first + group.count)]
-    return names
+@dataclass(frozen=True)
+class Start:
+    """Where a thing starts: on what, within which region, and how far from others [m]."""
+
+    surface: str = TABLE
+    x: Interval | None = None
+    y: Interval | None = None
+    spacing: float | None = None  # between centres, seen from above
 
 
-def declared_things(registry: Registry, task: TaskDeclaration) -> tuple[Thing, ...]:
-    """All that a task's scene declares; the table is there in any case.
+@dataclass(frozen=True)
+class Layout:
+    """The things of one instance of a task, by group, and where each starts."""
 
-    Raises `NtpError` for a place that no world can put things on yet.
+    things: tuple[Thing, ...]
+    groups: Mapping[str, list[str]]
+    starts: Mapping[str, Start] = field(default_factory=dict)
+
+
+def layout(
+    registry: Registry, task: TaskDeclaration, rng: np.random.Generator | None = None
+) -> Layout:
+    """Of each group as many as it says, drawn where it gives a range: `blocks: 8 Block` is block_0 … block_7.
+
+    Args:
+        rng: for counts that are ranges; without it, there are as many as there may be.
     """
+    used: Counter[str] = Counter()
+    groups: dict[str, list[str]] = {}
+    things: list[Thing] = []
+    starts: dict[str, Start] = {}
     for group in task.scene:
-        if group.place != TABLE:
-            raise NtpError(
-                f"{group.span}: '{group.name}' start on '{group.place}'; "
-                f"worlds start things on '{TABLE}' only"
-            )
-    names = group_names(task)
-    things = [
-        Thing(name, group.type.name, (CUBE, CUBE, CUBE))
-        for group in task.scene
-        for name in names[group.name]
-    ]
-    return with_furniture(registry, things)
+        count = _count(group, rng)
+        stem, first = group.type.name.lower(), used[group.type.name]  # numbers go on over groups
+        used[group.type.name] += count
+        names = [f"{stem}_{number}" for number in range(first, first + count)]
+        for index, name in enumerate(names):
+            things.append(_thing(name, group, index, registry))
+            below = groups.get(group.place, [group.place])
+            starts[name] = _start(group, below[index % len(below)])
+        groups[group.name] = names
+    return Layout(with_furniture(registry, things), groups, starts)
+
+
+def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
+    if group.most is None:
+        return group.count
+    return group.most if rng is None else int(rng.integers(group.count, group.most + 1))
+
+
+def _thing(name: str, group: SceneGroup, index: int, registry: Registry) -> Thing:
+    """A cube, where the group does not say otherwise."""
+    type_name = group.type.name
+    fixed = LIFTED in registry.parents and not registry.is_a(type_name, LIFTED)
+    size: Vector = (CUBE, CUBE, CUBE)
+    shape, file, traits = "box", "", {}
+    for detail in group.details:
+        settings = detail.settings
+        if detail.name in SHAPES:
+            shape = "box" if detail.name == "cube" else detail.name
+            size = _size(detail)
+            if detail.name in FILES and isinstance(settings[0], syntax.Text):
+                folder = group.span.path.parent if group.span.path else Path()
+                file = str(folder / settings[0].value)
+        elif detail.name not in PLACING:
+            traits[detail.name] = _trait(settings[index % len(settings)])
+    return Thing(name, type_name, size, shape, file, fixed, tuple(traits.items()))
+
+
+def _size(detail: syntax.Detail) -> Vector:
+    lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, syntax.Number)]
+    if detail.name == "cube":
+        return (lengths[0],) * 3
+    if len(lengths) == 2:  # diameter and height
+        return lengths[0], lengths[0], lengths[1]
+    return lengths[0], lengths[1], lengths[2]
+
+
+def _trait(setting: syntax.Setting) -> str | float:
+    return setting.id if isinstance(setting, syntax.Name) else float(_number(setting))
+
+
+def _number(setting: syntax.Setting) -> float:
+    value = si(setting) if isinstance(setting, syntax.Number) else None
+    assert value is not None
+    return value
+
+
+def _start(group: SceneGroup, surface: str) -> Start:
+    settings = {detail.name: detail.settings[0] for detail in group.details if detail.name in PLACING}
+    spacing = settings.get("spacing")
+    return Start(
+        surface,
+        _interval(settings.get("x")),
+        _interval(settings.get("y")),
+        None if spacing is None else _number(spacing),
+    )
+
+
+def _interval(setting: syntax.Setting | None) -> Interval | None:
+    if not isinstance(setting, syntax.Interval):
+        return None
+    return _number(setting.low), _number(setting.high)
 
 
 def with_furniture(registry: Registry, things: Iterable[Thing]) -> tuple[Thing, ...]:
-    """The things, and the constants that a primitive may be aimed at."""
+    """The things, and the constants that a primitive may be aimed at: the table, and trays beside it."""
     furniture = [
-        Thing(name, type_name, TABLE_SIZE)
+        Thing(name, type_name, *_extent(registry, type_name))
         for name, type_name in registry.constants.items()
         if registry.is_a(type_name, "Place")
     ]
     return (*things, *furniture)
 
 
+def _extent(registry: Registry, type_name: str) -> tuple[Vector, str, str, bool]:
+    table = SURFACE not in registry.parents or registry.is_a(type_name, SURFACE)
+    return (TABLE_SIZE if table else TRAY_SIZE), "box", "", not table
+
+
 def movable(things: Iterable[Thing]) -> list[Thing]:
-    return [thing for thing in things if thing.size[0] < FURNITURE]
-
-
-def scattered(things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
-    """Every movable thing in a cell of its own, jittered, none nearer to another than the spacing."""
-    items = movable(things)
-    cells = [(x, y) for x in COLUMNS for y in COLUMNS]
-    for _ in range(REDRAWS):
-        chosen = rng.permutation(len(cells))[: len(items)]
-        spots = [_jittered(cells[index], rng) for index in chosen]
-        if len(spots) == len(items) and _spaced(spots):
-            break
-    else:
-        raise NtpError(
-            f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells"
-        )
-    positions: dict[str, Vector] = furniture_positions(things)
-    yaws: dict[str, float] = {}
-    for thing, (x, y) in zip(items, spots, strict=True):
-        positions[thing.name] = (x, y, thing.size[2] / 2)
-        yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4))
-    return Scene(things, positions, yaws)
-
-
-def scrambled(
-    things: tuple[Thing, ...], rng: np.random.Generator, in_hand: bool = True
-) -> Scene:
-    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
-    scene = scattered(things, rng)
-    names = [thing.name for thing in movable(things)]
-    positions = dict(scene.positions)
-    bases = [names[index] for index in rng.permutation(len(names))]
-    tops: list[str] = []
-    for name in bases:
-        if tops and rng.random() < 0.5:
-            below = tops[int(rng.integers(len(tops)))]
-            positions[name] = _stacked(positions[below], rng)
-            tops[tops.index(below)] = name
-        else:
-            tops.append(name)
-    held = str(rng.choice(tops)) if rng.random() < 0.3 and in_hand else None
-    gripper = _somewhere([positions[name] for name in tops if name != held], rng)
-    if held is not None:
-        positions[held] = gripper
-    return Scene(things, positions, scene.yaws, gripper, held)
-
-
-def _stacked(below: Vector, rng: np.random.Generator) -> Vector:
-    """On top; centred, or as far off as just carries: where decisions are closest."""
-    dx, dy = rng.normal(0, 0.001, 2) if rng.random() < 0.6 else rng.uniform(-CARRIES, CARRIES, 2)
-    return (below[0] + float(dx), below[1] + float(dy), below[2] + CUBE)
-
-
-def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
-    """Where the hand may be: anywhere, over something, or nearly over it."""
-    if not tops or rng.random() < 0.3:
-        x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
-        return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
-    x, y, z = tops[int(rng.integers(len(tops)))]
-    dx, dy = rng.uniform(-CUBE, CUBE, 2) if rng.random() < 0.6 else (0.0, 0.0)
-    return (x + float(dx), y + float(dy), z + CUBE / 2 + float(rng.uniform(0.04, 0.12)))
-
-
-def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:
-    """A table's top is at height zero."""
-    return {
-        thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] >= FURNITURE
-    }
-
-
-def _jittered(cell: tuple[float, float], rng: np.random.Generator) -> tuple[float, float]:
-    dx, dy = rng.uniform(-JITTER, JITTER, 2)
-    return CENTRE[0] + cell[0] + float(dx), CENTRE[1] + cell[1] + float(dy)
-
-
-def _spaced(spots: list[tuple[float, float]]) -> bool:
-    points = np.array(spots)
-    gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())
+    return [thing for thing in things if thing.movable]

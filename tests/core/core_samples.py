@@ -14,7 +14,7 @@ from ntp_dsl.specification import Demonstration
 from ntp_dsl.tasks import Instance, draw, find_task
 from ntp_dsl.world import Observation, Thing
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import scrambled
+from ntp_dsl.worlds.starts import scrambled
 
 
 def shown_task(registry: Registry, seed: int) -> tuple[Instance, Shown]:

@@ -19,7 +19,7 @@ from ntp_dsl.state import State
 from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.world import Observation, Thing
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import scattered
+from ntp_dsl.worlds.starts import scattered
 
 SEEDS = range(8)
 

@@ -14,7 +14,7 @@ from ntp_dsl.state import State
 from ntp_dsl.tasks import Instance, draw, find_task
 from ntp_dsl.world import Disturbances, Record
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import scrambled
+from ntp_dsl.worlds.starts import scrambled
 
 PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement fails until luck helps
 

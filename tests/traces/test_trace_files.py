@@ -20,7 +20,7 @@ from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.traces import ROOT, Call, Trace, TraceWriter, from_json, parse_trace, read_trace, to_json
 from ntp_dsl.world import Disturbances, Record, Scene
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import scrambled
+from ntp_dsl.worlds.starts import scrambled
 
 HERE = Path("a.trace.jsonl")
 TROUBLE = Disturbances(slips=0.3, pushes=0.3)

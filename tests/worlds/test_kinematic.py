@@ -9,7 +9,8 @@ from ntp_dsl.language.loader import load
 from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.world import Disturbances, Failure, Observation, Scene, Thing, Vector
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import REGION, SPACING, movable, scattered, scrambled
+from ntp_dsl.worlds.scenes import movable
+from ntp_dsl.worlds.starts import REGION, SPACING, scattered, scrambled
 
 TROUBLE = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
 SIZE = (0.05, 0.05, 0.05)

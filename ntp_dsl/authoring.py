@@ -1,0 +1,78 @@
+"""What a user's Python imports: marks for what a library leaves to it, and the words of experts.
+
+`kitchen.ntp` says `by python` of what the functions of `kitchen.py`, beside it, decide. Each is marked:
+
+    from ntp_dsl.authoring import call, expert, first
+
+    @expert
+    def sort(world, goal):
+        return first(call("put_in", m["item"], m["bin"]) for m in goal if not world.on(m["item"], m["bin"]))
+
+A mark may say another name than the function's: `@expert("sort")`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, overload
+
+from ntp_dsl.experts import NextCall, call, first
+from ntp_dsl.world import ACHIEVED, Failure, Outcome
+
+__all__ = [
+    "ACHIEVED", "Failure", "NextCall", "Outcome", "call", "expert", "first", "predicate", "sampler", "skill",
+]  # fmt: skip
+
+MARK = "_ntp_dsl_function"
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@overload
+def expert(function: F) -> F: ...
+@overload
+def expert(function: str) -> Callable[[F], F]: ...
+def expert(function: Any) -> Any:
+    """Marks an expert: `(world, *arguments)` to a call, several in the order of preference, or None.
+
+    `world` has the declared predicates as methods, `things(type)`, and nothing that could change.
+    """
+    return _mark("expert", function)
+
+
+@overload
+def predicate(function: F) -> F: ...
+@overload
+def predicate(function: str) -> Callable[[F], F]: ...
+def predicate(function: Any) -> Any:
+    """Marks a predicate or reading: `(observation, *arguments)` to a truth, a number or a member."""
+    return _mark("predicate", function)
+
+
+@overload
+def skill(function: F) -> F: ...
+@overload
+def skill(function: str) -> Callable[[F], F]: ...
+def skill(function: Any) -> Any:
+    """Marks a skill: `(world, *arguments)` to an `Outcome`; `world.call(...)` makes the world's own."""
+    return _mark("skill", function)
+
+
+@overload
+def sampler(function: F) -> F: ...
+@overload
+def sampler(function: str) -> Callable[[F], F]: ...
+def sampler(function: Any) -> Any:
+    """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal."""
+    return _mark("sampler", function)
+
+
+def _mark(kind: str, given: Any) -> Any:
+    if isinstance(given, str):
+        return lambda function: _marked(kind, given, function)
+    return _marked(kind, given.__name__, given)
+
+
+def _marked(kind: str, name: str, function: F) -> F:
+    setattr(function, MARK, (kind, name))
+    return function

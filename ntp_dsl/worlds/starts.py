@@ -1,0 +1,225 @@
+"""Where things start: scattered, or scrambled into whatever state an arm may find itself in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import hypot
+
+import numpy as np
+
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.world import TOO_WIDE, Scene, Thing, Vector
+from ntp_dsl.worlds.scenes import CUBE, TABLE, Start, movable
+
+CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
+REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
+WIDE = ((0.3, 0.7), (-0.3, 0.3))  # where trays and pads may stand as well
+ASIDE = ((0.5, 0.34), (0.5, -0.34), (0.32, 0.36), (0.32, -0.36))  # of constants that are trays
+JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
+COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
+REDRAWS = 20_000  # of the spots, until all are far enough from each other
+GAP = 0.03  # between things of other sizes [m]
+TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
+CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
+
+Spot = tuple[float, float]
+
+
+def scattered(
+    things: tuple[Thing, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
+) -> Scene:
+    """Everything apart from everything else, turned anyhow; nothing on anything but where it is to start."""
+    items = [thing for thing in things if thing.size[0] <= TOO_WIDE]
+    starts = {name: start for name, start in (starts or {}).items() if start != Start()}
+    plain = not starts and all(t.movable and t.size == (CUBE, CUBE, CUBE) for t in items)
+    spots = _on_grid(items, rng) if plain else _spread(items, starts, rng)
+    positions: dict[str, Vector] = furniture_positions(things)
+    by_name = {thing.name: thing for thing in things}
+    yaws: dict[str, float] = {}
+    for thing in items:
+        x, y = spots[thing.name]
+        surface = starts.get(thing.name, Start()).surface
+        floor = 0.0
+        if surface in spots:
+            floor = positions[surface][2] + by_name[surface].size[2] / 2
+        positions[thing.name] = (x, y, floor + thing.size[2] / 2)
+        yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if thing.movable else 0.0
+    return Scene(things, positions, yaws)
+
+
+def _on_grid(items: Sequence[Thing], rng: np.random.Generator) -> dict[str, Spot]:
+    """The authors' way with cubes: each in a cell of its own, jittered, none nearer than the spacing."""
+    cells = [(x, y) for x in COLUMNS for y in COLUMNS]
+    for _ in range(REDRAWS):
+        chosen = rng.permutation(len(cells))[: len(items)]
+        spots = [_jittered(cells[index], rng) for index in chosen]
+        if len(spots) == len(items) and _spaced(spots):
+            return {thing.name: spot for thing, spot in zip(items, spots, strict=True)}
+    raise NtpError(
+        f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells"
+    )
+
+
+def _spread(
+    items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator
+) -> dict[str, Spot]:
+    """Things of any size: the largest first, each anywhere in its region that is free."""
+    by_name = {thing.name: thing for thing in items}
+    aside = iter(ASIDE)
+    given = {t.name: next(aside, ASIDE[-1]) for t in items if t.fixed and t.name not in starts and t.roomy}
+    order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
+    for _ in range(RESTARTS):
+        spots: dict[str, Spot] = {}
+        for thing in order:
+            start = starts.get(thing.name, Start())
+            if start.surface in by_name:
+                continue
+            spot = given.get(thing.name) or _free_spot(thing, start, spots, by_name, starts, rng)
+            if spot is None:
+                break
+            spots[thing.name] = spot
+        else:
+            return spots | _stacked_starts(items, starts, spots, by_name, rng)
+    sizes = ", ".join(f"{thing.name} ({thing.size[0]:g} x {thing.size[1]:g} m)" for thing in order[:4])
+    raise NtpError(
+        f"{len(items)} things do not fit where they are to start, among them {sizes}; "
+        "take fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)"
+    )
+
+
+def _free_spot(
+    thing: Thing,
+    start: Start,
+    spots: Mapping[str, Spot],
+    by_name: Mapping[str, Thing],
+    starts: Mapping[str, Start],
+    rng: np.random.Generator,
+) -> Spot | None:
+    default = REGION if thing.movable else WIDE
+    (x0, x1), (y0, y1) = start.x or default[0], start.y or default[1]
+    for _ in range(TRIES):
+        x, y = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
+        if all(
+            _apart((x, y), thing, spots[name], by_name[name])
+            and hypot(x - spots[name][0], y - spots[name][1])
+            >= max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0)
+            for name in spots
+        ):
+            return x, y
+    return None
+
+
+def _apart(
+    spot: Sequence[float], thing: Thing, other_spot: Sequence[float], other: Thing
+) -> bool:
+    return any(
+        abs(spot[axis] - other_spot[axis]) - (thing.size[axis] + other.size[axis]) / 2 > GAP
+        for axis in (0, 1)
+    )
+
+
+def _stacked_starts(
+    items: Sequence[Thing],
+    starts: Mapping[str, Start],
+    spots: Mapping[str, Spot],
+    by_name: Mapping[str, Thing],
+    rng: np.random.Generator,
+) -> dict[str, Spot]:
+    """Those that start on others: in the middle, or anywhere free on a tray."""
+    found: dict[str, Spot] = {}
+    for thing in items:
+        start = starts.get(thing.name, Start())
+        if start.surface not in by_name or start.surface == TABLE:
+            continue
+        below = by_name[start.surface]
+        x, y = {**spots, **found}[start.surface]
+        if below.roomy:
+            dx, dy = (max(0.0, (below.size[axis] - thing.size[axis]) / 2) for axis in (0, 1))
+            region = Start(start.surface, (x - dx, x + dx), (y - dy, y + dy), start.spacing)
+            there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
+            spot = _free_spot(thing, region, there, by_name, starts, rng)
+            if spot is None:
+                raise NtpError(f"there is no room for {thing.name} on {start.surface}")
+            x, y = spot
+        found[thing.name] = (x, y)
+    return found
+
+
+def scrambled(
+    things: tuple[Thing, ...],
+    rng: np.random.Generator,
+    in_hand: bool = True,
+    starts: Mapping[str, Start] | None = None,
+) -> Scene:
+    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
+    scene = scattered(things, rng, starts)
+    names = [thing.name for thing in movable(things)]
+    positions = dict(scene.positions)
+    bases = [names[index] for index in rng.permutation(len(names))]
+    tops: list[str] = [t.name for t in things if t.fixed]  # what stays may carry something from the start
+    for name in bases:
+        if tops and rng.random() < 0.5:
+            item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
+            place = _stacked(item, below, positions, rng)
+            if not below.roomy:
+                positions[name] = place
+                tops[tops.index(below.name)] = name
+            elif _is_free(item, place, scene, positions):
+                positions[name] = place
+        else:
+            tops.append(name)
+    carried = [name for name in tops if name in names]
+    held = str(rng.choice(carried)) if rng.random() < 0.3 and in_hand else None
+    gripper = _somewhere([positions[name] for name in carried if name != held], rng)
+    if held is not None:
+        positions[held] = gripper
+    return Scene(things, positions, scene.yaws, gripper, held)
+
+
+def _stacked(
+    item: Thing, below: Thing, positions: Mapping[str, Vector], rng: np.random.Generator
+) -> Vector:
+    """On top; centred, or as far off as just carries: where decisions are closest."""
+    reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
+    dx, dy = rng.normal(0, 0.001, 2) if rng.random() < 0.6 else rng.uniform(-reach, reach, 2)
+    x, y, z = positions[below.name]
+    return (x + float(dx), y + float(dy), z + (below.size[2] + item.size[2]) / 2)
+
+
+def _is_free(
+    item: Thing, place: Vector, scene: Scene, positions: Mapping[str, Vector]
+) -> bool:
+    """Whether nothing on the same tray stands there."""
+    bottom = place[2] - item.size[2] / 2
+    return all(
+        _apart(place, item, positions[other.name], other)
+        for other in movable(scene.things)
+        if other.name != item.name
+        and abs(positions[other.name][2] - other.size[2] / 2 - bottom) < min(item.size[2], other.size[2])
+    )
+
+
+def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
+    """Where the hand may be: anywhere, over something, or nearly over it."""
+    if not tops or rng.random() < 0.3:
+        x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
+        return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
+    x, y, z = tops[int(rng.integers(len(tops)))]
+    dx, dy = rng.uniform(-CUBE, CUBE, 2) if rng.random() < 0.6 else (0.0, 0.0)
+    return (x + float(dx), y + float(dy), z + CUBE / 2 + float(rng.uniform(0.04, 0.12)))
+
+
+def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:
+    """A table's top is at height zero."""
+    return {thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] > TOO_WIDE}
+
+
+def _jittered(cell: Spot, rng: np.random.Generator) -> Spot:
+    dx, dy = rng.uniform(-JITTER, JITTER, 2)
+    return CENTRE[0] + cell[0] + float(dx), CENTRE[1] + cell[1] + float(dy)
+
+
+def _spaced(spots: list[Spot]) -> bool:
+    points = np.array(spots)
+    gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())
