@@ -9,8 +9,8 @@ from typing import Any
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.hierarchy import mentions
 from ntp_dsl.language.signatures import si
+from ntp_dsl.language.walks import mentions
 from ntp_dsl.predicates import ANY, BUILT_IN, trait
 from ntp_dsl.registry import Registry
 from ntp_dsl.world import Argument, Observation, Record

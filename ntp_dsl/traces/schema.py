@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -125,16 +125,11 @@ def from_json(value: Any) -> Argument:
     raise ValueError(f"{value!r:.80} is not an argument")
 
 
-_THING = tuple(f.name for f in fields(Thing))
-
-
 def thing_from_json(row: Mapping[str, Any]) -> Thing:
     """What a thing says of itself, without what this version does not know. Raises `ValueError`."""
-    known = {name: row[name] for name in _THING if name in row}
-    known = {k: tuple(v) if isinstance(v, list) else v for k, v in known.items()}
-    if not isinstance(known.get("name"), str) or not isinstance(known.get("type"), str):
+    if not isinstance(row.get("name"), str) or not isinstance(row.get("type"), str):
         raise ValueError("a thing has a name and a type")
-    return Thing(**known | {"size": vector(row.get("size"))})
+    return Thing.from_json({**row, "size": vector(row.get("size"))})
 
 
 def vector(value: Any) -> Vector:
