@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ntp_dsl.language import syntax
-from ntp_dsl.language.checker import check, examine
-from ntp_dsl.language.diagnostics import Diagnostic, NtpError, SourceError, unknown
-from ntp_dsl.language.parser import parse
+from ntp_dsl.language.checker import check
+from ntp_dsl.language.diagnostics import Diagnostic, NtpError, SourceError
+from ntp_dsl.language.drafts import Draft, Key
+from ntp_dsl.language.examination import examine
+from ntp_dsl.language.parser import lines
+from ntp_dsl.language.parser import read as read_draft
+from ntp_dsl.language.scopes import Unit
+from ntp_dsl.language.unknowns import names_in, standard_names
+from ntp_dsl.language.uses import circle, unknown_library
 from ntp_dsl.registry import Registry
 from ntp_dsl.resources import examples_folder, library_folder
 
 SUFFIX = ".ntp"
-USE = re.compile(r"use[ \t]+([A-Za-z_][A-Za-z0-9_]*)")
 
 
 def load(path_or_folder: Path | str) -> Registry:
@@ -25,8 +29,13 @@ def load(path_or_folder: Path | str) -> Registry:
         path_or_folder: an `.ntp` file, a folder that holds one, or the name of an example or of a
             standard library.
     """
-    libraries, sources = read_all(find(path_or_folder))
-    return check(*libraries, sources=sources)
+    path = find(path_or_folder)
+    reading = _Reading(path)
+    if reading.mistakes:
+        report = diagnose(path)
+        raise SourceError(report.diagnostics, report.sources)
+    libraries = [unit.draft.whole() for unit in reading.units()]
+    return check(*libraries, sources=reading.sources)
 
 
 @dataclass(frozen=True)
@@ -43,12 +52,9 @@ class Report:
 
 def diagnose(path: Path) -> Report:
     """Every mistake of form and meaning, in the file and in all that it uses."""
-    try:
-        libraries, sources = read_all(path)
-    except SourceError as error:
-        return Report(error.diagnostics, error.sources)
-    _, mistakes = examine(*libraries)
-    return Report(SourceError(mistakes).diagnostics, sources)
+    reading = _Reading(path)
+    found = examine(reading.units(), lambda: _shelf(path))
+    return Report(SourceError([*reading.mistakes, *found]).diagnostics, reading.sources)
 
 
 def find(path_or_folder: Path | str) -> Path:
@@ -96,60 +102,60 @@ def read(path: Path) -> str:
     return text
 
 
-def read_all(path: Path) -> tuple[list[syntax.Library], dict[Path | None, str]]:
-    """The library, then all that it uses, each once; all their syntax errors come together."""
-    reading = _Reading()
-    reading.visit(path, ())
-    if reading.mistakes:
-        raise SourceError(reading.mistakes, reading.sources)
-    return list(reading.libraries.values()), reading.sources
-
-
 class _Reading:
-    """One walk along `use`, which collects libraries, texts and mistakes."""
+    """One walk along `use`, which collects drafts, texts and mistakes."""
 
-    def __init__(self) -> None:
-        self.libraries: dict[Path, syntax.Library] = {}
+    def __init__(self, path: Path) -> None:
         self.sources: dict[Path | None, str] = {}
         self.mistakes: list[Diagnostic] = []
+        self._drafts: dict[Path, Draft] = {}
+        self._uses: dict[Path, list[Path | None]] = {}
+        self._visit(path, ())
 
-    def visit(self, path: Path, above: tuple[Path, ...]) -> None:
+    def units(self) -> list[Unit]:
+        """The library that was asked for, then all that it uses."""
+        number = {path: index for index, path in enumerate(self._drafts)}
+        return [
+            Unit(draft, tuple(None if used is None else number[used] for used in self._uses[path]))
+            for path, draft in self._drafts.items()
+        ]
+
+    def _visit(self, path: Path, above: tuple[Path, ...]) -> None:
         text = read(path)
-        self.sources[path] = text.replace("\r\n", "\n").replace("\r", "\n")
-        try:
-            library = parse(text, path)
-        except SourceError as error:
-            self.mistakes += error.diagnostics
-            uses = _uses(self.sources[path], path)
-        else:
-            self.libraries[path] = library
-            uses = library.uses
-        for use in uses:
-            self._follow(use, path, (*above, path))
+        self.sources[path] = lines(text)
+        self._drafts[path] = draft = read_draft(text, path)
+        self.mistakes += draft.mistakes
+        self._uses[path] = [self._follow(use, path, (*above, path)) for use in draft.uses]
 
-    def _follow(self, use: syntax.Use, path: Path, above: tuple[Path, ...]) -> None:
-        target = next((each for each in _places(use.library, path) if each.is_file()), None)
+    def _follow(self, use: syntax.Use, path: Path, above: tuple[Path, ...]) -> Path | None:
+        target = _find_used(use.library, path)
         if target is None:
-            known = [each.stem for each in _neighbours(path)]
-            self.mistakes.append(
-                unknown("E110", "there is no library", use.library, use.span, known)
-            )
-        elif target.resolve() in [each.resolve() for each in above]:
-            names = " -> ".join([each.stem for each in above] + [target.stem])
-            message = f"libraries use one another in a circle: {names}"
-            self.mistakes.append(Diagnostic("E304", message, use.span))
-        elif target not in self.sources:
-            self.visit(target, above)
+            mistake = unknown_library(use, [each.stem for each in _neighbours(path)])
+            self.mistakes.append(mistake)
+            target = _find_used(mistake.fix.replacement, path) if mistake.fix else None
+        if target is None:
+            return None
+        entered = [each.resolve() for each in above]
+        if target.resolve() in entered:
+            way = above[entered.index(target.resolve()) :]
+            self.mistakes.append(circle(use, [*(each.stem for each in way), target.stem]))
+            return way[0]
+        if target not in self._drafts:
+            self._visit(target, above)
+        return target
 
 
-def _uses(text: str, path: Path) -> tuple[syntax.Use, ...]:
-    """What a text uses that does not parse, so that those libraries are read as well."""
-    uses = []
-    for line, row in enumerate(text.split("\n"), start=1):
-        if match := USE.match(row):
-            span = syntax.Span(path, line, match.start(1) + 1, line, match.end(1) + 1)
-            uses.append(syntax.Use(match.group(1), span=span))
-    return tuple(uses)
+def _find_used(name: str, path: Path) -> Path | None:
+    return next((each for each in _places(name, path) if _is_there(each)), None)
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is such a file, spelt so: where case does not count, it counts here."""
+    return path.is_file() and path.name in {each.name for each in path.parent.iterdir()}
+
+
+def _shelf(path: Path) -> Mapping[Key, str]:
+    return {**standard_names(), **names_in(sorted(_neighbours(path)))}
 
 
 def _places(name: str, path: Path) -> Iterator[Path]:

@@ -1,10 +1,11 @@
-"""From libraries to one table of names: what was declared, twice, in a circle, or not at all."""
+"""The table of what is declared, by name: all that the checks of a library look things up in."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import ChainMap
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, Note, unknown
@@ -23,7 +24,50 @@ UNITS: Mapping[str, tuple[str, float]] = {  # unit -> (what it measures, its siz
 }
 NUMBER_TYPES = ("number", *dict.fromkeys(kind for kind, _ in UNITS.values()))
 
-D = TypeVar("D", bound=Declaration)
+
+
+V = TypeVar("V")
+EVERYTHING = "*"  # asked for by whoever goes through a whole dictionary; no name is spelt so
+
+
+class Watched(dict[str, V]):
+    """A dictionary that notes what was asked for, so that an answer's grounds are known."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: set[str] = set()
+
+    def __getitem__(self, key: str) -> V:
+        self.asked.add(key)
+        return super().__getitem__(key)
+
+    def __contains__(self, key: object) -> bool:
+        self.asked.add(str(key))
+        return super().__contains__(key)
+
+    def get(self, key: str, default: Any = None) -> V | Any:
+        self.asked.add(key)
+        return super().get(key, default)
+
+    def __iter__(self) -> Iterator[str]:
+        self.asked.add(EVERYTHING)
+        return super().__iter__()
+
+    def keys(self) -> Any:
+        self.asked.add(EVERYTHING)
+        return super().keys()
+
+    def values(self) -> Any:
+        self.asked.add(EVERYTHING)
+        return super().values()
+
+    def items(self) -> Any:
+        self.asked.add(EVERYTHING)
+        return super().items()
+
+    def answer(self, key: str) -> object:
+        """What asking would yield, unnoted."""
+        return tuple(super().items()) if key == EVERYTHING else super().get(key)
 
 
 @dataclass
@@ -34,17 +78,30 @@ class Table:
     members. A predicate may be called like a program.
     """
 
-    types: dict[str, syntax.TypeDeclaration] = field(default_factory=dict)
-    enums: dict[str, syntax.EnumDeclaration] = field(default_factory=dict)
-    records: dict[str, syntax.RecordDeclaration] = field(default_factory=dict)
-    constants: dict[str, syntax.ConstantDeclaration] = field(default_factory=dict)
-    predicates: dict[str, syntax.PredicateDeclaration] = field(default_factory=dict)
-    apis: dict[str, syntax.ApiDeclaration] = field(default_factory=dict)
-    programs: dict[str, syntax.ProgramDeclaration] = field(default_factory=dict)
-    tasks: dict[str, syntax.TaskDeclaration] = field(default_factory=dict)
+    types: Watched[syntax.TypeDeclaration] = field(default_factory=Watched)
+    enums: Watched[syntax.EnumDeclaration] = field(default_factory=Watched)
+    records: Watched[syntax.RecordDeclaration] = field(default_factory=Watched)
+    constants: Watched[syntax.ConstantDeclaration] = field(default_factory=Watched)
+    predicates: Watched[syntax.PredicateDeclaration] = field(default_factory=Watched)
+    apis: Watched[syntax.ApiDeclaration] = field(default_factory=Watched)
+    programs: Watched[syntax.ProgramDeclaration] = field(default_factory=Watched)
+    tasks: Watched[syntax.TaskDeclaration] = field(default_factory=Watched)
+    members: Watched[tuple[str, ...]] = field(default_factory=Watched)  # -> their enumerations
     mistakes: list[Diagnostic] = field(default_factory=list)
-    home: syntax.Library | None = None  # the one that is checked, and uses the others
-    missing: set[str] = field(default_factory=set)  # libraries that it ought to use
+
+    def dictionaries(self) -> tuple[Watched[Any], ...]:
+        """All in which names are looked up."""
+        return (
+            self.types, self.enums, self.records, self.constants, self.predicates, self.apis,
+            self.programs, self.tasks, self.members,
+        )  # fmt: skip
+
+    def add(self, declaration: Declaration) -> None:
+        """The first declaration of a name stands."""
+        getattr(self, SPACES[type(declaration)][0]).setdefault(declaration.name, declaration)
+        for member in declaration.members if isinstance(declaration, syntax.EnumDeclaration) else ():
+            owners = self.members.get(member, ())
+            self.members[member] = tuple(dict.fromkeys([*owners, declaration.name]))
 
     def callable(self, name: str) -> syntax.ApiDeclaration | syntax.ProgramDeclaration | None:
         return self.programs.get(name) or self.apis.get(name)
@@ -52,12 +109,22 @@ class Table:
     def callables(self) -> list[syntax.ApiDeclaration | syntax.ProgramDeclaration]:
         return [*self.programs.values(), *self.apis.values()]
 
-    def type_names(self) -> list[str]:
+    def type_names(self) -> Collection[str]:
         """Whatever may stand as a parameter's type."""
-        return [*self.types, *self.enums, *self.records, *NUMBER_TYPES]
+        return ChainMap[str, object](
+            cast(dict[str, object], self.types),
+            cast(dict[str, object], self.enums),
+            cast(dict[str, object], self.records),
+            dict.fromkeys(NUMBER_TYPES),
+        )
 
     def is_a(self, name: str, ancestor: str) -> bool:
-        return ancestor in self.ancestors(name)
+        """Whether one type descends from another; where nobody can tell, it does."""
+        line = list(self.ancestors(name))
+        if ancestor in line:
+            return True
+        oldest = self.types.get(line[-1])
+        return line[-1] not in self.type_names() if oldest is None else oldest.parent is not None
 
     def ancestors(self, name: str) -> Iterator[str]:
         """The type itself, then its parents; a circle is walked once."""
@@ -69,9 +136,9 @@ class Table:
             declared = self.types.get(current)
             current = declared.parent.name if declared and declared.parent else None
 
-    def enum_of(self, member: str) -> list[str]:
+    def enum_of(self, member: str) -> Sequence[str]:
         """The enumerations that have such a member."""
-        return [name for name, enum in self.enums.items() if member in enum.members]
+        return self.members.get(member) or ()
 
     def report(
         self,
@@ -95,77 +162,6 @@ SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, 
     syntax.ProgramDeclaration: ("programs", "call", "program"),
     syntax.TaskDeclaration: ("tasks", "task", "task"),
 }
-
-
-def collect(libraries: Iterable[syntax.Library]) -> Table:
-    """One table of all libraries; a name's first declaration stands, later ones are mistakes."""
-    table = Table()
-    owners: dict[tuple[str, str], tuple[str, Declaration]] = {}
-    for library in libraries:
-        table.home = library
-        for declaration in library.declarations:
-            attribute, space, word = SPACES[type(declaration)]
-            key = space, declaration.name
-            if key in owners:
-                _clash(table, library.name, declaration, word, *owners[key])
-                continue
-            owners[key] = library.name, declaration
-            getattr(table, attribute)[declaration.name] = declaration
-    _check_numbers_are_free(table)
-    _check_parents(table)
-    _check_enums(table)
-    return table
-
-
-def _clash(
-    table: Table, library: str, again: Declaration, word: str, owner: str, first: Declaration
-) -> None:
-    note = Note("first declared here", first.name_span)
-    if owner == library:
-        message = f"{word} '{again.name}' is declared twice"
-        table.report("E301", message, again.name_span, "rename or remove one of them", note)
-    else:
-        message = f"{word} '{again.name}' is also declared by library '{owner}', which is used here"
-        table.report("E302", message, again.name_span, "choose another name", note)
-
-
-def _check_numbers_are_free(table: Table) -> None:
-    for declaration in [*table.types.values(), *table.enums.values(), *table.records.values()]:
-        if declaration.name in NUMBER_TYPES:
-            message = f"'{declaration.name}' is a number type of the language already"
-            table.report("E301", message, declaration.name_span, "choose another name")
-
-
-def _check_parents(table: Table) -> None:
-    for declaration in table.types.values():
-        parent = declaration.parent
-        if parent is None:
-            continue
-        if parent.name not in table.types or parent.is_list:
-            table.mistakes.append(
-                unknown("E103", "there is no type", parent.name, parent.span, table.types)
-            )
-        elif _is_own_ancestor(table, declaration):
-            message = f"type '{declaration.name}' is its own ancestor"
-            table.report(
-                "E303", message, parent.span, "one of the types in the circle has no parent"
-            )
-
-
-def _is_own_ancestor(table: Table, declaration: syntax.TypeDeclaration) -> bool:
-    assert declaration.parent is not None
-    return declaration.name in table.ancestors(declaration.parent.name)
-
-
-def _check_enums(table: Table) -> None:
-    for enum in table.enums.values():
-        for index, member in enumerate(enum.members):
-            span = enum.member_spans[index] if enum.member_spans else enum.name_span
-            if member in enum.members[:index]:
-                table.report("E301", f"'{member}' is a member of '{enum.name}' twice", span)
-            elif member in table.constants:
-                note = Note("declared here", table.constants[member].name_span)
-                table.report("E301", f"'{member}' is a constant already", span, "", note)
 
 
 def check_type(table: Table, name: syntax.TypeName) -> bool:

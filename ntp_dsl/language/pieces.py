@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.diagnostics import Diagnostic, Edit, Fix, nearest
 from ntp_dsl.language.syntax import Span
 
 # What each keyword declares, by the namespace that it belongs to; the first two declare nothing.
@@ -23,6 +23,11 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 # Inside an open docstring, only what can be nothing else than a declaration counts as one.
 HEADER = re.compile(rf"(?:{'|'.join(KEYWORDS)})[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]*[(:]")
 DECLARES = re.compile(rf"^({'|'.join(KEYWORDS)})[ \t]+([A-Za-z_][A-Za-z0-9_]*)", re.MULTILINE)
+# What belongs into a declaration: a line like this begins none, wherever it stands.
+INNER = re.compile(
+    r"(?:requires|achieves|calls|for|when|scene|goal|run|success)\b|[A-Za-z_][A-Za-z0-9_]*[ \t]*\("
+)
+BLOCKS = ("api", "program", "task")  # what has lines of its own below the first
 PARTNERS = {"(": ")", "[": "]"}
 
 
@@ -53,6 +58,7 @@ class Piece:
     line: int
     path: Path | None
     shifts: Mapping[int, Shift] = field(default_factory=dict)
+    mistakes: tuple[Diagnostic, ...] = ()  # found in cutting
 
     @property
     def keyword(self) -> str:
@@ -93,10 +99,44 @@ def cut(text: str, path: Path | None) -> list[Piece]:
             depth, quoted = 0, False
         depth, quoted = _marks(line, depth, quoted)
     ends = [*starts, len(lines)][1:]
-    return [
+    return _joined(
         Piece("\n".join(lines[start:end]).rstrip() + "\n", start + 1, path)
         for start, end in zip(starts, ends, strict=True)
-    ]
+    )
+
+
+def _joined(pieces: Iterable[Piece]) -> list[Piece]:
+    """Lines at the margin that can only belong to the declaration above are taken to do so."""
+    joined: list[Piece] = []
+    for piece in pieces:
+        if joined and joined[-1].keyword in BLOCKS and INNER.match(piece.text):
+            joined[-1] = _join(joined[-1], piece)
+        else:
+            joined.append(piece)
+    return joined
+
+
+def _join(above: Piece, below: Piece) -> Piece:
+    rows = above.text.rstrip("\n").split("\n")
+    rows += [""] * (below.line - above.line - len(rows))
+    indents = [len(row) - len(row.lstrip()) for row in rows[1:] if row.strip()]
+    width = min(indents, default=0) or 4
+    added = below.text.rstrip("\n").split("\n")
+    numbers = [len(rows) + index for index, row in enumerate(added, start=1) if row.strip()]
+    edits = [Edit(above.span(number, 1, 0), " " * width) for number in numbers]
+    if above.mistakes:
+        first = above.mistakes[0]
+        assert first.fix is not None
+        mistake = replace(first, fix=replace(first.fix, also=(*first.fix.also, *edits)))
+    else:
+        name = DECLARES.match(above.text)
+        what = f"'{above.keyword} {name.group(2)}'" if name else f"the {above.keyword}"
+        message = f"this line stands at the margin; what belongs to {what} is indented below it"
+        fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]))
+        mistake = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
+    text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
+    shifts = {**above.shifts, **{number: Shift(1, 1, width) for number in numbers}}
+    return replace(above, text=text, shifts=shifts, mistakes=(mistake,))
 
 
 def _begins(line: str, depth: int, quoted: bool, previous: str) -> bool:

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 
 from ntp_dsl.language.build import Item
 from ntp_dsl.language.diagnostics import Diagnostic, Fix
-from ntp_dsl.language.pieces import DECLARES, Piece, Shift, continued
+from ntp_dsl.language.pieces import BLOCKS, DECLARES, Piece, Shift, continued
 
 Attempt = Callable[[Piece], tuple[Item | None, Sequence[Diagnostic]]]
 
 MOST_ROUNDS = 20
 MOST_LETTERS = 40_000  # read again and again, so that a long text is answered at once
 STUB = '"""."""'  # stands for a block of which nothing is left
-BLOCKS = ("api", "program", "task")  # what has lines of its own below the first
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ def recover(piece: Piece, attempt: Attempt) -> Parsed:
     """Read a piece, and tell all its mistakes that do not follow from one another."""
     item, found = attempt(piece)
     page = _Page(piece, attempt)
-    mistakes: dict[Diagnostic, None] = {}
+    mistakes = dict.fromkeys(piece.mistakes)
     rounds = min(MOST_ROUNDS, MOST_LETTERS // len(piece.text))
     while found:
         mistakes |= dict.fromkeys(found)
@@ -49,7 +48,7 @@ class _Page:
         self._original = piece
         self._attempt = attempt
         self._rows = piece.text.rstrip("\n").split("\n")
-        self._shifts: dict[int, Shift] = {}  # by the row's number, from one
+        self._shifts = dict(piece.shifts)  # by the row's number, from one
         self._is_beheaded = False
         self.is_whole = True
         self.is_lost = False  # nobody can tell how the thing is declared

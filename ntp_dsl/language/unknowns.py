@@ -1,15 +1,32 @@
-"""What to say of a name that nobody declared: which library has it, or which name comes near."""
+"""What to say of a name that nobody declared: nothing, if it may be in what cannot be read; or who has it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, unknown
-from ntp_dsl.language.names import SPACES, Table
-from ntp_dsl.language.parser import parse
-from ntp_dsl.language.syntax import Library, Span
+from ntp_dsl.language.drafts import Draft, Key
+from ntp_dsl.language.names import Table
+from ntp_dsl.language.pieces import DECLARES, SPACES
+from ntp_dsl.language.scopes import Unit, below, key
+from ntp_dsl.language.syntax import EnumDeclaration, Span
 from ntp_dsl.resources import library_folder
+
+Shelf = Callable[[], Mapping[Key, str]]  # which library that is at hand declares a name
+
+# The namespaces in which a name was looked for, by the code that says it is not there.
+SOUGHT: Mapping[str, tuple[str, ...]] = {
+    "E101": ("value", "type"),
+    "E102": ("predicate",),
+    "E103": ("type",),
+    "E104": ("call",),
+    "E106": ("value", "type"),
+    "E108": ("type",),
+    "E111": ("predicate",),
+}
 
 
 def report_unknown(
@@ -23,40 +40,85 @@ def report_unknown(
     help: str = "",
     likely: Iterable[str] = (),
 ) -> None:
-    """Say it once of each library that should be used, and of each other name where it stands.
+    """Leave it in the table that a name is not in sight; `settle` decides what is said of it."""
+    table.mistakes.append(unknown(code, what, name, span, candidates, help, likely))
 
-    Args:
-        space: the namespace to look in: type, value, predicate, call or task.
+
+def settle(
+    mistakes: Iterable[Diagnostic], units: Sequence[Unit], index: int, shelf: Shelf
+) -> Iterator[Diagnostic]:
+    """What is to be said of a library, now that all libraries are known.
+
+    A name that a broken declaration may declare is passed over, and of a library that ought to be
+    used it is said once.
     """
-    library = _standard_names().get((space, name))
-    if library is None or table.home is None or table.home.name == library:
-        table.mistakes.append(unknown(code, what, name, span, candidates, help, likely))
-    elif library not in table.missing:
-        table.missing.add(library)
-        message = f"{what} '{name}': library '{library}' declares it, and is not used here"
-        fix = _use(library, table.home)
-        help = f"write 'use {library}' above, and what else it declares is there too"
-        table.mistakes.append(Diagnostic(code, message, span, help=help, fix=fix))
+    inside = [*below(units, index), index]
+    drafts = [units[each].draft for each in inside]
+    lost = frozenset[Key]().union(*(draft.lost for draft in drafts))
+    is_open = any(
+        units[each].draft.lacks_uses or None in units[each].uses for each in inside
+    )
+    missing: set[str] = set()
+    for mistake in mistakes:
+        keys = [(space, mistake.name) for space in SOUGHT.get(mistake.code, ()) if mistake.name]
+        if keys and (is_open or not lost.isdisjoint(keys)):
+            continue
+        library = _owner(keys, units, inside, shelf) if keys else None
+        if library is None:
+            yield mistake
+        elif library not in missing:
+            missing.add(library)
+            yield _unused(mistake, library, units[index].draft)
 
 
-@cache
-def _standard_names() -> Mapping[tuple[str, str], str]:
-    """Which standard library declares a name, by namespace and name."""
-    found: dict[tuple[str, str], str] = {}
-    for path in sorted(library_folder().glob("*.ntp")):
-        library = parse(path.read_text(encoding="utf-8"), path)
-        for declaration in library.declarations:
-            found[SPACES[type(declaration)][1], declaration.name] = library.name
+def _owner(
+    keys: Sequence[Key], units: Sequence[Unit], inside: Sequence[int], shelf: Shelf
+) -> str | None:
+    """The library that declares it and is not in sight."""
+    for each, unit in enumerate(units):
+        if each not in inside and not _declared(unit.draft).isdisjoint(keys):
+            return unit.draft.name
+    names = {unit.draft.name for unit in units}
+    known = shelf()
+    return next((known[each] for each in keys if known.get(each, "") not in {"", *names}), None)
+
+
+def _declared(draft: Draft) -> set[Key]:
+    enums = (each for each in draft.declarations if isinstance(each, EnumDeclaration))
+    members = {("value", member) for enum in enums for member in enum.members}
+    return members.union(map(key, draft.declarations))
+
+
+def _unused(mistake: Diagnostic, library: str, home: Draft) -> Diagnostic:
+    message = f"'{mistake.name}' is declared by library '{library}', which is not used here"
+    help = f"write 'use {library}' above; whatever else it declares is known then, too"
+    return replace(mistake, message=message, help=help, fix=_use(library, home))
+
+
+def _use(library: str, home: Draft) -> Fix | None:
+    """With the other uses, or above the first declaration."""
+    spans = [each.span for each in [*home.uses, *home.declarations]]
+    if not spans:
+        return None
+    first = min(spans, key=lambda span: span.line)
+    ending = "\n" if home.uses else "\n\n"
+    return Fix(Span(first.path, first.line, 1, first.line, 1), f"use {library}{ending}")
+
+
+def names_in(paths: Iterable[Path]) -> Mapping[Key, str]:
+    """Which of the library files declares a name, as far as the first words of lines tell."""
+    found: dict[Key, str] = {}
+    for path in paths:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            continue
+        for keyword, name in DECLARES.findall(text):
+            found.setdefault((SPACES[keyword], name), path.stem)
     return found
 
 
-def _use(library: str, home: Library) -> Fix | None:
-    """Below the last `use`, or above the first declaration."""
-    if home.uses:
-        last = home.uses[-1].span
-        place = Span(last.path, last.line, last.end_column, last.line, last.end_column)
-        return Fix(place, f"\nuse {library}")
-    if not home.declarations:
-        return None
-    first = min((each.span for each in home.declarations), key=lambda span: span.line)
-    return Fix(Span(first.path, first.line, 1, first.line, 1), f"use {library}\n\n")
+@cache
+def standard_names() -> Mapping[Key, str]:
+    """What the standard libraries declare."""
+    return names_in(sorted(library_folder().glob("*.ntp")))

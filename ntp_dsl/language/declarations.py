@@ -1,0 +1,83 @@
+"""What is wrong with one declaration, given the table of all: its names, types and shape."""
+
+from __future__ import annotations
+
+from ntp_dsl.language import syntax, tasks
+from ntp_dsl.language.names import Table, check_type
+from ntp_dsl.language.signatures import Names, check_parameters
+from ntp_dsl.language.syntax import PYTHON
+from ntp_dsl.language.typing_rules import Typing
+from ntp_dsl.language.walks import callees
+
+
+def check_declaration(declaration: syntax.Declaration, table: Table) -> None:
+    """Leave in the table what is wrong with it."""
+    typing = Typing(table)
+    match declaration:
+        case syntax.RecordDeclaration():
+            check_parameters(table, declaration.fields)
+        case syntax.ConstantDeclaration():
+            if declaration.type.is_list or declaration.type.name not in table.types:
+                if check_type(table, declaration.type):
+                    message = "a constant is one thing of the scene"
+                    table.report("E202", message, declaration.type.span)
+        case syntax.PredicateDeclaration():
+            names = check_parameters(table, declaration.parameters)
+            if declaration.body is not None:
+                typing.condition(declaration.body, names)
+            if declaration.result is not None:
+                check_type(table, declaration.result)
+        case syntax.ApiDeclaration():
+            _check_contract(declaration, table, typing)
+        case syntax.ProgramDeclaration():
+            names = _check_contract(declaration, table, typing)
+            for statement in declaration.body:
+                _check_statement(statement, names, table, typing)
+            for callee in declaration.calls:
+                typing.callee(callee.id, callee.span)
+            _check_shape(declaration, table)
+        case syntax.TaskDeclaration():
+            tasks.check_task(declaration, table, typing)
+
+
+def _check_contract(
+    declaration: syntax.ApiDeclaration | syntax.ProgramDeclaration, table: Table, typing: Typing
+) -> Names:
+    names = check_parameters(table, declaration.parameters)
+    for condition in (declaration.requires, declaration.achieves):
+        if condition is not None:
+            typing.condition(condition, names)
+    return names
+
+
+def _check_statement(
+    statement: syntax.Statement, names: Names, table: Table, typing: Typing
+) -> None:
+    match statement:
+        case syntax.For(generator, body):
+            _check_statement(body, typing.generator(generator, names), table, typing)
+        case syntax.When(condition, body):
+            typing.condition(condition, names)
+            _check_statement(body, names, table, typing)
+        case syntax.Call():
+            typing.call(statement, names)
+
+
+def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
+    if program.by is not None and program.by.id != PYTHON:
+        message = f"a program has a body, or is decided by {PYTHON}"
+        table.report("E112", message, program.by.span)
+    elif program.by is not None and program.body:
+        message = f"'{program.name}' is decided by {PYTHON}, so it has no body"
+        help = f"say what it may call: calls {', '.join(callees(program))}"
+        table.report("E408", message, program.body[0].span, help)
+    elif program.by is None and program.calls:
+        message = f"'{program.name}' has a body, which says what it calls"
+        help = f"an expert in Python is declared: program {program.name}(...) by {PYTHON}:"
+        table.report("E408", message, program.calls[0].span, help)
+    elif not callees(program):
+        message = f"program '{program.name}' calls nothing"
+        help = "a program has at least one call"
+        if program.by is not None:
+            help = "say what it may call: calls pick, place"
+        table.report("E405", message, program.name_span, help)
