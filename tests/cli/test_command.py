@@ -40,7 +40,7 @@ def test_mistakes_are_printed_with_their_places(
     status, out, _ = told(capsys, "check", str(tmp_path))
     assert status == 1
     assert "a.ntp:4:1" in out and "progam go():\n   | ^^^^^^" in out
-    assert out.endswith("2 mistakes found (1 can be mended by --fix)\n")
+    assert out.endswith("3 mistakes found (2 can be mended by --fix)\n")
 
 
 def test_mistakes_are_one_document_for_machines(
