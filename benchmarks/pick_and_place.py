@@ -19,8 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from kinematics import robot
 from kinematics.approach import TILTED
-from kinematics.geometry import Body, rotation_from_quaternion
+from kinematics.bodies import Body
+from kinematics.geometry import rotation_from_quaternion
+from kinematics.shapes import Box
 from kinematics.simulation import Workcell
 from kinematics.skills import Motion, grasp, move_above, move_above_free_place, release
 
@@ -97,7 +100,7 @@ def scattered(generator: np.random.Generator, count: int) -> list[Body]:
     return [
         Body(
             f"b{i}",
-            (HALF,) * 3,
+            Box((HALF,) * 3),
             (float(x), float(y), HALF),
             (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)),
             colour=COLOURS[i % len(COLOURS)],
@@ -261,11 +264,12 @@ def main() -> int:
     parser.add_argument("script", choices=SCRIPTS)
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0, help="of the first run")
+    parser.add_argument("--arm", default="panda", help="a shipped one, or a TOML of your own")
     parser.add_argument("--pictures", help="folder for a picture of every failure")
     options = parser.parse_args()
     script, count = SCRIPTS[options.script]
     tally, succeeded = Tally(), 0
-    with Workcell() as cell:
+    with Workcell(robot.load(options.arm)) as cell:
         runner = Runner(cell, tally, options.pictures)
         for run in range(options.seed, options.seed + options.runs):
             generator = np.random.default_rng(run)

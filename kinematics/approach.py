@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics import robot
 from kinematics.arm import LINE_MARGIN, Arm, Look, travel
-from kinematics.geometry import Array, Vector, rotation_from_quaternion, vertical_extent
+from kinematics.geometry import Array, Vector, rotation_from_quaternion
 from kinematics.grasps import Grasp, grasps_by_trouble
 from kinematics.placements import Placement, placements
+from kinematics.shapes import Box, Hull, Shape, faces_of, height_above, reach_of
 
 CLEARANCE = 0.10  # of the tool above the top of the target [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
@@ -27,26 +27,32 @@ RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
 class Approach:
     """Joint positions above a target, and the straight line from there."""
 
-    above: Array  # (7,) [rad]
-    line: Array  # (n, 7) from above to the end; only `above` itself where that is obstructed
+    above: Array  # (dof,) [rad]
+    line: Array  # (n, dof) from above to the end; only `above` itself where that is obstructed
     opening: float  # of each finger at the end of the line [m]
-    trouble: float  # how far the grasp is from a plain one
+    grasp: Grasp | None = None  # at the end of the line, where it leads to one
+    tilt: float = 0.0  # of the hand, where it leads to a placement [rad]
+
+    @property
+    def trouble(self) -> float:
+        """How far it is from a plain one."""
+        return self.tilt if self.grasp is None else self.grasp.trouble
 
     @property
     def is_free(self) -> bool:
         return len(self.line) > 1
 
 
-def top_of(look: Look, name: str, half_extents: Vector) -> float:
-    """Height of a body's highest point [m]."""
-    pose = look.poses[name]
-    return pose.position[2] + vertical_extent(half_extents, rotation_from_quaternion(pose.quaternion_xyzw))
-
-
-def tilt_of(look: Look, name: str) -> float:
-    """Of a body against the nearest way of standing upright [rad]."""
-    rotation = rotation_from_quaternion(look.poses[name].quaternion_xyzw)
-    return math.acos(min(1.0, float(np.abs(rotation[2]).max())))
+def tilt_of(look: Look, name: str, shape: Shape) -> float:
+    """Of a body against the nearest way of having a level top [rad]."""
+    up = rotation_from_quaternion(look.poses[name].quaternion_xyzw)[2]
+    if isinstance(shape, Box):
+        cosine = float(np.abs(up).max())
+    elif isinstance(shape, Hull):
+        cosine = max(float(up @ normal) for normal, _, _ in faces_of(shape))
+    else:
+        cosine = float(up[2])
+    return math.acos(max(-1.0, min(1.0, cosine)))
 
 
 def corners_of(grasp: Grasp) -> list[Array]:
@@ -58,13 +64,13 @@ def corners_of(grasp: Grasp) -> list[Array]:
 
 
 def grasp_approaches(
-    arm: Arm, look: Look, target: str, half_extents: Vector, seed: int
+    arm: Arm, look: Look, target: str, shape: Shape, seed: int
 ) -> Iterator[Approach]:
     """Feasible approaches to grasps, plainest and nearest first; then those that are obstructed."""
-    position = look.poses[target].position
-    height = top_of(look, target, half_extents) + CLEARANCE
+    pose = look.poses[target]
+    height = height_above(shape, pose) + CLEARANCE
     for restarts, most_trouble in ((0, math.inf), (RESTARTS, RETRIED_TROUBLE)):
-        for group in grasps_by_trouble(look.poses[target], half_extents):
+        for group in grasps_by_trouble(pose, shape, arm.gripper):
             if group[0].trouble > most_trouble:
                 break
             ways = [
@@ -72,21 +78,21 @@ def grasp_approaches(
                 for grasp in group
                 if _hand_fits(arm, grasp)
                 for end in _free_ends(arm, look, grasp, seed, restarts)
-                for q in _above_end(arm, grasp, end, position, height)
+                for q in _above_end(arm, grasp, end, height)
             ]
             for q, end, grasp in sorted(ways, key=lambda way: travel(way[0], look.q)):
                 approach = line_to_grasp(arm, q, grasp, end)
                 if approach is not None:
                     yield approach
     arm.scene.open_fingers(look.opening)
-    for grasp in next(grasps_by_trouble(look.poses[target], half_extents), []):
-        for q in arm.solutions(_above(grasp, position, height), look.q, seed, RESTARTS):
-            yield Approach(q, q[None], robot.MAXIMUM_OPENING, grasp.trouble)
+    for grasp in next(grasps_by_trouble(pose, shape, arm.gripper), []):
+        for q in arm.solutions(_above(grasp, height), look.q, seed, RESTARTS):
+            yield Approach(q, q[None], arm.gripper.maximum_opening, grasp)
 
 
-def graspable(arm: Arm, look: Look, target: str, half_extents: Vector) -> bool:
+def graspable(arm: Arm, look: Look, target: str, shape: Shape) -> bool:
     """Whether the hand alone would be free in some nearly plain grasp of the body."""
-    for group in grasps_by_trouble(look.poses[target], half_extents):
+    for group in grasps_by_trouble(look.poses[target], shape, arm.gripper):
         if any(_hand_fits(arm, grasp) for grasp in group if grasp.trouble <= 1.0):
             return True
         if group[0].trouble > 1.0:
@@ -107,9 +113,9 @@ def _free_ends(arm: Arm, look: Look, grasp: Grasp, seed: int, restarts: int) -> 
             yield q
 
 
-def _above_end(arm: Arm, grasp: Grasp, end: Array, position: Vector, height: float) -> Iterator[Array]:
+def _above_end(arm: Arm, grasp: Grasp, end: Array, height: float) -> Iterator[Array]:
     """Joint positions above the target, of the same branch as those at the grasp."""
-    q = arm.inverse.solve(_above(grasp, position, height), end)
+    q = arm.inverse.solve(_above(grasp, height), end)
     if q is not None and arm.scene.is_free(q):
         yield q
 
@@ -126,19 +132,19 @@ def line_to_grasp(arm: Arm, above: Array, grasp: Grasp, end: Array) -> Approach 
         if line is None:
             return None
         if arm.chain_is_free(line):
-            return Approach(above, line, opening, grasp.trouble)
+            return Approach(above, line, opening, grasp)
     return None
 
 
 def placement_approaches(
-    arm: Arm, look: Look, half_extents: Vector, place: Vector, yaws: list[float], seed: int
+    arm: Arm, look: Look, shape: Shape, place: Vector, yaws: list[float], seed: int
 ) -> Iterator[Approach]:
     """Feasible approaches for standing the held body on a point, least tilted first; then
     obstructed ones.
     """
     assert look.held is not None
     tool_to_body = look.tool_to(look.held)
-    options = [p for yaw in yaws for p in placements(tool_to_body, half_extents, yaw)]
+    options = [p for yaw in yaws for p in placements(tool_to_body, shape, look.tool[:3, :3], yaw)]
     for restarts in (0, RESTARTS):
         waiting: list[Approach] = []
         for _, group in itertools.groupby(options, key=lambda p: round(p.tilt, 1)):
@@ -156,24 +162,25 @@ def placement_approaches(
             yield from waiting
 
 
-def release_openings(width: float) -> list[float]:
+def release_openings(width: float, widest: float) -> list[float]:
     """Of each finger when it lets go of a body as wide as that, widest first [m]."""
     half = width / 2
-    return [min(robot.MAXIMUM_OPENING, half + room) for room in (0.012, 0.008, 0.005)]
+    return [min(widest, half + room) for room in (0.012, 0.008, 0.005)]
 
 
 def opening_that_is_free(arm: Arm, line: Array, width: float) -> float | None:
     """The widest opening of the empty hand that keeps the margin along a line."""
-    for opening in release_openings(width):
+    for opening in release_openings(width, arm.gripper.maximum_opening):
         arm.scene.open_fingers(opening)
         if arm.chain_is_free(line):
             return opening
     return None
 
 
-def _above(grasp: Grasp, centre: Vector, height: float) -> Array:
+def _above(grasp: Grasp, height: float) -> Array:
     above = grasp.tool.copy()
-    above[:3, 3] = centre[0], centre[1], height
+    above[:2, 3] = grasp.centre[:2]
+    above[2, 3] = height
     return above
 
 
@@ -188,7 +195,7 @@ def _solutions_over(
 
 
 def _line_to_placement(arm: Arm, look: Look, above: Array, placement: Placement, place: Vector) -> Approach:
-    obstructed = Approach(above, above[None], look.opening, placement.tilt)
+    obstructed = Approach(above, above[None], look.opening, tilt=placement.tilt)
     low = placement.tool_over(place[0], place[1], place[2] + placement.height + ABOVE_SUPPORT)
     line = arm.lines.follow(above, [low])
     if line is None:
@@ -199,11 +206,13 @@ def _line_to_placement(arm: Arm, look: Look, above: Array, placement: Placement,
         return obstructed
     arm.scene.hold(None)
     opening = opening_that_is_free(arm, line, 2 * look.opening)
-    return obstructed if opening is None else Approach(above, line, opening, placement.tilt)
+    return obstructed if opening is None else Approach(above, line, opening, tilt=placement.tilt)
 
 
-def still_above(look: Look, target: str) -> bool:
+def still_above(look: Look, target: str, shape: Shape) -> bool:
     """Whether the tool is over the target, near enough to go down from here."""
-    x, y, z = look.poses[target].position
+    pose = look.poses[target]
+    x, y, z = pose.position
     sideways = float(np.hypot(look.tool[0, 3] - x, look.tool[1, 3] - y))
-    return sideways < STAND_OFF and look.tool[2, 3] > z + STAND_OFF
+    low = z + 0.05 if isinstance(shape, Box) else height_above(shape, pose)
+    return sideways < STAND_OFF + max(0.0, reach_of(shape) - 0.04) and look.tool[2, 3] > low

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics import robot
 from kinematics.collision import MARGIN, CollisionScene
 from kinematics.differential import StraightLines
-from kinematics.geometry import Array, Pose, Vector, transform_of
+from kinematics.geometry import Array, Pose, transform_of
+from kinematics.gripper import gripper_of
 from kinematics.inverse import InverseKinematics
 from kinematics.planning import Path, Planner
+from kinematics.robot import Robot
+from kinematics.shapes import Shape
 from kinematics.simulation import Workcell
 
 LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
@@ -22,7 +24,7 @@ LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
 class Look:
     """One observation of the cell; everything that a skill plans is planned from it."""
 
-    q: Array  # (7,) [rad]
+    q: Array  # (dof,) [rad]
     tool: Array  # (4, 4) transform to the world
     poses: dict[str, Pose]
     held: str | None
@@ -40,20 +42,23 @@ class Look:
 class Arm:
     """Solvers that are kept between motions, so that planning starts warm."""
 
-    def __init__(self) -> None:
-        self.inverse = InverseKinematics()
-        self.lines = StraightLines()
-        self.planner = Planner()
-        self._scenes: dict[tuple[tuple[str, Vector], ...], CollisionScene] = {}
-        self.scene = CollisionScene({})
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.gripper = gripper_of(robot)
+        self.inverse = InverseKinematics(robot)
+        self.lines = StraightLines(robot)
+        self.planner = Planner(robot)
+        self._scenes: dict[tuple[tuple[str, Shape], ...], CollisionScene] = {}
+        self.scene = CollisionScene(robot, {})
         self.near: set[str] = set()  # what stood in the way since the last look
 
     def look(self, cell: Workcell) -> Look:
         """Measure the cell, and put everything in the collision scene where it is."""
         self.scene = self._scene(cell)
-        limits = robot.limits()  # a joint that rests at its limit is measured beyond it by a hair
+        limits = self.robot.limits  # a joint that rests at its limit is measured beyond it by a hair
         q: Array = np.clip(cell.joint_positions(), limits.lower, limits.upper)
-        look = Look(q, self.inverse.forward(q), cell.poses(), cell.held(), cell.finger_width() / 2)
+        poses = cell.observed_poses()
+        look = Look(q, self.inverse.forward(q), poses, cell.held(), cell.finger_width() / 2)
         self.near = set()
         self.scene.tolerate_nothing()
         self.scene.open_fingers(look.opening)
@@ -92,12 +97,12 @@ class Arm:
                 self.near.update(*(touch.names for touch in self.scene.touches(q)))
 
     def _scene(self, cell: Workcell) -> CollisionScene:
-        sizes = {name: body.half_extents for name, body in cell.bodies.items()}
-        key = tuple(sizes.items())
+        shapes = {name: body.shape for name, body in cell.bodies.items()}
+        key = tuple(shapes.items())
         if key not in self._scenes:
             if len(self._scenes) >= 8:
                 self._scenes.clear()
-            self._scenes[key] = CollisionScene(sizes)
+            self._scenes[key] = CollisionScene(self.robot, shapes)
         return self._scenes[key]
 
 

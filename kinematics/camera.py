@@ -4,17 +4,22 @@ A PyBullet client of its own holds the robot's visual meshes, so that the simula
 them.
 """
 
-from collections.abc import Mapping, Sequence
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import bullet, robot
-from kinematics.geometry import Body, Pose
+from kinematics import bullet, models
+from kinematics.bodies import Body
+from kinematics.bullet_bodies import add_picture
+from kinematics.geometry import Array, Pose, pose_of, transform_of
+from kinematics.robot import Robot
+from kinematics.shapes import Box, Piece, pieces_of
 
-_JOINTS = (0, 1, 2, 3, 4, 5, 6, 9, 10)
-_TABLE_HALF_EXTENTS = (0.5, 0.55, 0.02)  # [m]
+_TABLE = Piece(Box((0.5, 0.55, 0.02)), (0.35, 0.0, -0.021))
 _TABLE_COLOUR = (0.87, 0.83, 0.76, 1.0)
 _OVERSAMPLING = 2
 
@@ -22,34 +27,37 @@ _OVERSAMPLING = 2
 class Camera:
     """A fixed camera in front of the robot, above the table and to one side."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot) -> None:
         self._bullet: Any = bullet.load()
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
         self._bodies: Mapping[str, Body] = {}
-        self._ids: dict[str, int] = {}
-        with bullet.output_silenced():
-            self._robot = self._bullet.loadURDF(
-                str(robot.folder() / "panda.urdf"),
-                useFixedBase=True,
-                physicsClientId=self._client,
-            )
-        self._add_box(_TABLE_HALF_EXTENTS, _TABLE_COLOUR, (0.35, 0.0, -0.021))
+        self._seen: dict[str, list[tuple[int, Array]]] = {}  # identity, and piece to body (4, 4)
+        with tempfile.TemporaryDirectory() as folder, bullet.output_silenced():
+            path = Path(folder) / "robot.urdf"
+            path.write_text(models.for_bullet(robot, visuals=True))
+            self._robot = self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
+        self._joints = self._joint_indices()
+        add_picture(self._bullet, self._client, _TABLE, _TABLE_COLOUR)
 
     def picture(
         self,
         bodies: Mapping[str, Body],
         poses: Mapping[str, Pose],
-        joints: Sequence[float],
+        joints: Mapping[str, float],
         width: int,
         height: int,
         smooth: bool,
     ) -> NDArray[np.uint8]:
         """(height, width, 3); smooth ones are rendered larger and averaged, at twice the time."""
         self._show(bodies)
-        for joint, position in zip(_JOINTS, joints, strict=True):
+        for name, position in joints.items():
+            joint = self._joints[name]
             self._bullet.resetJointState(self._robot, joint, position, physicsClientId=self._client)
-        for name, identity in self._ids.items():
-            self._bullet.resetBasePositionAndOrientation(identity, *poses[name], physicsClientId=self._client)
+        for name, pieces in self._seen.items():
+            body = transform_of(poses[name])
+            for identity, piece in pieces:
+                pose = pose_of(body @ piece)
+                self._bullet.resetBasePositionAndOrientation(identity, *pose, physicsClientId=self._client)
         if not smooth:
             return self._render(width, height)
         pixels = self._render(width * _OVERSAMPLING, height * _OVERSAMPLING)
@@ -63,26 +71,21 @@ class Camera:
     def _show(self, bodies: Mapping[str, Body]) -> None:
         if bodies is self._bodies:
             return
-        for identity in self._ids.values():
+        for identity, _ in [piece for pieces in self._seen.values() for piece in pieces]:
             self._bullet.removeBody(identity, physicsClientId=self._client)
-        self._ids = {
-            name: self._add_box(body.half_extents, body.colour, body.position)
-            for name, body in bodies.items()
+        self._seen = {
+            name: [self._add(piece, body) for piece in pieces_of(body.shape)] for name, body in bodies.items()
         }
         self._bodies = bodies
 
-    def _add_box(
-        self, half_extents: Sequence[float], colour: Sequence[float], position: Sequence[float]
-    ) -> int:
-        shape = self._bullet.createVisualShape(
-            self._bullet.GEOM_BOX,
-            halfExtents=half_extents,
-            rgbaColor=colour,
-            specularColor=(0.1, 0.1, 0.1),
-            physicsClientId=self._client,
-        )
-        identity: int = self._bullet.createMultiBody(0, -1, shape, position, physicsClientId=self._client)
-        return identity
+    def _add(self, piece: Piece, body: Body) -> tuple[int, Array]:
+        identity = add_picture(self._bullet, self._client, piece, body.colour)
+        return identity, transform_of(Pose(piece.position, piece.quaternion_xyzw))
+
+    def _joint_indices(self) -> dict[str, int]:
+        count = self._bullet.getNumJoints(self._robot, physicsClientId=self._client)
+        told = [self._bullet.getJointInfo(self._robot, k, physicsClientId=self._client) for k in range(count)]
+        return {joint[1].decode(): joint[0] for joint in told}
 
     def _render(self, width: int, height: int) -> NDArray[np.uint8]:
         view = self._bullet.computeViewMatrix((1.5, -0.8, 0.85), (0.36, 0.02, 0.26), (0, 0, 1))

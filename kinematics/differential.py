@@ -7,8 +7,9 @@ import math
 import mink
 import numpy as np
 
-from kinematics import robot
+from kinematics import models
 from kinematics.geometry import Array, quaternion_from_rotation, wxyz
+from kinematics.robot import Robot
 
 SOLVER = "mink_daqp"
 SPACING = 0.01  # between the points of a line [m]
@@ -20,21 +21,21 @@ LARGEST_JUMP = 0.35  # of a joint between two points [rad]; more means that the 
 class StraightLines:
     """A mink configuration and task, kept between lines."""
 
-    def __init__(self) -> None:
-        model = robot.mujoco_model()
+    def __init__(self, robot: Robot) -> None:
+        model = models.mujoco_model(robot)
+        self._frame = robot.tool_frame
         self._configuration = mink.Configuration(model)
         self._limits = [mink.ConfigurationLimit(model)]
-        self._task = mink.FrameTask(robot.TOOL_FRAME, "body", position_cost=1.0, orientation_cost=1.0)
+        self._task = mink.FrameTask(self._frame, "body", position_cost=1.0, orientation_cost=1.0)
 
     def follow(self, start: Array, corners: list[Array]) -> Array | None:
-        """Joint positions (n, 7) that lead the tool from `start` through the corner transforms.
+        """Joint positions (n, dof) that lead the tool from `start` through the corner transforms.
 
         The orientation is that of each corner (corners of one line differ little). None where the
-        line
-        leaves the joint limits or the arm would have to fold over.
+        line leaves the joint limits or the arm would have to fold over.
         """
         self._configuration.update(start)
-        tool = self._configuration.get_transform_frame_to_world(robot.TOOL_FRAME, "body")
+        tool = self._configuration.get_transform_frame_to_world(self._frame, "body")
         here = np.asarray(tool.translation())
         chain = [start]
         for corner in corners:

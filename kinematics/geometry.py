@@ -1,7 +1,6 @@
-"""Poses, bodies and rotations. Quaternions are xyzw; `wxyz` is the one place that reorders them."""
+"""Poses and rotations. Quaternions are xyzw; `wxyz` is the one place that reorders them."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -12,7 +11,6 @@ from kinematics.reasons import UnusablePose
 Array: TypeAlias = NDArray[np.float64]
 Vector: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]
-Colour: TypeAlias = tuple[float, float, float, float]  # red, green, blue, opacity, each 0..1
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
@@ -22,22 +20,6 @@ class Pose(NamedTuple):
 
     position: Vector  # [m]
     quaternion_xyzw: Quaternion
-
-
-@dataclass(frozen=True)
-class Body:
-    """A box that the cell is to hold."""
-
-    name: str
-    half_extents: Vector  # [m]
-    position: Vector  # of the centre, world frame [m]
-    quaternion_xyzw: Quaternion = UPRIGHT
-    mass: float = 0.1  # [kg]
-    colour: Colour = (0.7, 0.7, 0.7, 1.0)
-
-    @property
-    def pose(self) -> Pose:
-        return Pose(self.position, self.quaternion_xyzw)
 
 
 def check_pose(name: str, pose: Pose) -> Pose:
@@ -129,12 +111,28 @@ def rotation_about(axis: Array, angle: float) -> Array:
     return turned
 
 
+def rotation_from_rpy(rpy: Array | Vector) -> Array:
+    """Fixed-axis roll, pitch and yaw, as URDF means them [rad]."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy).tolist(), np.sin(rpy).tolist()
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rpy_from_rotation(rotation: Array) -> Vector:
+    """Inverse of `rotation_from_rpy`; roll is zero where pitch is a right angle."""
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if abs(math.cos(pitch)) < 1e-9:
+        return (0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1]))
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    return (roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0]))
+
+
 def angle_between(a: Array, b: Array) -> float:
     """Angle of the rotation that leads from one rotation matrix to another [rad]."""
     cosine = (float(np.sum(a * b)) - 1.0) / 2.0  # trace of a.T @ b
     return math.acos(min(1.0, max(-1.0, cosine)))
-
-
-def vertical_extent(half_extents: Vector, rotation: Array) -> float:
-    """Half of a box's height in the world, however it is turned [m]."""
-    return float(np.abs(rotation[2]) @ np.asarray(half_extents))

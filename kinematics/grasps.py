@@ -1,8 +1,8 @@
-"""From a box's pose to the ways of grasping it, best first.
+"""From a body's pose to the ways of grasping it, best first.
 
-A grasp closes on a pair of opposite faces. The approach is as vertical as those faces allow, so
-that a tilted
-box is grasped by a tilted hand; turned about the closing direction it still meets the faces flatly.
+A grasp closes on a pair of opposite places of the body. The approach is as vertical as these allow, so
+that a tilted body is grasped by a tilted hand; turned about the closing direction it still meets the
+body flatly.
 """
 
 import itertools
@@ -12,28 +12,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics import robot
 from kinematics.geometry import (
     Array,
     Pose,
-    Vector,
     rotation_about,
     rotation_from_quaternion,
     transform_from,
 )
+from kinematics.gripper import Gripper
+from kinematics.grips import Grip, grips_of
+from kinematics.shapes import Box, Shape, height_below, support
 
-FINGER_DEPTH = 0.025  # of the tool below the body's top, at most [m]
+FINGER_DEPTH = 0.025  # of the tool below the top of what is gripped, at most [m]
 LARGEST_TILT = math.radians(50)  # of the approach from the vertical
 FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
 NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
+ABOVE_SUPPORT = 1e-3  # of the fingertips, when a body is flatter than they are long [m]
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
-_LIFTS = (
-    0.0,
-    0.008,
-    0.014,
-    0.019,
-)  # of the tool along the body, so that the fingertips go in less deep [m]
+_LIFTS = (0.0, 0.008, 0.014, 0.019)  # of the tool, so that the fingertips go in less deep [m]
 _SHIFTS = (0.0, 0.006, -0.006, 0.012, -0.012)  # of the tool along its x, across the faces [m]
 
 
@@ -42,34 +39,44 @@ class Grasp:
     """Where the tool is to be when the fingers close."""
 
     tool: Array  # (4, 4) transform to the world
+    centre: Array  # (3,) of what is gripped, world frame [m]
     width: float  # of the body between the fingers [m]
     trouble: float  # how far from the plain grasp
+    widest: float  # that a finger opens [m]
+    offset: Array  # (3,) of the body's origin in the tool frame, if all goes as planned [m]
 
     @property
     def openings(self) -> list[float]:
         """Of each finger before it closes, widest first [m]."""
         rooms = (FINGER_ROOM, *NARROW_FINGER_ROOMS)
-        openings = [min(robot.MAXIMUM_OPENING, self.width / 2 + room) for room in rooms]
+        openings = [min(self.widest, self.width / 2 + room) for room in rooms]
         return list(dict.fromkeys(openings))
 
 
-def grasps_by_trouble(pose: Pose, half_extents: Vector) -> Iterator[list[Grasp]]:
-    """All grasps of a box, in groups of equal trouble: plain ones first, contortions last."""
+def grasps_by_trouble(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[list[Grasp]]:
+    """All grasps of a body, in groups of equal trouble: plain ones first, contortions last."""
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
-    closings = list(_closings(rotation, half_extents))
+    bottom = pose.position[2] - height_below(shape, rotation)
+    closings = [
+        closing
+        for grip in grips_of(shape, pose)
+        if grip.width / 2 + NARROW_FINGER_ROOMS[-1] <= gripper.maximum_opening
+        for closing in _closings(grip)
+    ]
     variants = sorted(itertools.product(_TURNS, _LIFTS, _SHIFTS), key=_trouble)
     for trouble, group in itertools.groupby(variants, key=_trouble):
         grasps = []
         for turn, lift, shift in group:
-            for closing, approach, width in closings:
+            for grip, closing, approach in closings:
                 turned = rotation_about(closing, math.radians(turn)) @ approach
                 if turned[2] > -math.cos(LARGEST_TILT):
                     continue
-                depth = _extent(turned, rotation, half_extents)
-                tool = _tool_transform(closing, turned, np.array(pose.position))
-                tool[:3, 3] -= turned * (lift + max(0.0, depth - FINGER_DEPTH))
+                tool = _tool_transform(closing, turned, grip.centre)
+                tool[:3, 3] -= turned * (lift + _raised(grip, turned, bottom, gripper))
                 tool[:3, 3] += tool[:3, 0] * shift
-                grasps.append(Grasp(tool, width, trouble))
+                offset = tool[:3, :3].T @ (np.array(pose.position) - tool[:3, 3])
+                widest = gripper.maximum_opening
+                grasps.append(Grasp(tool, grip.centre, grip.width, trouble, widest, offset))
         if grasps:
             yield grasps
 
@@ -79,27 +86,26 @@ def _trouble(variant: tuple[float, float, float]) -> float:
     return abs(turn) / 15.0 + abs(lift) / 0.008 + abs(shift) / 0.006
 
 
-def _closings(rotation: Array, half_extents: Vector) -> Iterator[tuple[Array, Array, float]]:
-    """Closing direction, approach and width, both ways round for every pair of faces that fits."""
-    for axis in range(3):
-        width = 2 * half_extents[axis]
-        if width / 2 + NARROW_FINGER_ROOMS[-1] > robot.MAXIMUM_OPENING:
-            continue
-        normal = rotation[:, axis]
-        approach = np.array([0.0, 0.0, -1.0]) + normal * normal[2]
-        length = float(np.linalg.norm(approach))
-        if length < math.cos(LARGEST_TILT):
-            continue
-        for sign in (1.0, -1.0):
-            yield sign * normal, approach / length, width
+def _closings(grip: Grip) -> Iterator[tuple[Grip, Array, Array]]:
+    """Grip, closing direction and approach, both ways round."""
+    normal = grip.normal
+    approach = np.array([0.0, 0.0, -1.0]) + normal * normal[2]
+    length = float(np.linalg.norm(approach))
+    if length < math.cos(LARGEST_TILT):
+        return
+    for sign in (1.0, -1.0):
+        yield grip, sign * normal, approach / length
 
 
-def _extent(direction: Array, rotation: Array, half_extents: Vector) -> float:
-    """From the centre to the farthest point of the box along a direction, flat faces counted as
-    they lie [m].
-    """
-    components = np.abs(rotation.T @ direction)
-    return float(components @ np.asarray(half_extents)) if components.max() > 0.999 else FINGER_DEPTH
+def _raised(grip: Grip, approach: Array, bottom: float, gripper: Gripper) -> float:
+    """How far from the grip's centre the tool stays: not too deep in what is tall, off what is below."""
+    rotation = rotation_from_quaternion(grip.piece_pose.quaternion_xyzw)
+    own = rotation.T @ approach
+    is_flat = not isinstance(grip.piece, Box) or float(np.abs(own).max()) > 0.999
+    middle = float((np.array(grip.piece_pose.position) - grip.centre) @ -approach)
+    top = middle + support(grip.piece, -own) if is_flat else FINGER_DEPTH
+    tips = float(grip.centre[2]) - gripper.beyond_tool  # world height, were the tool in the centre
+    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + ABOVE_SUPPORT - tips)
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:

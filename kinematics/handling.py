@@ -3,7 +3,7 @@ carried out.
 """
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,11 +18,11 @@ from kinematics.approach import (
     opening_that_is_free,
 )
 from kinematics.arm import Arm, Look
-from kinematics.geometry import Array, Vector, angle_between
+from kinematics.geometry import Array, angle_between
 from kinematics.grasps import grasps_by_trouble
 from kinematics.nudge import Nudge, nudges
 from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
-from kinematics.robot import MAXIMUM_OPENING
+from kinematics.shapes import Shape
 from kinematics.simulation import Workcell
 from kinematics.trajectory import Trajectory, round_corners, time_parameterise
 
@@ -34,6 +34,7 @@ STAYED = 0.005  # how far a body may be from where it was let go [m]
 STAYS = 0.1  # how fast it may be then [m/s]
 MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
 APPROACHES = 4  # that are planned to before a skill gives up
+OFF_CENTRE = 0.025  # from where it should be in the hand, for a grasp to count [m]
 NOTICEABLE = 1e-3  # of a finger's way [m]
 _TURNED = 0.05  # a grasp whose rotation is so near the tool's is the one it waits above [rad]
 
@@ -49,10 +50,12 @@ class Attempt:
     solvers: list[str] = field(default_factory=list)
     planner: str = ""
 
-    @property
-    def sizes(self) -> Mapping[str, Vector]:
-        """Half extents of all bodies [m]."""
-        return {name: body.half_extents for name, body in self.cell.bodies.items()}
+    def shape(self, name: str) -> Shape:
+        """Of a body of the cell."""
+        return self.cell.bodies[name].shape
+
+    def open_wide(self) -> None:
+        motion.open_hand(self.cell, self.arm.gripper.maximum_opening)
 
     def look(self) -> Look:
         return self.arm.look(self.cell)
@@ -90,7 +93,7 @@ class Attempt:
         path = arm.plan(look.q, goal, self.seed)
         self.planner = path.planner
         self.evidence["validity_checks"] = path.checks
-        return time_parameterise(round_corners(path.corners, arm.chain_is_free))
+        return time_parameterise(round_corners(path.corners, arm.chain_is_free), arm.robot.limits)
 
     def _travel(self, look: Look, trajectory: Trajectory, slip_at: float | None) -> None:
         if look.held is None:
@@ -103,7 +106,7 @@ class Attempt:
 
     def _dropped(self, drop: motion.Drop, forced: bool = False) -> KinematicsError:
         """Open the hand, wait for the fall to end, and say what was noticed."""
-        motion.open_hand(self.cell, MAXIMUM_OPENING)
+        self.open_wide()
         self.cell.settle_until_still([drop.name], motion.WAIT_FOR_FALL)
         return KinematicsError(
             Reason.OBJECT_DROPPED,
@@ -129,7 +132,7 @@ class Attempt:
 
     def approach_from_here(self, look: Look, target: str) -> Approach | None:
         """The line down from where the arm is, to a grasp in the orientation that the tool has."""
-        for group in grasps_by_trouble(look.poses[target], self.sizes[target]):
+        for group in grasps_by_trouble(look.poses[target], self.shape(target), self.arm.gripper):
             for option in group:
                 if angle_between(option.tool[:3, :3], look.tool[:3, :3]) > _TURNED:
                     continue
@@ -143,12 +146,12 @@ class Attempt:
         """Move to where the way down is free; where none is, push things apart until one is."""
         for attempt in range(NUDGES + 1):
             look = self.look()
-            found = grasp_approaches(self.arm, look, target, self.sizes[target], self.seed)
+            found = grasp_approaches(self.arm, look, target, self.shape(target), self.seed)
             free = (approach for approach in found if approach.is_free)
             first = next(free, None)
             if first is not None:
                 return self.go_above(look, itertools.chain([first], free))
-            nudge = next(nudges(self.arm, look, target, self.sizes, self.seed), None)
+            nudge = next(nudges(self.arm, look, target, self.cell.bodies, self.seed), None)
             if nudge is None or attempt == NUDGES:
                 break
             self._push_apart(look, nudge)
@@ -165,7 +168,7 @@ class Attempt:
             self._go_back(approach.above)
             raise
         motion.close_hand(cell)
-        failure = self._grasp_failure(target)
+        failure = self._grasp_failure(target, approach)
         if failure is not None:
             motion.open_hand(cell, approach.opening)
             motion.follow(cell, down.reversed())
@@ -178,18 +181,20 @@ class Attempt:
         if drop is None and cell.held() == target:
             self.evidence["in_hand"] = tuple(motion.measure_grip(cell, target).offset.tolist())
             return
-        motion.open_hand(cell, MAXIMUM_OPENING)
+        self.open_wide()
         self._go_back(above)
         cell.settle_until_still([target], motion.WAIT_FOR_FALL)
         raise KinematicsError(Reason.GRASP_SLIPPED, f"'{target}' slipped while it was lifted")
 
-    def _grasp_failure(self, target: str) -> KinematicsError | None:
+    def _grasp_failure(self, target: str, approach: Approach) -> KinematicsError | None:
         """None where contact, the finger width and the body's pose say that the target is held."""
+        assert approach.grasp is not None
         width, held = self.cell.finger_width(), self.cell.held()
-        offset = float(np.linalg.norm(motion.measure_grip(self.cell, target).offset))
-        self.evidence.update(finger_width=width, held=held, off_centre=offset)
-        fits = min(abs(width - 2 * half) for half in self.sizes[target]) < WIDTH_TOLERANCE
-        if fits and held == target and offset < max(self.sizes[target]):
+        moved = motion.measure_grip(self.cell, target).offset - approach.grasp.offset
+        off = float(np.linalg.norm(moved))
+        self.evidence.update(finger_width=width, held=held, off_centre=off)
+        fits = abs(width - approach.grasp.width) < WIDTH_TOLERANCE
+        if fits and held == target and off < OFF_CENTRE + motion.doubt(self.cell):
             return None
         return KinematicsError(
             Reason.GRASP_FAILED, f"the fingers are {1000 * width:.1f} mm apart and hold {held}"
@@ -198,7 +203,7 @@ class Attempt:
     def _go_back(self, above: Array) -> None:
         """Straight in the joints, from wherever a line was broken off: the rest of it, nearly."""
         chain = np.array([self.cell.joint_positions(), above])
-        motion.follow(self.cell, time_parameterise(chain))
+        motion.follow(self.cell, time_parameterise(chain, self.arm.robot.limits))
 
     def _push_apart(self, look: Look, nudge: Nudge) -> None:
         self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
@@ -213,7 +218,7 @@ class Attempt:
         up = self.arm.lines.follow(nudge.sweep[-3], [raised])
         if up is not None:
             motion.follow(self.cell, self.along(up))
-        motion.open_hand(self.cell, MAXIMUM_OPENING)
+        self.open_wide()
 
     # -- release ---------------------------------------------------------------------------
 
@@ -260,4 +265,4 @@ class Attempt:
     def along(self, line: Array, speed: float = LINE_SPEED) -> Trajectory:
         """A straight line of the tool, at its own speed [m/s]."""
         ends = [self.arm.inverse.forward(q)[:3, 3] for q in (line[0], line[-1])]
-        return time_parameterise(line, speed, float(np.linalg.norm(ends[1] - ends[0])))
+        return time_parameterise(line, self.arm.robot.limits, speed, float(np.linalg.norm(ends[1] - ends[0])))

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio
 
-from kinematics import robot
+from kinematics import models
 from kinematics.geometry import Array
+from kinematics.robot import Robot
 
 SOLVER = "pinocchio_lm"
 POSITION_TOLERANCE = 1e-4  # [m]
@@ -22,11 +23,15 @@ DAMPING = 0.01  # times the squared error
 class InverseKinematics:
     """A Pinocchio model and its work space. Joint positions [rad], tool transforms to world."""
 
-    def __init__(self) -> None:
-        self._model = robot.pinocchio_model()
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._model = models.pinocchio_model(robot)
         self._data = self._model.createData()
-        self._frame = self._model.getFrameId(robot.TOOL_FRAME)
-        self._limits = robot.limits()
+        self._frame = self._model.getFrameId(robot.tool_frame)
+        self._limits = robot.limits
+        self._shoulder, self._reach = self._measure_reach()
+        self._home_jacobian = self._world_jacobian(robot.home)
+        self._home_tool = self.forward(robot.home)
 
     def forward(self, q: Array) -> Array:
         """Transform of the tool to the world."""
@@ -35,7 +40,7 @@ class InverseKinematics:
         return np.array(placement.homogeneous)
 
     def jacobian(self, q: Array) -> Array:
-        """Twist of the tool, in the tool frame, per joint velocity: (6, 7), linear part first."""
+        """Twist of the tool, in the tool frame, per joint velocity: (6, n), linear part first."""
         pinocchio.computeJointJacobians(self._model, self._data, q)
         pinocchio.updateFramePlacement(self._model, self._data, self._frame)
         return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL))
@@ -63,7 +68,7 @@ class InverseKinematics:
     def solutions(self, target: Array, starts: Iterator[Array]) -> Iterator[Array]:
         """Every distinct solution found from the starts, in their order."""
         found: list[Array] = []
-        if np.linalg.norm(target[:3, 3] - robot.SHOULDER) > robot.REACH:
+        if math.dist(target[:3, 3], self._shoulder) > self._reach:
             return
         for start in starts:
             q = self.solve(target, start)
@@ -73,11 +78,43 @@ class InverseKinematics:
 
     def starts(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
         """Where to start from: the usual posture, facing the target; here; then at random."""
-        yield usual_posture(target)
+        yield self.usual_posture(target)
         yield current
         generator = np.random.default_rng(seed)
         for _ in range(restarts):
             yield generator.uniform(self._limits.lower, self._limits.upper)
+
+    def usual_posture(self, target: Array) -> Array:
+        """As at home, but turned towards the target, and the wrist turned as the target is.
+
+        Where the first or the last axis is not vertical at home, that joint stays as it is.
+        """
+        q = self.robot.home.copy()
+        first, last = self._home_jacobian[5, 0], self._home_jacobian[5, -1]
+        home = self._home_tool
+        turned = 0.0
+        if abs(first) > 0.9:
+            turned = math.atan2(target[1, 3], target[0, 3]) - math.atan2(home[1, 3], home[0, 3])
+            q[0] += math.copysign(turned, first * turned)
+        if abs(last) > 0.9:
+            yaw = math.atan2(target[1, 0], target[0, 0]) - math.atan2(home[1, 0], home[0, 0]) - turned
+            q[-1] += math.remainder(math.copysign(1.0, last) * yaw, 2 * math.pi)
+        clipped: Array = np.clip(q, self._limits.lower, self._limits.upper)
+        return clipped
+
+    def _world_jacobian(self, q: Array) -> Array:
+        pinocchio.computeJointJacobians(self._model, self._data, q)
+        pinocchio.updateFramePlacement(self._model, self._data, self._frame)
+        aligned = pinocchio.LOCAL_WORLD_ALIGNED
+        return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, aligned))
+
+    def _measure_reach(self) -> tuple[Array, float]:
+        """Where the first joint is, and how far the tool can be from there at most [m]."""
+        model = self._model
+        placements = [model.jointPlacements[k].translation for k in range(2, model.njoints)]
+        tool = model.frames[self._frame].placement.translation
+        shoulder = np.array(model.jointPlacements[1].translation)
+        return shoulder, sum(float(np.linalg.norm(way)) for way in (*placements, tool)) + 1e-3
 
     def _step(self, q: Array, jacobian: Array, error: Array, squared: float) -> Array:
         normal = jacobian @ jacobian.T
@@ -88,17 +125,6 @@ class InverseKinematics:
             step *= 0.7 / largest
         moved: Array = np.minimum(np.maximum(q + step, self._limits.lower), self._limits.upper)
         return moved
-
-
-def usual_posture(target: Array) -> Array:
-    """Elbow up, shoulder turned towards the target, the wrist turned as the target is."""
-    q = robot.HOME.copy()
-    q[0] = math.atan2(target[1, 3], target[0, 3])
-    yaw = math.atan2(target[1, 0], target[0, 0])
-    q[6] = math.remainder(robot.HOME[6] + q[0] - yaw, 2 * math.pi)
-    limits = robot.limits()
-    clipped: Array = np.clip(q, limits.lower, limits.upper)
-    return clipped
 
 
 def _is_small(error: Array) -> bool:

@@ -1,5 +1,6 @@
 """Execution: trajectories in, motor commands out, with an eye on what the hand holds."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,6 +18,8 @@ ARRIVAL_STEPS = 60  # to wait for that, at most
 SLIPPED = 0.012  # how far a held body may move in the hand [m]
 SLIPPED_WIDTH = 0.006  # how much the fingers may come together or apart [m]
 WAIT_FOR_FALL = 1.0  # [s]
+CERTAIN = 4.0  # standard deviations of a look beyond which it is no error of the look
+RESISTED = 0.006  # of a joint behind its set point: something is in the way [rad]
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,13 @@ class Grip:
 def measure_grip(cell: Workcell, name: str) -> Grip:
     """How the body sits in the hand now."""
     tool = transform_of(cell.tool_pose())
-    offset = tool[:3, :3].T @ (np.array(cell.pose(name).position) - tool[:3, 3])
+    offset = tool[:3, :3].T @ (np.array(cell.observed_pose(name).position) - tool[:3, 3])
     return Grip(name, offset, cell.finger_width())
+
+
+def doubt(cell: Workcell) -> float:
+    """How far apart two looks at one thing may put it [m]."""
+    return CERTAIN * math.sqrt(2) * cell.noise.position
 
 
 def slid(cell: Workcell, grip: Grip) -> float:
@@ -53,7 +61,7 @@ def slid(cell: Workcell, grip: Grip) -> float:
 def is_lost(cell: Workcell, grip: Grip) -> bool:
     """By the finger width, the contact of both fingers, and the body's pose in the hand."""
     apart = abs(cell.finger_width() - grip.width) > SLIPPED_WIDTH
-    return apart and cell.held() != grip.name or slid(cell, grip) > SLIPPED
+    return apart and cell.held() != grip.name or slid(cell, grip) > SLIPPED + doubt(cell)
 
 
 def follow(cell: Workcell, trajectory: Trajectory) -> None:
@@ -84,6 +92,31 @@ def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | N
     return drop
 
 
+def lower(cell: Workcell, trajectory: Trajectory) -> int:
+    """Drive down until something resists, and stop there. The step at which the arm came to rest.
+
+    For a descent to a support whose height is not certain.
+    """
+    positions = trajectory.positions
+
+    def resisted(step: int) -> bool:
+        behind = np.abs(cell.joint_positions() - positions[max(0, step - 1)])
+        return step % 2 == 0 and float(behind.max()) > RESISTED + _lag(trajectory, step)
+
+    stopped = _drive(cell, trajectory, resisted)
+    if stopped is None:
+        return len(trajectory) - 1
+    back = max(0, stopped - 4)
+    cell.drive_arm(positions[back].tolist(), [0.0] * positions.shape[1])
+    cell.settle(20 * TIME_STEP)
+    return back
+
+
+def _lag(trajectory: Trajectory, step: int) -> float:
+    """What a joint is behind its set point in free motion [rad]."""
+    return float(np.abs(trajectory.velocities[step]).max()) * 2 * TIME_STEP
+
+
 def open_hand(cell: Workcell, opening: float) -> None:
     """Open the fingers, and wait until they are open (a neighbour may hold them up)."""
     cell.open_fingers(opening)
@@ -106,14 +139,27 @@ def _wait_for_fingers(cell: Workcell) -> None:
             return
 
 
-def _drive(cell: Workcell, trajectory: Trajectory, stop: Callable[[int], bool]) -> int | None:
-    """The step at which `stop` said so, or None at the end of the way."""
+def _drive(cell: Workcell, trajectory: Trajectory, ends: Callable[[int], bool]) -> int | None:
+    """The step at which `ends` said so, or None at the end of the way.
+
+    When the cell is told to stop, the arm brakes along the way that was checked, and holds still; what
+    is in the hand stays there.
+    """
     positions, velocities = trajectory.positions.tolist(), trajectory.velocities.tolist()
-    for step, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
-        cell.drive_arm(position, velocity)
-        cell.step()
-        if stop(step):
-            return step
+    try:
+        for step, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
+            cell.drive_arm(position, velocity)
+            cell.step()
+            if cell.is_told_to_stop:
+                _brake(cell, trajectory, step)
+                raise KinematicsError(
+                    Reason.STOPPED, "told to stop", at_fraction=(step + 1) / len(trajectory)
+                )
+            if ends(step):
+                return step
+    except KeyboardInterrupt:
+        cell.hold()
+        raise
     return None
 
 
@@ -133,12 +179,12 @@ def _brake(cell: Workcell, trajectory: Trajectory, step: int) -> None:
 
 
 def _arrive(cell: Workcell, goal: Array) -> None:
-    cell.drive_arm(goal.tolist(), [0.0] * 7)
+    cell.drive_arm(goal.tolist(), [0.0] * len(goal))
     for _ in range(ARRIVAL_STEPS // 6):
         cell.settle(6 * TIME_STEP)
         error = float(np.abs(cell.joint_positions() - goal).max())
         if error < ARRIVED / 4:
             return
     if error > ARRIVED:
-        cell.drive_arm(cell.joint_positions().tolist(), [0.0] * 7)
+        cell.hold()
         raise KinematicsError(Reason.NOT_ARRIVED, f"a joint stopped {error:.4f} rad short", error=error)

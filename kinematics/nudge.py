@@ -10,19 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics import robot
-from kinematics.approach import CLEARANCE, TILTED, graspable, tilt_of, top_of
+from kinematics.approach import CLEARANCE, TILTED, graspable, tilt_of
 from kinematics.arm import Arm, Look
-from kinematics.geometry import (
-    Array,
-    Pose,
-    Vector,
-    rotation_from_quaternion,
-    transform_from,
-    vertical_extent,
-)
+from kinematics.bodies import Body
+from kinematics.geometry import Array, Pose, rotation_from_quaternion, transform_from
+from kinematics.shapes import half_extents_of, height_above, height_below, support
 
-Sizes = Mapping[str, Vector]  # half extents of the bodies [m]
+Bodies = Mapping[str, Body]
 
 IN_THE_WAY = 0.03  # nearer than this, a body may be in the way of a finger [m]
 TOUCHING = 0.006  # nearer than this, one body may rest on another [m]
@@ -32,40 +26,40 @@ DISTANCES = (0.03, 0.045, 0.06)  # that the body is pushed [m]
 DIRECTIONS = 16
 GRIP_FROM_TOP = 0.02  # of the fingertips below the top of a body that is to be toppled [m]
 ROOM = 0.004  # that a pushed body keeps from the others [m]
-_FINGER_DEPTHS = (0.0105, 0.0265)  # of the closed fingers along the tool's x and y [m]
+FINGER_SPARE = 0.0017  # beyond the closed fingers' own size [m]
 
 
 @dataclass(frozen=True)
 class Nudge:
     """Joint positions of a push."""
 
-    above: Array  # (7,) [rad]
-    down: Array  # (n, 7) from above to beside the body
-    sweep: Array  # (m, 7) the push itself
+    above: Array  # (dof,) [rad]
+    down: Array  # (n, dof) from above to beside the body
+    sweep: Array  # (m, dof) the push itself
 
 
-def nudges(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iterator[Nudge]:
+def nudges(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
     """Pushes of the target, or of what touches it, after which a grasp fits or more room is.
 
     Those after which a grasp fits come first, and of these the ones that push the target itself.
     """
     ranked = []
-    for order, mover in enumerate([target, *_loose_neighbours(arm, look, target, sizes)]):
+    for order, mover in enumerate([target, *_loose_neighbours(arm, look, target, bodies)]):
         for k, distance in itertools.product(range(DIRECTIONS), DISTANCES):
             angle = 2 * math.pi * k / DIRECTIONS
             shift = distance * np.array([math.cos(angle), math.sin(angle), 0.0])
             if _has_room(arm, mover, shift):
-                frees = _frees(arm, look, target, mover, sizes, shift)
+                frees = _frees(arm, look, target, mover, bodies, shift)
                 ranked.append(((not frees, order > 0, distance, order, k), mover, shift))
     for _, mover, shift in sorted(ranked, key=lambda entry: entry[0]):
-        nudge = _nudge(arm, look, mover, sizes[mover], shift, seed)
+        nudge = _nudge(arm, look, mover, bodies[mover], shift, seed)
         if nudge is not None:
             yield nudge
-    if tilt_of(look, target) > TILTED:
-        yield from _topples(arm, look, target, sizes, seed)
+    if tilt_of(look, target, bodies[target].shape) > TILTED:
+        yield from _topples(arm, look, target, bodies, seed)
 
 
-def _topples(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iterator[Nudge]:
+def _topples(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
     """Pushes high up on a body that leans on others, towards where there is most room."""
     position = np.array(look.poses[target].position)
     others = [np.array(pose.position) for name, pose in look.poses.items() if name != target]
@@ -76,31 +70,32 @@ def _topples(arm: Arm, look: Look, target: str, sizes: Sizes, seed: int) -> Iter
 
     angles = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     directions = [np.array([math.cos(angle), math.sin(angle), 0.0]) for angle in angles]
-    tips = top_of(look, target, sizes[target]) - GRIP_FROM_TOP
+    tips = height_above(bodies[target].shape, look.poses[target]) - GRIP_FROM_TOP
     for direction in sorted(directions, key=lambda d: -round(room(d), 4)):
-        nudge = _nudge(arm, look, target, sizes[target], 0.06 * direction, seed, tips)
+        nudge = _nudge(arm, look, target, bodies[target], 0.06 * direction, seed, tips)
         if nudge is not None:
             yield nudge
 
 
-def _loose_neighbours(arm: Arm, look: Look, target: str, sizes: Sizes) -> list[str]:
+def _loose_neighbours(arm: Arm, look: Look, target: str, bodies: Bodies) -> list[str]:
     """What stands beside the target, in the way of a finger, and carries nothing."""
     height = look.poses[target].position[2]
     return [
         name
-        for name in sizes
+        for name in bodies
         if name != target
+        and not bodies[name].is_fixed
         and arm.scene.distance(name, target) < IN_THE_WAY
-        and abs(look.poses[name].position[2] - height) < min(sizes[name])
-        and not _carries(arm, look, name, sizes)
+        and abs(look.poses[name].position[2] - height) < min(half_extents_of(bodies[name].shape))
+        and not _carries(arm, look, name, bodies)
     ]
 
 
-def _carries(arm: Arm, look: Look, name: str, sizes: Sizes) -> bool:
-    height = look.poses[name].position[2] + min(sizes[name])
+def _carries(arm: Arm, look: Look, name: str, bodies: Bodies) -> bool:
+    height = look.poses[name].position[2] + min(half_extents_of(bodies[name].shape))
     return any(
         look.poses[other].position[2] > height and arm.scene.distance(name, other) < TOUCHING
-        for other in sizes
+        for other in bodies
         if other != name
     )
 
@@ -112,14 +107,14 @@ def _has_room(arm: Arm, mover: str, shift: Array) -> bool:
     return on_the_way >= min(ROOM, now - 3e-4)
 
 
-def _frees(arm: Arm, look: Look, target: str, mover: str, sizes: Sizes, shift: Array) -> bool:
+def _frees(arm: Arm, look: Look, target: str, mover: str, bodies: Bodies, shift: Array) -> bool:
     """Whether a grasp would fit the target if the mover were shifted."""
     pose = look.poses[mover]
     x, y, z = (np.array(pose.position) + shift).tolist()
     moved = {**look.poses, mover: Pose((x, y, z), pose.quaternion_xyzw)}
     there = dataclasses.replace(look, poses=moved)
     arm.scene.place(moved)
-    fits = graspable(arm, there, target, sizes[target])
+    fits = graspable(arm, there, target, bodies[target].shape)
     arm.scene.place(look.poses)
     return fits
 
@@ -128,7 +123,7 @@ def _nudge(
     arm: Arm,
     look: Look,
     target: str,
-    half_extents: Vector,
+    body: Body,
     shift: Array,
     seed: int,
     tips: float | None = None,
@@ -138,16 +133,17 @@ def _nudge(
     distance = float(np.linalg.norm(shift))
     direction = shift / distance
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
-    radius = float(np.abs(rotation.T @ direction) @ np.asarray(half_extents))
-    bottom = pose.position[2] - vertical_extent(half_extents, rotation)
+    radius = support(body.shape, -rotation.T @ direction)
+    bottom = pose.position[2] - height_below(body.shape, rotation)
     tips = bottom + ABOVE_TABLE if tips is None else tips
     arm.scene.open_fingers(0.0)
-    for turn, depth in ((0.0, _FINGER_DEPTHS[0]), (math.pi / 2, _FINGER_DEPTHS[1])):
+    for turn, half_size in zip((0.0, math.pi / 2), arm.gripper.half_sizes, strict=True):
+        depth = half_size + FINGER_SPARE
         low = _hand_facing(direction, turn)
         low[:3, 3] = np.array(pose.position) - direction * (radius + depth + RUN_UP)
-        low[2, 3] = tips + robot.FINGERTIP_BEYOND_TOOL
+        low[2, 3] = tips + arm.gripper.beyond_tool
         above, end = low.copy(), low.copy()
-        above[2, 3] = top_of(look, target, half_extents) + CLEARANCE
+        above[2, 3] = height_above(body.shape, pose) + CLEARANCE
         end[:3, 3] += direction * (RUN_UP + distance)
         for q in arm.solutions(above, look.q, seed, 2):
             down = arm.lines.follow(q, [low])

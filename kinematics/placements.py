@@ -1,6 +1,4 @@
-"""From a held box and what is to be under it to the ways of holding it there, best first; and free
-places.
-"""
+"""From a held body and what is to be under it to the ways of holding it there, best first; free places."""
 
 import itertools
 import math
@@ -12,20 +10,19 @@ import numpy as np
 from kinematics.geometry import (
     Array,
     Pose,
-    Vector,
     rotation_about,
     rotation_from_quaternion,
     transform_from,
-    vertical_extent,
 )
+from kinematics.robot import Region
+from kinematics.shapes import Box, Shape, half_extents_of, height_below, reach_of
 
 LARGEST_TILT = math.radians(50)  # of the hand
 _GRID = 0.02  # of the free places that are tried [m]
 _ROOM_THAT_SUFFICES = 0.13  # between centres; more is not better [m]
 _FINGERS = 0.02  # beside the held body [m]
 _UP = np.array([0.0, 0.0, 1.0])
-
-Region = tuple[tuple[float, float], tuple[float, float]]  # of x and of y, world frame [m]
+_TURNS = tuple(math.radians(angle) for angle in (0, 45, -45, 90, -90, 135, -135, 180))
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Placement:
     tool_rotation: Array  # (3, 3) to the world
     body_rotation: Array  # (3, 3) to the world
     body_from_tool: Array  # (3,) from the tool to the body's centre, world frame [m]
-    height: float  # half of the body's, as it will stand [m]
+    height: float  # of the body's origin above its lowest point, as it will stand [m]
     tilt: float  # of the hand from the vertical [rad]
 
     def tool_over(self, x: float, y: float, body_height: float) -> Array:
@@ -46,15 +43,19 @@ class Placement:
 
 def yaw_of(rotation: Array) -> float:
     """Of a box that stands on any of its faces, between -45 and 45 degrees [rad]."""
-    horizontal = [axis for axis in rotation.T if abs(axis[2]) < 0.7]
+    horizontal = [axis for axis in rotation.T if abs(axis[2]) < 0.75]
     x, y = horizontal[0][:2]
     return math.remainder(math.atan2(y, x), math.pi / 2)
 
 
-def placements(tool_to_body: Array, half_extents: Vector, yaw: float) -> list[Placement]:
-    """All ways of standing the body on one of its faces, turned as `yaw` says: least tilted hand
-    first.
+def placements(tool_to_body: Array, shape: Shape, tool: Array, yaw: float) -> list[Placement]:
+    """All ways of putting the body down: least tilted hand first.
+
+    A box stands on any of its faces, turned as `yaw` says. Anything else is put down as it was picked up,
+    with an upright hand, turned from the `tool` rotation (3, 3) that the hand has as little as may be.
     """
+    if not isinstance(shape, Box):
+        return [_as_held(tool_to_body, shape, rotation_about(_UP, turn) @ _levelled(tool)) for turn in _TURNS]
     base = rotation_about(_UP, yaw)
     found = []
     for face in _cube_rotations():
@@ -63,17 +64,30 @@ def placements(tool_to_body: Array, half_extents: Vector, yaw: float) -> list[Pl
         tilt = math.acos(min(1.0, max(-1.0, -float(tool_rotation[2, 2]))))
         if tilt <= LARGEST_TILT:
             offset = tool_rotation @ tool_to_body[:3, 3]
-            height = vertical_extent(half_extents, body_rotation)
+            height = height_below(shape, body_rotation)
             found.append(Placement(tool_rotation, body_rotation, offset, height, tilt))
     return sorted(found, key=lambda placement: round(placement.tilt, 2))
 
 
+def _levelled(tool: Array) -> Array:
+    """The nearest tool rotation whose approach is straight down."""
+    x = tool[:, 0] * (1.0, 1.0, 0.0)
+    x = x / max(float(np.linalg.norm(x)), 1e-9)
+    return np.array([x, np.cross(-_UP, x), -_UP]).T
+
+
+def _as_held(tool_to_body: Array, shape: Shape, tool_rotation: Array) -> Placement:
+    body_rotation = tool_rotation @ tool_to_body[:3, :3]
+    offset = tool_rotation @ tool_to_body[:3, 3]
+    return Placement(tool_rotation, body_rotation, offset, height_below(shape, body_rotation), 0.0)
+
+
 def free_places(
-    poses: Mapping[str, Pose], sizes: Mapping[str, Vector], held: str, region: Region
+    poses: Mapping[str, Pose], shapes: Mapping[str, Shape], held: str, region: Region
 ) -> list[tuple[float, float]]:
     """Spots of the table with room for the held body and the fingers, the clearest first."""
-    own = _reach(sizes[held])
-    others = [(pose.position, _footprint(pose, sizes[name])) for name, pose in poses.items() if name != held]
+    own = _reach(shapes[held])
+    others = [(pose.position, _footprint(pose, shapes[name])) for name, pose in poses.items() if name != held]
     scored = []
     for x, y in _spots(region, own):
         room = min(
@@ -98,16 +112,18 @@ def _from_middle(x: float, y: float, region: Region) -> float:
     return round(math.hypot(x - (low_x + high_x) / 2, y - (low_y + high_y) / 2), 6)
 
 
-def _reach(half_extents: Vector) -> float:
-    """Half of the widest horizontal size of an upright box."""
-    return math.hypot(*sorted(half_extents)[1:])
+def _reach(shape: Shape) -> float:
+    """Half of the widest horizontal size of a body that stands, a box on any of its faces [m]."""
+    return math.hypot(*sorted(shape.half_extents)[1:]) if isinstance(shape, Box) else reach_of(shape)
 
 
-def _footprint(pose: Pose, half_extents: Vector) -> float:
+def _footprint(pose: Pose, shape: Shape) -> float:
     """Radius of a vertical cylinder around the body [m]."""
     rotation = np.abs(rotation_from_quaternion(pose.quaternion_xyzw))
     upright = rotation.max(axis=0).min() > 0.99 and rotation[2].max() > 0.99
-    return _reach(half_extents) if upright else math.hypot(*half_extents)
+    if upright and (isinstance(shape, Box) or rotation[2, 2] > 0.99):
+        return _reach(shape)
+    return math.hypot(*half_extents_of(shape))
 
 
 def _cube_rotations() -> Iterator[Array]:

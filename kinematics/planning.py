@@ -1,9 +1,8 @@
 """From start and goal joint positions to a collision-free chain of joint positions.
 
 The straight edge is tried first; it is free in about half of all queries. A planner's limit is a
-number of
-validity checks, which no load of the machine changes; wall time is a backstop with a reason of its
-own.
+number of validity checks, which no load of the machine changes; wall time is a backstop with a reason
+of its own.
 """
 
 import math
@@ -15,9 +14,9 @@ from typing import Any
 import numpy as np
 from ompl import base, geometric, util
 
-from kinematics import robot
 from kinematics.geometry import Array
 from kinematics.reasons import NoPathFound, Obstructed, Reason
+from kinematics.robot import Robot
 
 RESOLUTION = 1 / 40  # between two checks, Euclidean over the joints [rad]
 RANGE = 1.0  # of one extension of a tree [rad]
@@ -32,7 +31,7 @@ Validity = Callable[[Array], bool]
 class Path:
     """A chain of joint positions; holding one is the proof that every edge was checked."""
 
-    corners: Array  # (n, 7) [rad]
+    corners: Array  # (n, dof) [rad]
     planner: str
     checks: int
 
@@ -40,14 +39,15 @@ class Path:
 class Planner:
     """One OMPL set-up, kept: a new one per query would leak."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot) -> None:
         util.setLogLevel(util.LOG_NONE)
-        limits = robot.limits()
-        bounds = base.RealVectorBounds(7)
-        for joint in range(7):
+        limits = robot.limits
+        self._dof = robot.dof
+        bounds = base.RealVectorBounds(robot.dof)
+        for joint in range(robot.dof):
             bounds.setLow(joint, float(limits.lower[joint]))
             bounds.setHigh(joint, float(limits.upper[joint]))
-        self._space = base.RealVectorStateSpace(7)
+        self._space = base.RealVectorStateSpace(robot.dof)
         self._space.setBounds(bounds)
         self._setup = geometric.SimpleSetup(self._space)
         self._setup.setStateValidityChecker(self._is_valid)
@@ -63,6 +63,8 @@ class Planner:
         self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
     ) -> Path:
         """A path whose every edge is checked at `RESOLUTION`; or `Obstructed`, or `NoPathFound`."""
+        if planner not in PLANNERS:
+            raise ValueError(f"no planner is called '{planner}'; there are {', '.join(PLANNERS)}")
         make = PLANNERS[planner]
         self._valid, self._checks, self._started = valid, 0, time.monotonic()
         for q, end in ((start, "start"), (goal, "goal")):
@@ -84,7 +86,7 @@ class Planner:
         if not setup.haveExactSolutionPath():
             raise self._no_path()
         states = setup.getSolutionPath().getStates()
-        corners = [np.array(state[0:7]) for state in states]
+        corners = [np.array(state[0 : self._dof]) for state in states]
         if np.abs(corners[0] - start).max() > 1e-6 or np.abs(corners[-1] - goal).max() > 1e-6:
             raise self._no_path()
         return corners
@@ -129,7 +131,7 @@ class Planner:
         return self._valid(q)
 
     def _is_valid(self, state: Any) -> bool:
-        return self._check(np.array(state[0:7]))
+        return self._check(np.array(state[0 : self._dof]))
 
     def _is_over(self) -> bool:
         return self._checks >= MAXIMUM_CHECKS or self._is_late()
@@ -139,7 +141,7 @@ class Planner:
 
     def _state(self, q: Array) -> Any:
         state = self._space.allocState()
-        for joint in range(7):
+        for joint in range(self._dof):
             state[joint] = float(q[joint])
         return state
 

@@ -8,6 +8,9 @@ KinematicsError                a motion cannot be done; has `.reason` and `.evid
 +-- Obstructed                 something stands where the arm, the hand or the held body would be
 +-- NoPathFound                the planner's budget ran out
 +-- NoPlaceFound               the table has no free spot of that size
+
+NoDisplay                      a window was asked for where none can be shown
+UnusableRobot                  a URDF or its TOML that no arm can be made of: says what, and where
 """
 
 from collections.abc import Iterable
@@ -36,6 +39,7 @@ class Reason(StrEnum):
     OBJECT_DROPPED = "object_dropped"
     PLACEMENT_FAILED = "placement_failed"
     NOT_ARRIVED = "not_arrived"
+    STOPPED = "stopped"
 
 
 class KinematicsError(Exception):
@@ -45,6 +49,14 @@ class KinematicsError(Exception):
         super().__init__(message)
         self.reason = reason
         self.evidence = evidence
+
+
+class UnusableRobot(ValueError):
+    """A description of an arm that something is wrong with: what was expected, found, and where."""
+
+
+class NoDisplay(RuntimeError):
+    """A window was asked for where none can be shown."""
 
 
 class UnknownBody(KinematicsError):

@@ -1,128 +1,261 @@
-"""The Panda of `pybullet_data`, as Pinocchio, MuJoCo (for mink too) and PyBullet read it.
+"""An arm: a URDF and a short TOML in, one description out, as Pinocchio, MuJoCo and PyBullet read it.
 
 Lengths in metres, angles in radians, the robot's base at the world's origin. The tool frame sits
-between
-the fingertips: z along the approach, y along the closing direction.
+between the fingertips: z along the approach, y along the closing direction.
 """
 
-import importlib.util
-import re
+import math
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
-import pinocchio
 
-from kinematics.geometry import Array
+from kinematics import urdf
+from kinematics.geometry import Array, rotation_from_rpy, transform_from
+from kinematics.reasons import UnusableRobot
+from kinematics.urdf import Joint, Urdf
 
-ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
-TOOL_FRAME = "panda_grasptarget"
-FINGER_LINKS = ("panda_leftfinger", "panda_rightfinger")
-HAND_LINKS = ("panda_hand", *FINGER_LINKS)
-MAXIMUM_OPENING = 0.04  # of one finger from the middle [m]
-TOOL_FROM_HAND = 0.105  # along the approach [m]
-FINGERTIP_BEYOND_TOOL = 0.0073  # [m]
+FOLDER = Path(__file__).parent / "robots"
+SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
-SHOULDER = np.array([0.0, 0.0, 0.333])  # where the first two axes meet [m]
-REACH = 0.95  # of the tool from the shoulder: all links in a line come to 0.949 [m]
+TOOL_LINK = "tool_of_kinematics"  # added where the URDF has no link in the tool's frame
+WORKSPACE = ((0.3, 0.7), (-0.2, 0.2))  # of x and of y, where nothing else is said [m]
+RAMP = 0.2  # from rest to full speed, where no acceleration is given [s]
+JERK_RAMP = 0.02  # from none to full acceleration, where no jerk is given [s]
 
-HOME = np.array([0.0, -0.4, 0.0, -2.2, 0.0, 1.8, 0.785398163397])  # tool down, in front of the base
-ACCELERATION = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])  # published by Franka [rad/s2]
+Region = tuple[tuple[float, float], tuple[float, float]]  # of x and of y, world frame [m]
+
+_AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
+_TABLES = {
+    "": {"urdf", "arm", "home", "tool", "gripper", "limits", "workspace"},
+    "tool": {"link", "xyz", "rpy", "approach", "closing"},
+    "gripper": {"joints"},
+    "limits": {"lower", "upper", "velocity", "effort", "acceleration", "jerk"},
+}
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Soft limits of the seven arm joints."""
+    """Soft limits of the arm's joints, each an array of one number a joint."""
 
     lower: Array  # [rad]
     upper: Array  # [rad]
     velocity: Array  # [rad/s]
     effort: Array  # [N m]
+    acceleration: Array  # [rad/s2]
+    jerk: Array  # [rad/s3]
 
     def contains(self, q: Array, tolerance: float = 1e-9) -> bool:
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
 
 
-def folder() -> Path:
-    """Where `pybullet_data` keeps the robot. Found without importing it, so that nothing is
-    printed.
-    """
-    spec = importlib.util.find_spec("pybullet_data")
-    if spec is None or spec.origin is None:
-        raise FileNotFoundError("the package pybullet_data (part of pybullet) is not installed")
-    return Path(spec.origin).parent / "franka_panda"
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A checked arm: holding one is the proof that its URDF and its TOML were sound."""
+
+    name: str
+    urdf: Urdf
+    arm_joints: tuple[str, ...]
+    gripper_joints: tuple[str, ...]  # those that are driven; their mimics follow
+    home: Array  # (n,) [rad]
+    limits: Limits
+    tool_link: str
+    tool_from_link: Array  # (4, 4) of our tool frame to that link
+    workspace: Region  # where the suites and the searches for free places put things [m]
+
+    @property
+    def dof(self) -> int:
+        return len(self.arm_joints)
+
+    @property
+    def tool_frame(self) -> str:
+        """The link whose frame is the tool's."""
+        is_there = np.allclose(self.tool_from_link, np.eye(4))
+        return self.tool_link if is_there else TOOL_LINK
+
+    @cached_property
+    def chain(self) -> tuple[Joint, ...]:
+        """All joints from the base to the tool link, fixed ones too."""
+        found, link = [], self.tool_link
+        while link in self.urdf.parent_joint:
+            found.append(self.urdf.parent_joint[link])
+            link = found[-1].parent
+        return tuple(reversed(found))
+
+    @property
+    def flange(self) -> str:
+        """The link that the last arm joint turns."""
+        return self.urdf.joints[self.arm_joints[-1]].child
+
+    @cached_property
+    def tool_to_flange(self) -> Array:
+        """(4, 4)"""
+        transform = np.eye(4)
+        for joint in self.chain[[j.name for j in self.chain].index(self.arm_joints[-1]) + 1 :]:
+            transform = transform @ joint.origin
+        return transform @ self.tool_from_link
+
+    @cached_property
+    def hand_links(self) -> tuple[str, ...]:
+        """The links that move with the last arm joint, and all fingers."""
+        links = [self.flange]
+        for link in links:
+            links += [joint.child for joint in self.urdf.joints.values() if joint.parent == link]
+        return tuple(links)
+
+    @property
+    def links_with_contact(self) -> frozenset[str]:
+        """The links whose URDF says how they touch: friction, stiffness, damping."""
+        links = self.urdf.root.findall("link")
+        return frozenset(link.get("name", "") for link in links if link.find("contact") is not None)
+
+    @cached_property
+    def finger_joints(self) -> tuple[Joint, ...]:
+        """Driven gripper joints, then those that mimic them."""
+        joints = self.urdf.joints
+        driven = [joints[name] for name in self.gripper_joints]
+        mimics = [j for j in joints.values() if j.mimic and j.name not in self.gripper_joints]
+        return (*driven, *(j for j in mimics if j.mimic and j.mimic.joint in self.gripper_joints))
+
+    def finger_values(self, driven: Array) -> dict[str, float]:
+        """Of every finger joint, by the values of the driven ones."""
+        values = dict(zip(self.gripper_joints, driven.tolist(), strict=True))
+        for joint in self.finger_joints[len(driven) :]:
+            assert joint.mimic is not None
+            values[joint.name] = joint.mimic.multiplier * values[joint.mimic.joint] + joint.mimic.offset
+        return values
 
 
 @cache
-def description() -> str:
-    """The robot's URDF, as shipped."""
-    return (folder() / "panda.urdf").read_text()
+def load(name_or_path: str) -> Robot:
+    """One of `SHIPPED` by its name, or a TOML of your own by its path."""
+    shipped = FOLDER / f"{name_or_path}.toml"
+    path = shipped if shipped.is_file() else Path(name_or_path)
+    if not path.is_file():
+        listed = ", ".join(SHIPPED)
+        raise UnusableRobot(f"no arm is called '{name_or_path}' and no file either; there are {listed}")
+    try:
+        told = tomllib.loads(path.read_text())
+    except tomllib.TOMLDecodeError as unexpected:
+        raise UnusableRobot(f"{path} is no TOML: {unexpected}") from unexpected
+    return _robot(path, told)
 
 
-@cache
-def limits() -> Limits:
-    """The soft limits of the `safety_controller` elements: the `limit` elements are wider than the
-    maker's.
-    """
-    joints = [_joint_text(name) for name in ARM_JOINTS]
+def panda() -> Robot:
+    """The default arm."""
+    return load("panda")
+
+
+def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
+    _check_keys(path, told)
+    description = urdf.read(urdf.located(told["urdf"], path.parent))
+    arm, gripper = tuple(told["arm"]), tuple(told["gripper"]["joints"])
+    for name in (*arm, *gripper):
+        if name not in description.joints:
+            listed = ", ".join(j.name for j in description.joints.values() if j.type != "fixed")
+            raise UnusableRobot(f"{path}: no joint of the URDF is called '{name}'; there are {listed}")
+    link = told["tool"]["link"]
+    if link not in description.links:
+        raise UnusableRobot(
+            f"{path}: no link of the URDF is called '{link}'; there are {', '.join(description.links)}"
+        )
+    limits = _limits(path, [description.joints[name] for name in arm], told.get("limits", {}))
+    home = np.array(told["home"], dtype=float)
+    if home.shape != (len(arm),) or not limits.contains(home):
+        raise UnusableRobot(f"{path}: home needs {len(arm)} joint positions within the limits, found {home}")
+    made = Robot(
+        path.stem,
+        description,
+        arm,
+        gripper,
+        home,
+        limits,
+        link,
+        _tool(path, told["tool"]),
+        tuple(map(tuple, told.get("workspace", WORKSPACE))),  # type: ignore[arg-type]
+    )
+    _check_chain(path, made)
+    return made
+
+
+def _check_keys(path: Path, told: Mapping[str, Any]) -> None:
+    for table, allowed in _TABLES.items():
+        found = told if not table else told.get(table, {})
+        if unknown := sorted(set(found) - allowed):
+            where = f"[{table}]" if table else "the top"
+            raise UnusableRobot(f"{path}: {where} knows no '{unknown[0]}'; it takes {sorted(allowed)}")
+    needed = [("", key) for key in ("urdf", "arm", "home", "tool", "gripper")]
+    for table, key in [*needed, ("tool", "link"), ("gripper", "joints")]:
+        if key not in (told[table] if table else told):
+            raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{table}]' if table else ''}")
+
+
+def _check_chain(path: Path, made: Robot) -> None:
+    """The arm's joints are those that lead to the tool, in this order."""
+    moving = tuple(joint.name for joint in made.chain if joint.type != "fixed")
+    if moving != made.arm_joints:
+        raise UnusableRobot(
+            f"{path}: from the base to '{made.tool_link}' the URDF has the joints {list(moving)}, "
+            f"'arm' says {list(made.arm_joints)}; it must name the same in the same order"
+        )
+    for joint in made.finger_joints:
+        if joint.child not in made.hand_links:
+            raise UnusableRobot(f"{path}: the gripper joint '{joint.name}' is not on the arm's last link")
+        if joint.mimic is None and (joint.lower is None or joint.upper is None or joint.lower >= joint.upper):
+            raise UnusableRobot(f"{made.urdf.path}: the gripper joint '{joint.name}' has no limits")
+
+
+def _limits(path: Path, joints: list[Joint], told: Mapping[str, Any]) -> Limits:
+    """What the TOML says, else the URDF's; accelerations and jerks are rarely in a URDF."""
+
+    def of(key: str, default: list[float | None]) -> Array:
+        values = [None if v is None else float(v) for v in told.get(key, default)]
+        for joint, value in zip(joints, values, strict=False):
+            if value is None or not math.isfinite(value) or (key in POSITIVE and value <= 0):
+                raise UnusableRobot(
+                    f"{path}: joint '{joint.name}' has no {key} limit in the URDF (found {value}); "
+                    f"give `{key}`, one number a joint, under [limits]"
+                )
+        if len(values) != len(joints):
+            raise UnusableRobot(f"{path}: `{key}` needs {len(joints)} numbers, found {len(values)}")
+        return np.array(values)
+
+    lower = of("lower", [-math.pi if j.type == "continuous" else j.lower for j in joints])
+    upper = of("upper", [math.pi if j.type == "continuous" else j.upper for j in joints])
+    for joint, low, high in zip(joints, lower, upper, strict=True):
+        if low >= high:
+            raise UnusableRobot(
+                f"{path}: joint '{joint.name}' has no position limits (lower {low}, upper {high}); "
+                "give `lower` and `upper`, one number a joint, under [limits]"
+            )
+    velocity = of("velocity", [joint.velocity for joint in joints])
+    acceleration = of("acceleration", (velocity / RAMP).tolist())
     return Limits(
-        lower=_numbers(joints, r'soft_lower_limit="([^"]+)"'),
-        upper=_numbers(joints, r'soft_upper_limit="([^"]+)"'),
-        velocity=_numbers(joints, r' velocity="([^"]+)"'),
-        effort=_numbers(joints, r' effort="([^"]+)"'),
+        lower,
+        upper,
+        velocity,
+        of("effort", [joint.effort for joint in joints]),
+        acceleration,
+        of("jerk", (acceleration / JERK_RAMP).tolist()),
     )
 
 
-def _joint_text(name: str) -> str:
-    found = re.search(rf'<joint name="{name}".*?</joint>', description(), flags=re.S)
-    assert found is not None, name
-    return found.group()
+POSITIVE = frozenset(("velocity", "effort", "acceleration", "jerk"))
 
 
-def _numbers(texts: list[str], pattern: str) -> Array:
-    found = [re.search(pattern, text) for text in texts]
-    return np.array([float(match.group(1)) for match in found if match is not None])
-
-
-def _with_fixed_fingers(text: str) -> str:
-    """Without the finger joints: as a mimic pair they would cost an equality in every update."""
-    text = re.sub(r"<mimic[^>]*/>", "", text)
-    return re.sub(r'(<joint name="panda_finger_joint\d" type=)"prismatic"', r'\1"fixed"', text)
-
-
-def description_for_bullet() -> str:
-    """Without visuals, which make loading six times slower, and with absolute paths."""
-    text = re.sub(r"<visual>.*?</visual>", "", description(), flags=re.S)
-    return text.replace("package://", f"{folder()}/")
-
-
-def mujoco_spec() -> Any:
-    """The arm with fixed fingers as an editable MuJoCo description, joint ranges tightened."""
-    options = (
-        f'<mujoco><compiler strippath="false" meshdir="{folder()}" balanceinertia="true" '
-        'discardvisual="true" fusestatic="false"/></mujoco>'
-    )
-    text = _with_fixed_fingers(description()).replace("package://", "")
-    text = re.sub(r"(<robot[^>]*>)", lambda match: match.group(1) + options, text, count=1)
-    spec = mujoco.MjSpec.from_string(text)
-    for name, lower, upper in zip(ARM_JOINTS, limits().lower, limits().upper, strict=True):
-        spec.joint(name).range = [lower, upper]
-    return spec
-
-
-@cache
-def mujoco_model() -> Any:
-    """The arm alone, for mink."""
-    return mujoco_spec().compile()
-
-
-@cache
-def pinocchio_model() -> Any:
-    """The arm alone, for Pinocchio."""
-    model = pinocchio.buildModelFromXML(_with_fixed_fingers(description()))
-    model.lowerPositionLimit = limits().lower.copy()
-    model.upperPositionLimit = limits().upper.copy()
-    return model
+def _tool(path: Path, told: Mapping[str, Any]) -> Array:
+    """(4, 4) of the tool frame to its link, turned so that z approaches and y closes."""
+    axes = {key: told.get(key, default) for key, default in (("approach", "z"), ("closing", "y"))}
+    for key, axis in axes.items():
+        if axis not in _AXES:
+            raise UnusableRobot(f"{path}: '{key}' is one of {', '.join(_AXES)}, found {axis!r}")
+    z, y = (np.array(_AXES[axis], float) for axis in axes.values())
+    if abs(float(z @ y)) > 0.5:
+        raise UnusableRobot(f"{path}: the gripper cannot close along its own approach")
+    turned = np.array([np.cross(y, z), y, z]).T
+    link = transform_from(rotation_from_rpy(told.get("rpy", (0, 0, 0))), told.get("xyz", (0, 0, 0)))
+    return link @ transform_from(turned, (0.0, 0.0, 0.0))

@@ -1,12 +1,13 @@
 """The simulated cell: motor commands in, what is measured out. Friction and gravity only, in
 PyBullet.
 
-The Panda stands at the world's origin, the table's top is the plane z = 0. Every reset builds the
-world anew (12 ms): then nothing of an earlier episode, not even the order of its contacts, is left
-to be felt.
+The arm stands at the world's origin, the table's top is the plane z = 0. Every reset builds the
+world anew (12 ms): then nothing of an earlier episode, not even the order of its contacts, is left to
+be felt.
 """
 
 import math
+import os
 import shutil
 import tempfile
 import time
@@ -18,49 +19,58 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import bullet, robot
+from kinematics import bullet, models
+from kinematics.bodies import Body
+from kinematics.bullet_bodies import Solids
+from kinematics.bullet_robot import GRIP_FORCE, BulletRobot
 from kinematics.camera import Camera
-from kinematics.geometry import Array, Body, Pose, Vector, check_pose
-from kinematics.reasons import UnknownBody
+from kinematics.geometry import Array, Pose, Vector, check_pose
+from kinematics.gripper import gripper_of
+from kinematics.noise import NO_NOISE, Noise
+from kinematics.reasons import NoDisplay, UnknownBody
+from kinematics.robot import Robot, panda
+from kinematics.shapes import half_extents_of
 from kinematics.trajectory import TIME_STEP
 
 TABLE = "table"
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
-GRIP_FORCE = 40.0  # of each finger [N]
-CLOSING_SPEED = 0.15  # of each finger [m/s]
 SOLVER_ITERATIONS = 100
 RESIDUAL = 1e-6  # at which the solver stops early
 STILL = 0.01  # a body this slow has come to rest [m/s]
-_ARM = tuple(range(7))
-_FINGERS = (9, 10)
-_TOOL = 11
-_POSITION_GAIN = 0.2
 _PUSH_STEPS = 12
 _PUSH_ABOVE_CENTRE = 0.015  # [m]
 
 
 class Workcell:
-    """The robot on a table, with boxes."""
+    """A robot on a table, with bodies."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot | None = None, gui: bool = False) -> None:
+        self.robot = robot or panda()
+        self.gripper = gripper_of(self.robot)
         self._bullet: Any = bullet.load()
-        self._client: int = self._bullet.connect(self._bullet.DIRECT)
+        self._client: int = _connect(self._bullet, gui)
+        self._is_watched = gui
         folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
         self._let_go = weakref.finalize(self, _let_go, self._bullet, self._client, folder)
-        self._urdf = folder / "panda.urdf"
-        self._urdf.write_text(robot.description_for_bullet())
-        self._effort = robot.limits().effort.tolist()
+        self._urdf = folder / "robot.urdf"
+        self._urdf.write_text(models.for_bullet(self.robot, visuals=gui))
+        self._solids = Solids(self._bullet, self._client, folder)
         self._camera: Camera | None = None
         self.on_frame: Callable[[], None] | None = None
         self.reset([], seed=0)
 
     # -- the world -------------------------------------------------------------------------
 
-    def reset(self, bodies: Sequence[Body], seed: int) -> None:
-        """Arm at home with an open hand, bodies where they are said to be, settled; the clock at
-        zero.
+    def reset(self, bodies: Sequence[Body], seed: int, noise: Noise = NO_NOISE) -> None:
+        """Arm at home with an open hand, bodies where they are said to be, settled; the clock at zero.
+
+        Args:
+            noise: of what skills are told of the bodies; `pose` and `poses` stay exact.
         """
         _check_bodies(bodies)
+        self.noise = noise
+        self._looks = np.random.default_rng((seed % 2**32, 2))
+        self.is_told_to_stop = False
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
         self.seed = seed
         self._build()
@@ -104,10 +114,20 @@ class Workcell:
         """Of all bodies' centres, world frame."""
         return {name: self.pose(name) for name in self.bodies}
 
+    def observed_poses(self) -> dict[str, Pose]:
+        """Of all bodies, as one look tells them."""
+        poses = self.poses()
+        return poses if self.noise == NO_NOISE else self.noise.applied(poses, self._looks)
+
+    def observed_pose(self, name: str) -> Pose:
+        """Of one body, as one look tells it."""
+        pose = self.pose(name)
+        return pose if self.noise == NO_NOISE else self.noise.applied({name: pose}, self._looks)[name]
+
     def speed(self, name: str) -> float:
         """At most this fast is any point of the body [m/s]."""
         linear, angular = self._bullet.getBaseVelocity(self._id(name), physicsClientId=self._client)
-        radius = math.hypot(*self.bodies[name].half_extents)
+        radius = math.hypot(*half_extents_of(self.bodies[name].shape))
         return math.hypot(*linear) + radius * math.hypot(*angular)
 
     def contacts(self, a: str, b: str) -> bool:
@@ -118,17 +138,15 @@ class Workcell:
 
     def joint_positions(self) -> Array:
         """Of the arm [rad]."""
-        states = self._bullet.getJointStates(self._robot, _ARM, physicsClientId=self._client)
-        return np.array([state[0] for state in states])
+        return self._robot.joint_positions()
+
+    def all_joints(self) -> dict[str, float]:
+        """Of the arm and of the fingers, by the URDF's names [rad] or [m]."""
+        return self._robot.all_joints()
 
     def tool_pose(self) -> Pose:
-        """Of the point between the fingertips, where a grasped body's centre is; z along the
-        approach.
-        """
-        state = self._bullet.getLinkState(
-            self._robot, _TOOL, computeForwardKinematics=1, physicsClientId=self._client
-        )
-        return Pose(state[4], state[5])
+        """Of the point between the fingertips, where a grasped body is; z along the approach."""
+        return self._robot.tool_pose()
 
     def tool_position(self) -> Vector:
         """World frame [m]."""
@@ -136,16 +154,16 @@ class Workcell:
 
     def finger_width(self) -> float:
         """Between the fingers [m]."""
-        states = self._bullet.getJointStates(self._robot, _FINGERS, physicsClientId=self._client)
-        return float(states[0][0] + states[1][0])
+        return self._robot.finger_width()
 
     def held(self) -> str | None:
         """The body that a closed hand touches with both fingers, these being apart."""
         if not self.hand_closed or self.finger_width() < 2e-3:
             return None
-        left, right = (self._pressing(finger) for finger in _FINGERS)
-        both = left.keys() & right.keys()
-        return min(both, key=lambda name: (-min(left[name], right[name]), name), default=None)
+        left, right = self._robot.pressing()
+        squeezed = left.keys() & right.keys() & self._names.keys()
+        both = {self._names[each]: min(left[each], right[each]) for each in squeezed}
+        return min(both, key=lambda name: (-both[name], name), default=None)
 
     # -- what is done ----------------------------------------------------------------------
 
@@ -155,6 +173,8 @@ class Workcell:
         self._bullet.stepSimulation(physicsClientId=self._client)
         self.stepping_seconds += time.perf_counter() - started
         self._steps += 1
+        if self._is_watched:
+            time.sleep(TIME_STEP)
         if self._steps % FRAME_STEPS == 0 and self.on_frame is not None:
             started = time.perf_counter()
             self.on_frame()
@@ -175,38 +195,33 @@ class Workcell:
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         """Set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
-        self._bullet.setJointMotorControlArray(
-            self._robot,
-            _ARM,
-            self._bullet.POSITION_CONTROL,
-            targetPositions=position,
-            targetVelocities=velocity,
-            forces=self._effort,
-            positionGains=[_POSITION_GAIN] * 7,
-            physicsClientId=self._client,
-        )
+        self._robot.drive_arm(position, velocity)
 
-    def open_fingers(self, opening: float, force: float = GRIP_FORCE) -> None:
+    def hold(self) -> None:
+        """The arm stays where it is; the fingers go on doing what they do."""
+        here = self.joint_positions().tolist()
+        self.drive_arm(here, [0.0] * len(here))
+
+    def stop(self) -> None:
+        """End the motion that is under way (from `on_frame`, or another thread): brake, then hold.
+
+        The skill ends with the reason `stopped`; the next one may go on from there.
+        """
+        self.is_told_to_stop = True
+
+    def open_fingers(self, opening: float) -> None:
         """Tell the fingers to go this far from the middle [m]."""
         self.hand_closed = False
-        self._drive_fingers(opening, force)
+        self._robot.drive_fingers(opening, GRIP_FORCE)
 
     def close_fingers(self) -> None:
         """Tell the fingers to close, and to keep pressing."""
         self.hand_closed = True
-        for finger in _FINGERS:
-            self._bullet.setJointMotorControl2(
-                self._robot,
-                finger,
-                self._bullet.VELOCITY_CONTROL,
-                targetVelocity=-CLOSING_SPEED,
-                force=GRIP_FORCE,
-                physicsClientId=self._client,
-            )
+        self._robot.close_fingers()
 
     def weaken_fingers(self) -> None:
         """The disturbance: the fingers lose their force and give way, though told to hold."""
-        self._drive_fingers(0.5 * self.finger_width() + 3e-3, force=2.0)
+        self._robot.drive_fingers(0.5 * self.finger_width() + 3e-3, force=2.0)
 
     def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:
         """Push a body above its centre for 50 ms, horizontally; then wait until all has come to
@@ -233,10 +248,8 @@ class Workcell:
     def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
         """A picture of the cell from the front and above: (height, width, 3)."""
         if self._camera is None:
-            self._camera = Camera()
-        fingers = self._bullet.getJointStates(self._robot, _FINGERS, physicsClientId=self._client)
-        joints = [*self.joint_positions().tolist(), *(state[0] for state in fingers)]
-        return self._camera.picture(self.bodies, self.poses(), joints, width, height, smooth)
+            self._camera = Camera(self.robot)
+        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
 
     # -- inside ----------------------------------------------------------------------------
 
@@ -254,79 +267,23 @@ class Workcell:
         plane = world.createCollisionShape(world.GEOM_PLANE, physicsClientId=client)
         self._table = world.createMultiBody(0, plane, physicsClientId=client)
         world.changeDynamics(self._table, -1, lateralFriction=1.0, physicsClientId=client)
-        with bullet.output_silenced():
-            self._robot = world.loadURDF(str(self._urdf), useFixedBase=True, physicsClientId=client)
-        self._place_arm()
-        shapes: dict[Vector, int] = {}
-        self._ids = {body.name: self._add(body, shapes) for body in self.bodies.values()}
+        self._robot = BulletRobot(self.robot, world, client, self._urdf)
+        self.open_fingers(self.gripper.maximum_opening)
+        self._solids.forget()
+        self._ids = {body.name: self._solids.add(body) for body in self.bodies.values()}
         self._names = {identity: name for name, identity in self._ids.items()}
-
-    def _place_arm(self) -> None:
-        world, client = self._bullet, self._client
-        home = robot.HOME.tolist()
-        for joint in _ARM:
-            world.resetJointState(self._robot, joint, home[joint], physicsClientId=client)
-        for finger in _FINGERS:
-            world.resetJointState(self._robot, finger, robot.MAXIMUM_OPENING, physicsClientId=client)
-        gear = world.createConstraint(
-            self._robot,
-            _FINGERS[0],
-            self._robot,
-            _FINGERS[1],
-            world.JOINT_GEAR,
-            [1, 0, 0],
-            [0, 0, 0],
-            [0, 0, 0],
-            physicsClientId=client,
-        )
-        world.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50, physicsClientId=client)
-        self.drive_arm(home, [0.0] * 7)
-        self.open_fingers(robot.MAXIMUM_OPENING)
-
-    def _add(self, body: Body, shapes: dict[Vector, int]) -> int:
-        world, client = self._bullet, self._client
-        if body.half_extents not in shapes:
-            shapes[body.half_extents] = world.createCollisionShape(
-                world.GEOM_BOX, halfExtents=body.half_extents, physicsClientId=client
-            )
-        identity: int = world.createMultiBody(
-            body.mass,
-            shapes[body.half_extents],
-            -1,
-            body.position,
-            body.quaternion_xyzw,
-            physicsClientId=client,
-        )
-        world.changeDynamics(identity, -1, lateralFriction=1.0, physicsClientId=client)
-        return identity
-
-    def _drive_fingers(self, opening: float, force: float) -> None:
-        for finger in _FINGERS:
-            self._bullet.setJointMotorControl2(
-                self._robot,
-                finger,
-                self._bullet.POSITION_CONTROL,
-                targetPosition=opening,
-                force=force,
-                maxVelocity=CLOSING_SPEED,
-                physicsClientId=self._client,
-            )
-
-    def _pressing(self, finger: int) -> dict[str, float]:
-        """Names of the bodies that a finger presses on, and how hard [N]."""
-        forces: dict[str, float] = {}
-        for point in self._bullet.getContactPoints(
-            bodyA=self._robot, linkIndexA=finger, physicsClientId=self._client
-        ):
-            name = self._names.get(point[2])
-            if name is not None and point[9] > 0:
-                forces[name] = forces.get(name, 0.0) + point[9]
-        return forces
 
     def _id(self, name: str) -> int:
         if name not in self._ids:
             raise UnknownBody(name, self._ids)
         return self._ids[name]
+
+
+def _connect(bullet: Any, gui: bool) -> int:
+    if gui and not os.environ.get("DISPLAY"):
+        raise NoDisplay("there is no display for a window: set DISPLAY, or leave the window out")
+    client: int = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
+    return client
 
 
 def _let_go(bullet: Any, client: int, folder: Path) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from kinematics import differential, inverse, motion
+from kinematics import differential, inverse
 from kinematics.approach import (
     CLEARANCE,
     TILTED,
@@ -19,12 +19,11 @@ from kinematics.approach import (
     placement_approaches,
     still_above,
     tilt_of,
-    top_of,
 )
 from kinematics.arm import Arm, Look
 from kinematics.geometry import rotation_from_quaternion
 from kinematics.handling import Attempt
-from kinematics.placements import Region, free_places, yaw_of
+from kinematics.placements import free_places, yaw_of
 from kinematics.reasons import (
     KinematicsError,
     NoPlaceFound,
@@ -32,12 +31,12 @@ from kinematics.reasons import (
     Reason,
     UnsuitableHand,
 )
-from kinematics.robot import MAXIMUM_OPENING
+from kinematics.robot import Region, Robot
+from kinematics.shapes import Box, height_above
 from kinematics.simulation import Workcell
 
-REGION: Region = ((0.3, 0.7), (-0.2, 0.2))
 PLACES = 12  # of the table that are tried
-_TOOL_SIZE = (0.01, 0.01, 0.01)  # of an empty hand that looks for a place [m]
+_TOOL_SIZE = Box((0.01, 0.01, 0.01))  # of an empty hand that looks for a place [m]
 
 
 @dataclass(frozen=True)
@@ -72,13 +71,17 @@ def move_above(cell: Workcell, target: str, seed: int, slip_at: float | None = N
 
 
 def move_above_free_place(
-    cell: Workcell, seed: int, slip_at: float | None = None, region: Region = REGION
+    cell: Workcell, seed: int, slip_at: float | None = None, region: Region | None = None
 ) -> Motion:
-    """The tool to 10 cm above the clearest free place of the table within the region."""
+    """The tool to 10 cm above the clearest free place of the table within the region.
+
+    Args:
+        region: the arm's own workspace where none is given.
+    """
 
     def skill(attempt: Attempt) -> None:
         look = attempt.look()
-        places = _free_places(attempt, look, region)
+        places = _free_places(attempt, look, region or cell.robot.workspace)
         attempt.go_above(look, _approaches_over_places(attempt, look, places), slip_at)
 
     return _perform(cell, seed, skill)
@@ -92,7 +95,7 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
         look = attempt.look()
         if look.held is not None:
             raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{look.held}'", held=look.held)
-        if not still_above(look, target):
+        if not still_above(look, target, attempt.shape(target)):
             raise KinematicsError(Reason.NOT_ABOVE, f"the tool is not above '{target}'")
         approach = attempt.approach_from_here(look, target) or attempt.approach_anew(target)
         attempt.solved_by(differential.SOLVER)
@@ -110,7 +113,7 @@ def release(cell: Workcell, seed: int) -> Motion:
     def skill(attempt: Attempt) -> None:
         look = attempt.look()
         if look.held is None:
-            motion.open_hand(cell, MAXIMUM_OPENING)
+            attempt.open_wide()
         else:
             line, opening = attempt.line_down(look, look.held)
             attempt.put(look.held, line, opening)
@@ -119,14 +122,15 @@ def release(cell: Workcell, seed: int) -> Motion:
 
 
 @cache
-def _arm() -> Arm:
-    """One set of solvers a process; they hold nothing of a cell that `Arm.look` does not renew."""
-    return Arm()
+def _arm(robot: Robot) -> Arm:
+    """One set of solvers a robot and process; they hold nothing of a cell that `Arm.look` does not renew."""
+    return Arm(robot)
 
 
 def _perform(cell: Workcell, seed: int, skill: Callable[[Attempt], None]) -> Motion:
     """Run a skill, with the clocks around it; failures become reasons."""
-    attempt = Attempt(cell, _arm(), seed % 2**32)
+    attempt = Attempt(cell, _arm(cell.robot), seed % 2**32)
+    cell.is_told_to_stop = False
     failure: KinematicsError | None = None
     started, simulated = time.perf_counter(), cell.time
     stepping, watching = cell.stepping_seconds, cell.watching_seconds
@@ -151,17 +155,17 @@ def _perform(cell: Workcell, seed: int, skill: Callable[[Attempt], None]) -> Mot
 
 def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Approach]:
     """To grasps of the target, or to places for what is held on top of it."""
-    arm, size = attempt.arm, attempt.sizes[target]
+    arm, shape = attempt.arm, attempt.shape(target)
     if look.held is None:
-        return grasp_approaches(arm, look, target, size, attempt.seed)
-    tilt = tilt_of(look, target)
+        return grasp_approaches(arm, look, target, shape, attempt.seed)
+    tilt = tilt_of(look, target, shape)
     if tilt > TILTED:
         raise Obstructed(Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt)
     x, y, _ = look.poses[target].position
     yaw = yaw_of(rotation_from_quaternion(look.poses[target].quaternion_xyzw))
-    place = (x, y, top_of(look, target, size))
-    held_size = attempt.sizes[look.held]
-    return placement_approaches(arm, look, held_size, place, [yaw], attempt.seed)
+    place = (x, y, height_above(shape, look.poses[target]))
+    held_shape = attempt.shape(look.held)
+    return placement_approaches(arm, look, held_shape, place, [yaw], attempt.seed)
 
 
 def _approaches_over_places(
@@ -173,17 +177,17 @@ def _approaches_over_places(
         if look.held is None:
             above = inverse.usual_tool(x, y, CLEARANCE)
             for q in arm.solutions(above, look.q, seed, restarts=2):
-                yield Approach(q, q[None], look.opening, 0.0)
+                yield Approach(q, q[None], look.opening)
         else:
-            yaws, size = [yaw_of(look.tool[:3, :3]), 0.0], attempt.sizes[look.held]
-            found = placement_approaches(arm, look, size, (x, y, 0.0), yaws, seed)
+            yaws, shape = [yaw_of(look.tool[:3, :3]), 0.0], attempt.shape(look.held)
+            found = placement_approaches(arm, look, shape, (x, y, 0.0), yaws, seed)
             yield from (approach for approach in found if approach.is_free)
 
 
 def _free_places(attempt: Attempt, look: Look, region: Region) -> list[tuple[float, float]]:
     held = look.held or ""
-    sizes = {**attempt.sizes, "": _TOOL_SIZE}
-    places = free_places(look.poses, sizes, held, region)
+    shapes = {name: body.shape for name, body in attempt.cell.bodies.items()}
+    places = free_places(look.poses, {**shapes, "": _TOOL_SIZE}, held, region)
     attempt.evidence["free_places"] = len(places)
     if not places:
         raise NoPlaceFound(Reason.NO_FREE_PLACE, "the table has no free place of that size")

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import skills
-from kinematics.geometry import Body, Pose
+from kinematics.bodies import Body
+from kinematics.geometry import Pose
 from kinematics.reasons import Reason
+from kinematics.shapes import Box
 from kinematics.simulation import Workcell
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
@@ -69,6 +71,7 @@ FAILURES: Mapping[Reason, Failure] = {
     Reason.OBJECT_DROPPED: Failure.OBJECT_DROPPED,
     Reason.PLACEMENT_FAILED: Failure.PLACE_FAILED,
     Reason.NOT_ARRIVED: Failure.NO_PATH,
+    Reason.STOPPED: Failure.TIME_OUT,
 }
 
 
@@ -233,7 +236,7 @@ def _body(thing: Thing, number: int, scene: Scene) -> Body:
     yaw = scene.yaws.get(thing.name, 0.0)
     return Body(
         thing.name,
-        half,
+        Box(half),
         scene.positions[thing.name],
         (0.0, 0.0, sin(yaw / 2), cos(yaw / 2)),
         colour=(*COLOURS[number % len(COLOURS)], 1.0),

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from kinematics.geometry import Body
+from kinematics.bodies import Body
+from kinematics.shapes import Box
 
 HALF = 0.025
 
@@ -12,7 +13,7 @@ HALF = 0.025
 def cube(name: str, x: float, y: float, z: float = HALF, yaw: float = 0.0) -> Body:
     """A cube of 5 cm, turned about the vertical."""
     turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    return Body(name, (HALF, HALF, HALF), (x, y, z), turn)
+    return Body(name, Box((HALF, HALF, HALF)), (x, y, z), turn)
 
 
 def scattered(seed: int, count: int = 8) -> list[Body]:

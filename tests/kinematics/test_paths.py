@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from kinematics import robot
 from kinematics.collision import CollisionScene
 from kinematics.differential import StraightLines
 from kinematics.geometry import UPRIGHT, Array, Pose, angle_between
 from kinematics.inverse import InverseKinematics, usual_tool
 from kinematics.planning import PLANNERS, RESOLUTION, Path, Planner
 from kinematics.reasons import NoPathFound, Obstructed, Reason
+from kinematics.robot import panda
+from kinematics.shapes import Box
 from kinematics.trajectory import (
     ACCELERATION_SHARE,
     TIME_STEP,
@@ -21,24 +22,25 @@ from kinematics.trajectory import (
     time_parameterise,
 )
 
-SOLVER = InverseKinematics()
-PLANNER = Planner()
-SIZES = {f"brick{i}": (0.025, 0.025, 0.025) for i in range(6)}
+ROBOT = panda()
+SOLVER = InverseKinematics(ROBOT)
+PLANNER = Planner(ROBOT)
+SHAPES = {f"brick{i}": Box((0.025, 0.025, 0.025)) for i in range(6)}
 
 
 def walled_scene() -> CollisionScene:
     """A wall of six cubes, two abreast and three high, from left to right of which is a detour."""
-    scene = CollisionScene(SIZES)
+    scene = CollisionScene(ROBOT, SHAPES)
     places = [
         (0.5 + 0.051 * column, 0.0, 0.025 + 0.05 * row) for column in (0, 1) for row in (0, 1, 2)
     ]
-    scene.place({name: Pose(place, UPRIGHT) for name, place in zip(SIZES, places, strict=True)})
+    scene.place({name: Pose(place, UPRIGHT) for name, place in zip(SHAPES, places, strict=True)})
     scene.open_fingers(0.04)
     return scene
 
 
 def beside(y: float) -> Array:
-    q = SOLVER.solve(usual_tool(0.52, y, 0.08), robot.HOME)
+    q = SOLVER.solve(usual_tool(0.52, y, 0.08), ROBOT.home)
     assert q is not None
     return q
 
@@ -90,15 +92,15 @@ def test_a_budget_of_checks_ends_a_search_that_cannot_succeed() -> None:
 def test_a_body_moved_in_the_scene_is_felt_where_it_is_now() -> None:
     scene = walled_scene()
     assert not scene.is_free(beside(0.0))
-    scene.place({name: Pose((0.0, 0.6, 0.025), UPRIGHT) for name in SIZES})
+    scene.place({name: Pose((0.0, 0.6, 0.025), UPRIGHT) for name in SHAPES})
     assert scene.is_free(beside(0.0))
 
 
 def test_a_held_body_is_felt_and_the_hand_alone_is_too() -> None:
     scene = walled_scene()
-    over = SOLVER.solve(usual_tool(0.52, 0.0, 0.19), robot.HOME)
+    over = SOLVER.solve(usual_tool(0.52, 0.0, 0.19), ROBOT.home)
     assert over is not None and scene.is_free(over)
-    scene.place({name: Pose((0.52, 0.0, 0.125), UPRIGHT) for name in SIZES}, frozenset(["brick0"]))
+    scene.place({name: Pose((0.52, 0.0, 0.125), UPRIGHT) for name in SHAPES}, frozenset(["brick0"]))
     scene.hold("brick0", np.eye(4))
     assert scene.clearance(over) < 0.0 or scene.is_free(over, margin=0.0)
     assert scene.drop_height(over, "brick0", 1.0) == pytest.approx(0.015, abs=1e-3)
@@ -111,7 +113,7 @@ def test_a_straight_line_is_straight_and_keeps_its_orientation() -> None:
     tool = SOLVER.forward(start)
     low = tool.copy()
     low[:3, 3] += 0.03, -0.02, -0.05
-    line = StraightLines().follow(start, [low])
+    line = StraightLines(ROBOT).follow(start, [low])
     assert line is not None
     way = low[:3, 3] - tool[:3, 3]
     for q in line:
@@ -125,7 +127,7 @@ def test_a_straight_line_is_straight_and_keeps_its_orientation() -> None:
 
 def test_a_line_that_leaves_the_reach_is_none() -> None:
     far = usual_tool(1.3, 0.0, 0.2)
-    assert StraightLines().follow(beside(0.1), [far]) is None
+    assert StraightLines(ROBOT).follow(beside(0.1), [far]) is None
 
 
 def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest() -> None:
@@ -135,11 +137,13 @@ def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest() -> None:
     def free(chain: Array) -> bool:
         return all(scene.is_free(q) for q in chain)
 
-    trajectory = time_parameterise(round_corners(path.corners, free))
+    trajectory = time_parameterise(round_corners(path.corners, free), ROBOT.limits)
     velocity = np.diff(trajectory.positions, axis=0) / TIME_STEP
     acceleration = np.diff(velocity, axis=0) / TIME_STEP
-    assert (np.abs(velocity) <= robot.limits().velocity).all()
-    assert (np.abs(acceleration) <= 2 * ACCELERATION_SHARE * robot.ACCELERATION).all()
+    jerk = np.diff(acceleration, axis=0) / TIME_STEP
+    assert (np.abs(velocity) <= ROBOT.limits.velocity).all()
+    assert (np.abs(acceleration) <= 2 * ACCELERATION_SHARE * ROBOT.limits.acceleration).all()
+    assert (np.abs(jerk) <= ROBOT.limits.jerk).all()
     assert np.allclose(trajectory.positions[-1], path.corners[-1])
     assert np.allclose(trajectory.velocities[-1], 0.0)
     back = trajectory.reversed()

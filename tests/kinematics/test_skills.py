@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from kinematics_scenes import HALF, cube, scattered
 
-from kinematics.geometry import Body
+from kinematics.bodies import Body
 from kinematics.reasons import Reason, UnusablePose
+from kinematics.shapes import Box
 from kinematics.simulation import Workcell
 from kinematics.skills import Motion, grasp, move_above, move_above_free_place, release
 
@@ -81,7 +82,7 @@ def test_a_slip_is_noticed_and_the_cube_is_picked_up_again(cell: Workcell, slip_
 @pytest.mark.parametrize("tilt", [0.3, 0.6, math.pi / 4])
 def test_a_leaning_cube_is_grasped_and_set_upright(cell: Workcell, tilt: float) -> None:
     lean = Body(
-        "lean", (HALF,) * 3, (0.5, 0.0, 0.06), (math.sin(tilt / 2), 0.0, 0.0, math.cos(tilt / 2))
+        "lean", Box((HALF,) * 3), (0.5, 0.0, 0.06), (math.sin(tilt / 2), 0.0, 0.0, math.cos(tilt / 2))
     )
     cell.reset([lean, cube("prop", 0.5, 0.055), cube("far", 0.4, -0.15)], 0)
     pick_and_place(cell, "lean", "far")
@@ -136,7 +137,7 @@ def test_a_full_or_misplaced_hand_is_a_reason(cell: Workcell) -> None:
 
 def test_a_tilted_support_is_a_reason(cell: Workcell) -> None:
     half = math.sin(math.pi / 8), math.cos(math.pi / 8)
-    lean = Body("lean", (HALF,) * 3, (0.5, 0.0, 0.06), (half[0], 0.0, 0.0, half[1]))
+    lean = Body("lean", Box((HALF,) * 3), (0.5, 0.0, 0.06), (half[0], 0.0, 0.0, half[1]))
     cell.reset(
         [lean, cube("prop", 0.5, 0.055), cube("wall", 0.5, -0.052), cube("a", 0.4, -0.15)], 0
     )
@@ -181,7 +182,7 @@ def test_frames_are_called_ten_times_a_simulated_second(cell: Workcell) -> None:
 
 
 def test_a_picture_shows_the_colours(cell: Workcell) -> None:
-    red = Body("red", (HALF,) * 3, (0.5, 0.0, HALF), colour=(1.0, 0.0, 0.0, 1.0))
+    red = Body("red", Box((HALF,) * 3), (0.5, 0.0, HALF), colour=(1.0, 0.0, 0.0, 1.0))
     cell.reset([red], 0)
     picture = cell.render(160, 120)
     assert picture.shape == (120, 160, 3) and picture.dtype == np.uint8

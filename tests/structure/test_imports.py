@@ -35,6 +35,7 @@ HOMES = {
     "mink": ["kinematics"],
     "pinocchio": ["kinematics"],
     "ompl": ["kinematics"],
+    "coal": ["kinematics"],
     "kinematics": ["kinematics", "ntp_dsl.worlds.bullet"],
 }
 

@@ -1,0 +1,162 @@
+"""From a robot and the shapes of a cell to one MuJoCo model for all the checker's questions."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kinematics import models
+from kinematics.geometry import wxyz
+from kinematics.gripper import gripper_of
+from kinematics.robot import Robot
+from kinematics.shapes import (
+    Box,
+    Convex,
+    Cylinder,
+    Hull,
+    Piece,
+    Shape,
+    Sphere,
+    half_extents_of,
+    pieces_of,
+)
+
+TABLE = "table"
+ROBOT, SCENE, GHOST = 1, 2, 4
+NOWHERE = (0.0, 0.0, 50.0)
+NOWHERE_ELSE = (0.0, 0.0, 100.0)
+LOWER_TABLE = 1.2e-3  # the table is where it is: fingers may come nearer to it than to what may move [m]
+ALWAYS = 0.95  # of random configurations in which two links that touch are built that way
+SAMPLES = 200
+
+
+def in_hand_names(shapes: Mapping[str, Shape]) -> dict[Shape, str]:
+    """One body of the model for each shape that can be in the hand."""
+    return {shape: f"held_{i}" for i, shape in enumerate(dict.fromkeys(shapes.values()))}
+
+
+def compiled(robot: Robot, shapes: Mapping[str, Shape], margin: float, slimmer: float) -> Any:
+    """Arm, a ghost of its hand, the table, every body, and every shape once more in the hand."""
+    spec = models.mujoco_spec(robot)
+    spec.compiler.discardvisual = False  # what only measures distances collides with nothing, but stays
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity, geom.margin = ROBOT, ROBOT | SCENE, margin
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    world = spec.worldbody
+    world.add_geom(
+        name=TABLE, type=plane, size=[0, 0, 1], pos=[0, 0, -LOWER_TABLE], contype=SCENE, conaffinity=0
+    )
+    world.add_geom(name=f"{TABLE}_top", type=plane, size=[0, 0, 1], contype=0, conaffinity=0)
+    for first, second in always_touching(robot):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    for name, shape in shapes.items():
+        body = world.add_body(name=f"body_{name}", mocap=True)
+        for piece in pieces_of(shape):
+            _add(spec, body, piece, contype=SCENE, conaffinity=0)
+    _add_ghost(spec, robot, margin)
+    tool = spec.body(robot.tool_frame)
+    for shape, name in in_hand_names(shapes).items():
+        full, thin = tool.add_body(name=name), tool.add_body(name=f"thin_{name}")
+        for piece in pieces_of(shape):
+            _add(spec, full, piece, contype=ROBOT, conaffinity=ROBOT | SCENE, margin=margin)
+            _add(spec, thin, _slimmed(piece, slimmer), contype=0, conaffinity=0)
+    return spec.compile()
+
+
+@cache
+def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
+    """Pairs of links that touch at home, or nearly everywhere: neighbours, as they are built."""
+    spec = models.mujoco_spec(robot)
+    for geom in spec.geoms:
+        geom.margin = 1e-3
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for link, transform in gripper_of(robot).link_poses(gripper_of(robot).maximum_opening).items():
+        model.body_pos[model.body(link).id] = transform[:3, 3]
+    generator = np.random.default_rng(0)
+    limits = robot.limits
+    counts: dict[tuple[str, str], int] = {}
+    at_home = _pairs(model, data, robot.home)
+    for q in generator.uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+        for pair in _pairs(model, data, q):
+            counts[pair] = counts.get(pair, 0) + 1
+    often = {pair for pair, count in counts.items() if count >= ALWAYS * SAMPLES}
+    return tuple(sorted(often | at_home))
+
+
+def _pairs(model: Any, data: Any, q: Any) -> set[tuple[str, str]]:
+    data.qpos[:] = q
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
+    return {(model.body(a).name, model.body(b).name) for a, b in np.sort(bodies, axis=1).tolist()}
+
+
+def _add(spec: Any, body: Any, piece: Piece, **options: Any) -> None:
+    settings: dict[str, Any] = {
+        **options,
+        "pos": list(piece.position),
+        "quat": list(wxyz(piece.quaternion_xyzw)),
+    }
+    shape = piece.shape
+    if isinstance(shape, Hull):
+        mesh = spec.add_mesh(name=f"hull_{len(spec.meshes)}", uservert=[c for p in shape.points for c in p])
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, **settings)
+        return
+    kind, size = _primitive(shape)
+    body.add_geom(type=kind, size=size, **settings)
+
+
+def _primitive(shape: Box | Cylinder | Sphere) -> tuple[Any, list[float]]:
+    if isinstance(shape, Box):
+        return mujoco.mjtGeom.mjGEOM_BOX, list(shape.half_extents)
+    if isinstance(shape, Cylinder):
+        return mujoco.mjtGeom.mjGEOM_CYLINDER, [shape.radius, shape.height / 2, 0.0]
+    return mujoco.mjtGeom.mjGEOM_SPHERE, [shape.radius, 0.0, 0.0]
+
+
+def _slimmed(piece: Piece, by: float) -> Piece:
+    return Piece(_slim(piece.shape, by), piece.position, piece.quaternion_xyzw)
+
+
+def _slim(shape: Convex, by: float) -> Convex:
+    """The same shape with every face this much further in; thin ones keep a tenth."""
+    if isinstance(shape, Box):
+        x, y, z = (max(half - by, 0.1 * half) for half in shape.half_extents)
+        return Box((x, y, z))
+    if isinstance(shape, Cylinder):
+        radius, half = (max(size - by, 0.1 * size) for size in (shape.radius, shape.height / 2))
+        return Cylinder(radius, 2 * half)
+    if isinstance(shape, Sphere):
+        return Sphere(max(shape.radius - by, 0.1 * shape.radius))
+    scale = [max(1 - by / half, 0.1) for half in half_extents_of(shape)]
+    return Hull(tuple((x * scale[0], y * scale[1], z * scale[2]) for x, y, z in shape.points))
+
+
+def _add_ghost(spec: Any, robot: Robot, margin: float) -> None:
+    """A hand without an arm, far away until it is asked about.
+
+    With a joint, since MuJoCo lets no two bodies collide that are both fixed to the world.
+    """
+    ghosts: dict[str, Any] = {}
+    for link in robot.hand_links:
+        original = spec.body(link)
+        if not ghosts:
+            ghosts[link] = spec.worldbody.add_body(name=f"ghost_{link}", pos=list(NOWHERE_ELSE))
+            ghosts[link].add_freejoint()
+        else:
+            ghosts[link] = ghosts[robot.urdf.parent_joint[link].parent].add_body(name=f"ghost_{link}")
+            ghosts[link].pos, ghosts[link].quat = original.pos, original.quat
+        for geom in original.geoms:
+            ghosts[link].add_geom(
+                type=geom.type,
+                meshname=geom.meshname,
+                size=geom.size,
+                pos=geom.pos,
+                quat=geom.quat,
+                contype=GHOST,
+                conaffinity=SCENE,
+                margin=margin,
+            )
