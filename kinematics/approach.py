@@ -16,6 +16,7 @@ from kinematics.placements import Placement, placements
 from kinematics.shapes import Box, Hull, Shape, faces_of, height_above, reach_of
 
 CLEARANCE = 0.10  # of the tool above the top of the target [m]
+HELD_CLEARANCE = 0.04  # of a long held body above it [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
 ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
 TILTED = math.radians(8)  # more than this, and nothing can stand on a body
@@ -162,6 +163,19 @@ def placement_approaches(
             yield from waiting
 
 
+def drop_approaches(
+    arm: Arm, look: Look, shape: Shape, spots: list[tuple[float, float]], rim: float, seed: int
+) -> Iterator[Approach]:
+    """Approaches for letting the held body fall into a container, by spots in their order."""
+    assert look.held is not None
+    options = placements(look.tool_to(look.held), shape, look.tool[:3, :3], 0.0)
+    for restarts in (0, RESTARTS):
+        for x, y in spots:
+            for placement in options:
+                for q in _solutions_over(arm, look, placement, (x, y, rim), seed, restarts):
+                    yield Approach(q, q[None], look.opening, tilt=placement.tilt)
+
+
 def release_openings(width: float, widest: float) -> list[float]:
     """Of each finger when it lets go of a body as wide as that, widest first [m]."""
     half = width / 2
@@ -188,7 +202,8 @@ def _solutions_over(
     arm: Arm, look: Look, placement: Placement, place: Vector, seed: int, restarts: int
 ) -> Iterator[Array]:
     above = placement.tool_over(place[0], place[1], 0.0)
-    above[2, 3] = place[2] + CLEARANCE
+    below_tool = placement.height - float(placement.body_from_tool[2])  # of the body's lowest point [m]
+    above[2, 3] = place[2] + max(CLEARANCE, below_tool + HELD_CLEARANCE)
     arm.scene.open_fingers(look.opening)
     arm.show_held(look)
     yield from arm.solutions(above, look.q, seed, restarts)

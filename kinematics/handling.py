@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from kinematics import differential, inverse, motion
+from kinematics import inverse, motion
 from kinematics.approach import (
-    ABOVE_SUPPORT,
     Approach,
     grasp_approaches,
     line_to_grasp,
-    opening_that_is_free,
 )
 from kinematics.arm import Arm, Look
 from kinematics.geometry import Array, angle_between
@@ -30,9 +28,6 @@ NUDGES = 4  # before a grasp is given up
 NUDGE_SPEED = 0.1  # of the tool [m/s]
 LINE_SPEED = 0.35  # of the tool on straight lines [m/s]
 WIDTH_TOLERANCE = 0.006  # between the fingers and the body's width [m]
-STAYED = 0.005  # how far a body may be from where it was let go [m]
-STAYS = 0.1  # how fast it may be then [m/s]
-MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
 APPROACHES = 4  # that are planned to before a skill gives up
 OFF_CENTRE = 0.025  # from where it should be in the hand, for a grasp to count [m]
 NOTICEABLE = 1e-3  # of a finger's way [m]
@@ -102,9 +97,9 @@ class Attempt:
         grip = motion.measure_grip(self.cell, look.held)
         drop = motion.carry(self.cell, trajectory, grip, slip_at)
         if drop is not None:
-            raise self._dropped(drop, forced=slip_at is not None)
+            raise self.dropped(drop, forced=slip_at is not None)
 
-    def _dropped(self, drop: motion.Drop, forced: bool = False) -> KinematicsError:
+    def dropped(self, drop: motion.Drop, forced: bool = False) -> KinematicsError:
         """Open the hand, wait for the fall to end, and say what was noticed."""
         self.open_wide()
         self.cell.settle_until_still([drop.name], motion.WAIT_FOR_FALL)
@@ -154,7 +149,8 @@ class Attempt:
             nudge = next(nudges(self.arm, look, target, self.cell.bodies, self.seed), None)
             if nudge is None or attempt == NUDGES:
                 break
-            self._push_apart(look, nudge)
+            self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
+            self.carry_out(look, nudge)
         count = self.evidence.get("nudges", 0)
         raise Obstructed(Reason.NO_GRASP, f"no grasp of '{target}' is free", nudges=count)
 
@@ -205,11 +201,13 @@ class Attempt:
         chain = np.array([self.cell.joint_positions(), above])
         motion.follow(self.cell, time_parameterise(chain, self.arm.robot.limits))
 
-    def _push_apart(self, look: Look, nudge: Nudge) -> None:
-        self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
-        motion.open_hand(self.cell, 0.0)
-        closed = self.look()
-        motion.follow(self.cell, self._plan(closed, nudge.above, closed.opening))
+    # -- pushes ----------------------------------------------------------------------------------
+
+    def carry_out(self, look: Look, nudge: Nudge) -> None:
+        """Down beside the body, along, back off, and up to where the hand was."""
+        motion.open_hand(self.cell, nudge.opening)
+        ready = self.look()
+        motion.follow(self.cell, self._plan(ready, nudge.above, ready.opening))
         motion.follow(self.cell, self.along(nudge.down))
         motion.follow(self.cell, self.along(nudge.sweep, NUDGE_SPEED))
         motion.follow(self.cell, self.along(nudge.sweep[::-1][:3]))  # back off, then up
@@ -220,47 +218,7 @@ class Attempt:
             motion.follow(self.cell, self.along(up))
         self.open_wide()
 
-    # -- release ---------------------------------------------------------------------------
-
-    def line_down(self, look: Look, held: str) -> tuple[Array, float]:
-        """The line to where the held body rests on what is below, and how wide to open there."""
-        drop = self.arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - ABOVE_SUPPORT
-        low = look.tool.copy()
-        low[2, 3] -= max(0.0, drop)
-        self.solved_by(differential.SOLVER)
-        line = self.arm.lines.follow(look.q, [low])
-        if line is None:
-            raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
-        self._check_line_down(line)
-        self.arm.scene.hold(None)
-        width = 2 * look.opening
-        opening = opening_that_is_free(self.arm, line, width)
-        return line, width / 2 + 0.004 if opening is None else opening
-
-    def put(self, held: str, line: Array, opening: float) -> None:
-        """Down, open, and up again by the same way; then see that the body stayed."""
-        cell, down = self.cell, self.along(line)
-        drop = motion.carry(cell, down, motion.measure_grip(cell, held))
-        if drop is not None:
-            raise self._dropped(drop)
-        put_at = np.array(cell.pose(held).position)
-        motion.open_hand(cell, opening)
-        motion.follow(cell, down.reversed())
-        moved = float(np.linalg.norm(np.array(cell.pose(held).position) - put_at))
-        self.evidence.update(moved=moved, speed=cell.speed(held))
-        if moved > STAYED or cell.speed(held) > STAYS:
-            cell.settle_until_still([held], motion.WAIT_FOR_FALL)
-            raise KinematicsError(
-                Reason.PLACEMENT_FAILED, f"'{held}' did not stay where it was put", moved=moved
-            )
-
-    def _check_line_down(self, line: Array) -> None:
-        scene = self.arm.scene
-        if not self.arm.chain_is_free(line[:-1], margin=0.0):
-            near = {name for q in line[:-1] for touch in scene.touches(q) for name in touch.names}
-            raise Obstructed(
-                Reason.GOAL_IN_COLLISION, "something stands beside the way down", near=sorted(near)
-            )
+    # -- straight lines -----------------------------------------------------------------------
 
     def along(self, line: Array, speed: float = LINE_SPEED) -> Trajectory:
         """A straight line of the tool, at its own speed [m/s]."""

@@ -36,6 +36,7 @@ class Nudge:
     above: Array  # (dof,) [rad]
     down: Array  # (n, dof) from above to beside the body
     sweep: Array  # (m, dof) the push itself
+    opening: float = 0.0  # of each finger meanwhile [m]
 
 
 def nudges(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:

@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from kinematics import differential, inverse
+from kinematics import containers, differential, inverse, letting_go
 from kinematics.approach import (
     CLEARANCE,
     TILTED,
     Approach,
+    drop_approaches,
     grasp_approaches,
     placement_approaches,
     still_above,
@@ -107,7 +108,7 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
 def release(cell: Workcell, seed: int) -> Motion:
     """Straight down until the held body rests on what is below, open, straight up.
 
-    An empty hand just opens.
+    Over a container it is dropped inside, from as deep as the hand can go. An empty hand just opens.
     """
 
     def skill(attempt: Attempt) -> None:
@@ -115,8 +116,7 @@ def release(cell: Workcell, seed: int) -> Motion:
         if look.held is None:
             attempt.open_wide()
         else:
-            line, opening = attempt.line_down(look, look.held)
-            attempt.put(look.held, line, opening)
+            letting_go.release(attempt, look, look.held)
 
     return _perform(cell, seed, skill)
 
@@ -158,13 +158,17 @@ def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Appr
     arm, shape = attempt.arm, attempt.shape(target)
     if look.held is None:
         return grasp_approaches(arm, look, target, shape, attempt.seed)
+    held_shape, pose = attempt.shape(look.held), look.poses[target]
+    if containers.takes(shape, pose, held_shape):
+        others = [other.position for name, other in look.poses.items() if name not in (target, look.held)]
+        over = containers.spots(shape, pose, held_shape, others)[:PLACES]
+        return drop_approaches(arm, look, held_shape, over, containers.rim_height(shape, pose), attempt.seed)
     tilt = tilt_of(look, target, shape)
     if tilt > TILTED:
         raise Obstructed(Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt)
-    x, y, _ = look.poses[target].position
-    yaw = yaw_of(rotation_from_quaternion(look.poses[target].quaternion_xyzw))
-    place = (x, y, height_above(shape, look.poses[target]))
-    held_shape = attempt.shape(look.held)
+    x, y, _ = pose.position
+    yaw = yaw_of(rotation_from_quaternion(pose.quaternion_xyzw))
+    place = (x, y, height_above(shape, pose))
     return placement_approaches(arm, look, held_shape, place, [yaw], attempt.seed)
 
 

@@ -1,0 +1,115 @@
+"""How a held body leaves the hand: put on what is below, or dropped into a container."""
+
+import numpy as np
+
+from kinematics import containers, differential, motion
+from kinematics.approach import ABOVE_SUPPORT, opening_that_is_free
+from kinematics.arm import LINE_MARGIN, Look
+from kinematics.geometry import Array
+from kinematics.handling import Attempt
+from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
+
+STAYED = 0.005  # how far a body may be from where it was let go [m]
+STAYS = 0.1  # how fast it may be then [m/s]
+MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
+DROP = 0.01  # that a body falls into a container [m]
+
+
+def release(attempt: Attempt, look: Look, held: str) -> None:
+    """Put the body down on what is below, or drop it where that is a container."""
+    attempt.solved_by(differential.SOLVER)
+    container = container_below(attempt, look, held)
+    if container is None:
+        line, opening = _line_down(attempt, look, held)
+        _put(attempt, held, line, opening)
+    else:
+        line, opening = _line_into(attempt, look, held)
+        _drop(attempt, held, container, line, opening)
+
+
+def container_below(attempt: Attempt, look: Look, held: str) -> str | None:
+    """The highest container that the held body is over, and would go into."""
+    shape, position = attempt.shape(held), look.poses[held].position
+    below = [
+        name
+        for name, pose in look.poses.items()
+        if name != held
+        and containers.takes(attempt.shape(name), pose, shape)
+        and containers.is_over(attempt.shape(name), pose, position)
+    ]
+    return max(below, key=lambda name: look.poses[name].position[2], default=None)
+
+
+def _line_down(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
+    """The line to where the held body rests on what is below, and how wide to open there."""
+    arm = attempt.arm
+    line = _straight_down(attempt, look, arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - ABOVE_SUPPORT)
+    if not arm.chain_is_free(line[:-1], margin=0.0):
+        near = {name for q in line[:-1] for touch in arm.scene.touches(q) for name in touch.names}
+        raise Obstructed(
+            Reason.GOAL_IN_COLLISION, "something stands beside the way down", near=sorted(near)
+        )
+    arm.scene.hold(None)
+    width = 2 * look.opening
+    opening = opening_that_is_free(arm, line, width)
+    return line, width / 2 + 0.004 if opening is None else opening
+
+
+def _line_into(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
+    """As far into a container as hand and body keep clear of it and of what is in it."""
+    arm = attempt.arm
+    line = _straight_down(attempt, look, arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - DROP)
+    with_body = [arm.scene.is_free(q, LINE_MARGIN) for q in line]
+    arm.scene.hold(None)
+    narrow = look.opening + 0.005
+    arm.scene.open_fingers(min(narrow, arm.gripper.maximum_opening))
+    without = [arm.scene.is_free(q, LINE_MARGIN) for q in line]
+    depth = 1
+    while depth < len(line) and with_body[depth] and without[depth]:
+        depth += 1
+    line = line[:depth]
+    opening = opening_that_is_free(arm, line, 2 * look.opening)
+    return line, narrow if opening is None else opening
+
+
+def _straight_down(attempt: Attempt, look: Look, drop: float) -> Array:
+    low = look.tool.copy()
+    low[2, 3] -= max(0.0, drop)
+    line = attempt.arm.lines.follow(look.q, [low])
+    if line is None:
+        raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
+    return line
+
+
+def _put(attempt: Attempt, held: str, line: Array, opening: float) -> None:
+    """Down, open, and up again by the same way; then see that the body stayed."""
+    cell, down = attempt.cell, attempt.along(line)
+    drop = motion.carry(cell, down, motion.measure_grip(cell, held))
+    if drop is not None:
+        raise attempt.dropped(drop)
+    put_at = np.array(cell.pose(held).position)
+    motion.open_hand(cell, opening)
+    motion.follow(cell, down.reversed())
+    moved = float(np.linalg.norm(np.array(cell.pose(held).position) - put_at))
+    attempt.evidence.update(moved=moved, speed=cell.speed(held))
+    if moved > STAYED or cell.speed(held) > STAYS:
+        cell.settle_until_still([held], motion.WAIT_FOR_FALL)
+        raise KinematicsError(
+            Reason.PLACEMENT_FAILED, f"'{held}' did not stay where it was put", moved=moved
+        )
+
+
+def _drop(attempt: Attempt, held: str, container: str, line: Array, opening: float) -> None:
+    """Down, open, and up again; then see that the body lies in the container."""
+    cell, down = attempt.cell, attempt.along(line)
+    drop = motion.carry(cell, down, motion.measure_grip(cell, held))
+    if drop is not None:
+        raise attempt.dropped(drop)
+    motion.open_hand(cell, opening)
+    motion.follow(cell, down.reversed())
+    cell.settle_until_still([held], motion.WAIT_FOR_FALL)
+    position = cell.pose(held).position
+    attempt.evidence.update(container=container, lies_at=position)
+    if not containers.is_inside(attempt.shape(container), cell.pose(container), position):
+        message = f"'{held}' does not lie in '{container}'"
+        raise KinematicsError(Reason.PLACEMENT_FAILED, message, lies_at=position)
