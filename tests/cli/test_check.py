@@ -100,7 +100,7 @@ def test_fix_keeps_line_endings_permissions_and_links(tmp_path: Path) -> None:
 
 def test_diff_shows_and_writes_nothing(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
     assert run(["check", "--static", str(flawed), "--diff"]) == 1
-    assert "+ program go(x: Objct):" in capsys.readouterr().out
+    assert "+ program go(x: Object):" in capsys.readouterr().out
     assert flawed.read_text() == FLAWED
 
 
@@ -169,4 +169,4 @@ def test_a_command_that_needs_a_sound_library_shows_what_is_wrong_with_it(
 ) -> None:
     assert run(["run", str(flawed), "t", "--expert"]) == 2
     captured = capsys.readouterr()
-    assert "program go(x: Objct)\n" in captured.err and captured.err.endswith("1 mistake found\n")
+    assert "program go(x: Objct)\n" in captured.err and captured.err.endswith("4 mistakes found\n")
