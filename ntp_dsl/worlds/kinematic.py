@@ -8,6 +8,7 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl import predicates
+from ntp_dsl.predicates import FREE_GAP
 from ntp_dsl.world import (
     ACHIEVED,
     TOO_WIDE,
@@ -22,7 +23,7 @@ from ntp_dsl.world import (
     Vector,
 )
 from ntp_dsl.worlds.scenes import CUBE, movable
-from ntp_dsl.worlds.starts import CENTRE, REGION
+from ntp_dsl.worlds.starts import CENTRE, REGION, WIDE
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
@@ -57,6 +58,7 @@ class KinematicWorld:
         self._by_name = scene.by_name
         self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
         self._solid = {t.name: t for t in scene.things if t.size[0] <= TOO_WIDE}  # on the table
+        self._region = REGION if len(self._solid) == len(self._items) else WIDE
         self._positions = dict(scene.positions)
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
@@ -102,6 +104,8 @@ class KinematicWorld:
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
+        if self._by_name[target].roomy and self._room_on(target) <= FREE_GAP:
+            return Outcome(False, Failure.NO_PATH, {"no free place on": target})
         goal = self._off(self._hover(target))
         lost = self._held
         if lost is None or self._rng.random() >= self._disturbances.slips:
@@ -193,12 +197,16 @@ class KinematicWorld:
     def _hover(self, target: str) -> Vector:
         surface = self._by_name[target]
         if surface.roomy:
-            x, y = self._clearest_place(self._held, surface)
+            x, y, _ = self._clearest_place(self._held, surface)
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)
         x, y, z = self._positions[target]
         ox, oy = self._offset_in_hand()  # the held thing, not the tool, is to be over the target
         return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
+
+    def _room_on(self, target: str) -> float:
+        """How far what is held would be from everything else on a table or tray [m]."""
+        return self._clearest_place(self._held, self._by_name[target])[2]
 
     def _offset_in_hand(self) -> tuple[float, float]:
         """From the held thing to the tool, seen from above."""
@@ -207,8 +215,10 @@ class KinematicWorld:
         x, y, _ = self._positions[self._held]
         return self._gripper[0] - x, self._gripper[1] - y
 
-    def _clearest_place(self, item: str | None, surface: Thing | None = None) -> tuple[float, float]:
-        """The point of a 2 cm lattice that is farthest from all but the item; ties by nearness.
+    def _clearest_place(
+        self, item: str | None, surface: Thing | None = None
+    ) -> tuple[float, float, float]:
+        """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
 
         On a tray it lies within the tray; on the table, within the arm's region.
         """
@@ -221,18 +231,19 @@ class KinematicWorld:
                 width, depth, _ = self._solid[name].size
                 others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
         if not others:
-            return CENTRE if surface is None or surface.size[0] > TOO_WIDE else tuple(lattice.mean(0))
+            x, y = CENTRE if surface is None or surface.size[0] > TOO_WIDE else lattice.mean(0)
+            return float(x), float(y), np.inf
         table = np.array(others)
         apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
-        gaps = apart.max(-1).min(1) + CUBE
-        gaps = np.minimum(gaps, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
-        x, y = lattice[int(gaps.argmax())]
-        return float(x), float(y)
+        room = apart.max(-1).min(1)
+        liked = np.minimum(room + CUBE, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
+        best = int(liked.argmax())
+        return float(lattice[best, 0]), float(lattice[best, 1]), float(room[best])
 
     def _lattice(self, surface: Thing | None, size: Vector) -> np.ndarray:
         """(N, 2): where the centre of a thing of that size may come to rest."""
         if surface is None or surface.size[0] > TOO_WIDE:
-            (x0, x1), (y0, y1) = REGION
+            (x0, x1), (y0, y1) = self._region
         else:
             x, y, _ = self._positions[surface.name]
             dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
@@ -253,7 +264,7 @@ class KinematicWorld:
         if self._unsteady_edge(item, x, y) is not None:
             self.disturbed.add(item)
         for _ in range(20):
-            x, y = _within_reach(x, y)
+            x, y = self._within_reach(x, y)
             edge = self._unsteady_edge(item, x, y)
             if edge is None:
                 break
@@ -262,8 +273,12 @@ class KinematicWorld:
             reach = BESIDE + max(self._solid[edge].size[:2]) / 2
             x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
         else:
-            x, y = self._clearest_place(item)
+            x, y, _ = self._clearest_place(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
+
+    def _within_reach(self, x: float, y: float) -> tuple[float, float]:
+        (x0, x1), (y0, y1) = self._region
+        return min(max(x, x0 - 0.05), x1 + 0.05), min(max(y, y0 - 0.05), y1 + 0.05)
 
     def _drop_unsupported(self) -> None:
         """What leant on something that is gone comes down as well, the lowest first."""
@@ -355,6 +370,3 @@ def _between(start: Vector, goal: Vector, fraction: float) -> Vector:
     return _moved(start, fraction * (np.array(goal) - np.array(start)))
 
 
-def _within_reach(x: float, y: float) -> tuple[float, float]:
-    (x0, x1), (y0, y1) = REGION
-    return min(max(x, x0 - 0.05), x1 + 0.05), min(max(y, y0 - 0.05), y1 + 0.05)

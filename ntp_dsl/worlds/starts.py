@@ -30,8 +30,10 @@ def scattered(
 ) -> Scene:
     """Everything apart from everything else, turned anyhow; nothing on anything but where it is to start."""
     items = [thing for thing in things if thing.size[0] <= TOO_WIDE]
-    starts = {name: start for name, start in (starts or {}).items() if start != Start()}
-    plain = not starts and all(t.movable and t.size == (CUBE, CUBE, CUBE) for t in items)
+    starts = starts or {}
+    plain = all(start == Start() for start in starts.values()) and all(
+        thing.movable and thing.size == (CUBE, CUBE, CUBE) for thing in items
+    )
     spots = _on_grid(items, rng) if plain else _spread(items, starts, rng)
     positions: dict[str, Vector] = furniture_positions(things)
     by_name = {thing.name: thing for thing in things}
@@ -164,8 +166,10 @@ def scrambled(
             if not below.roomy:
                 positions[name] = place
                 tops[tops.index(below.name)] = name
-            elif _is_free(item, place, scene, positions):
-                positions[name] = place
+            else:
+                tops.append(name)
+                if _is_free(item, place, scene, positions):
+                    positions[name] = place
         else:
             tops.append(name)
     carried = [name for name in tops if name in names]
