@@ -9,7 +9,7 @@ NEEDED := Python 3.11 is needed and was not found: install it, or say where it i
 RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test lint check-tests install soak soak-experts soak-one-shot clean
+.PHONY: demo score test lint check-tests install soak soak-experts soak-one-shot clean
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -23,6 +23,10 @@ lint: install
 
 check-tests: install
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 -q
+
+# How much of the flawed corpus is caught, located and fixed.
+score: install
+	@$(BIN)/python tests/corpus/score.py
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
 soak: soak-experts soak-one-shot

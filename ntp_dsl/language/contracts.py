@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ntp_dsl.language import contract_repairs, syntax
+from ntp_dsl.language import contract_repairs, lints, syntax
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.facts import EVERY
 from ntp_dsl.language.formatter import format_expression
@@ -20,14 +20,15 @@ def check_contracts(table: Table, own: Iterable[syntax.Declaration]) -> None:
     Args:
         own: whom to judge; all that they call must be in the table.
     """
+    judged = list(own)
     contracts = Contracts(table)
-    for program in own:
+    lints.check_programs(contracts, judged)
+    for program in judged:
         if not isinstance(program, ProgramDeclaration):
             continue
         if program.achieves is None:
             _no_promise(program, contracts)
-        for lack in contracts.lacks(program):
-            table.mistakes.append(_missing(lack, contracts))
+        table.mistakes += [_missing(lack, contracts) for lack in contracts.lacks(program)]
 
 
 def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ntp_dsl.language import syntax, tasks
+from ntp_dsl.language.lints import check_conditions
 from ntp_dsl.language.names import Table, check_type
 from ntp_dsl.language.signatures import Names, check_parameters
 from ntp_dsl.language.syntax import PYTHON
@@ -38,6 +39,7 @@ def check_declaration(declaration: syntax.Declaration, table: Table) -> None:
             _check_shape(declaration, table)
         case syntax.TaskDeclaration():
             tasks.check_task(declaration, table, typing)
+    check_conditions(table, declaration)
 
 
 def _check_contract(

@@ -6,7 +6,7 @@ A fact is an `Atom`, its negation, a `Compare`, or an `Or` of such. Loops leave 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from ntp_dsl.language import syntax
@@ -87,7 +87,7 @@ def bind(
     return {each.name: value for each, value in zip(parameters, arguments, strict=False)}
 
 
-def implies(have: Expression, need: Expression, members: Sequence[str] = ()) -> bool:
+def implies(have: Expression, need: Expression, members: Container[str] = ()) -> bool:
     """Whether one fact makes the other certain.
 
     Args:
@@ -160,7 +160,7 @@ def readable(fact: Compare) -> Compare:
     return fact
 
 
-def _implies_comparison(have: Compare, need: Compare, members: Sequence[str]) -> bool:
+def _implies_comparison(have: Compare, need: Compare, members: Container[str]) -> bool:
     have, need = readable(have), readable(need)
     if not _same_term(have.left, need.left):
         return False
@@ -170,7 +170,7 @@ def _implies_comparison(have: Compare, need: Compare, members: Sequence[str]) ->
     if _same_term(have.right, need.right):
         return need.operator == have.operator or need.operator in WEAKER.get(have.operator, ())
     both = [side.id for side in (have.right, need.right) if isinstance(side, Name)]
-    differ = len(both) == 2 and set(both) <= set(members)
+    differ = len(both) == 2 and all(each in members for each in both)
     return differ and (have.operator, need.operator) == ("==", "!=")
 
 
@@ -188,7 +188,7 @@ def _implies_bound(have: str, known: float, need: str, wanted: float) -> bool:
     return not strict and (known <= wanted if have[0] == "<" else known >= wanted)
 
 
-def contradicts(one: Expression, other: Expression, members: Sequence[str] = ()) -> bool:
+def contradicts(one: Expression, other: Expression, members: Container[str] = ()) -> bool:
     """Whether the two cannot hold together, whatever the world is like."""
     unnamed = {ANY, EVERY} & (_terms(one) | _terms(other))  # it may be another thing
     if unnamed or isinstance(one, Or) or isinstance(other, Or):

@@ -42,13 +42,17 @@ class Contracts:
 
     def __init__(self, table: Table) -> None:
         self.table = table
-        self.members = [each for enum in table.enums.values() for each in enum.members]
+        self.members = table.members
         self._faults = Faults(table.mistakes)
         self._achievers: dict[Kind, list[str]] = {}
         for each in table.callables():
             for kind in self._kinds(each.achieves):
                 self._achievers.setdefault(kind, []).append(each.name)
         self._opposites = self._find_opposites()
+
+    def is_faulty(self, node: syntax.Node | None) -> bool:
+        """Whether something inside is wrong already, so that nothing can be concluded from it."""
+        return self._faults.within(node)
 
     def _kinds(self, condition: Expression | None) -> Set[Kind]:
         return {kind for fact in self.expand(facts(condition)) for kind in _kinds(fact)}

@@ -109,16 +109,11 @@ def _check_range(table: Table, parameter: syntax.Parameter) -> None:
         table.report("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
         return
     before = len(table.mistakes)
-    found = [measure(table, bound, type) for bound in (low, high)]
-    # Where the bounds agree on what they measure, the type's name is at fault.
-    other = [each for each in found if each is not None and each.name != type.name]
-    agree = len({each.name for each in other}) == 1 and None not in found
-    for bound, measured in zip((low, high), found, strict=True):
+    for bound in (low, high):
+        measured = measure(table, bound, type)
         if measured is not None and not fits(table, measured, type):
             message = f"'{parameter.name}' is {phrase(type)}, and this {phrase(measured)}"
-            free = all(number.unit or not number.value for number in (low, high))
-            fix = Fix(type.span, measured.name) if agree and free else None
-            table.report("E204", message, bound.span, fix=fix)
+            table.report("E204", message, bound.span)
     if len(table.mistakes) == before:
         check_order(table, low, high, low.span)
 
