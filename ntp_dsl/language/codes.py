@@ -63,4 +63,11 @@ CODES: Mapping[str, str] = {
     "E502": "a task that can draw no goal",
     "E503": "a task runs what is no program",
     "E504": "a thing of the scene cannot be made like that",
+    "W101": "nothing of a used library is needed",
+    "W102": "nothing speaks of a parameter",
+    "W103": "nothing speaks of a loop's variable",
+    "W104": "nothing that a task runs can come to a group of its scene",
+    "W105": "a goal is drawn, and what runs is not told",
+    "W106": "no task comes to a declaration",
+    "W301": "a library is used twice",
 }

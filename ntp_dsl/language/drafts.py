@@ -62,7 +62,7 @@ def draft(found: Sequence[Parsed], path: Path | None) -> Draft:
         path,
         (*mistakes, *_header_mistakes(headers, found, stem, path)),
         frozenset(_holed(found)),
-        frozenset(key for parsed in broken for key in pieces.declared(parsed.piece)),
+        frozenset(key for parsed in found for key in parsed.lost),
         any(parsed.piece.keyword == "use" for parsed in broken),
     )
 

@@ -25,6 +25,7 @@ from ntp_dsl.language.syntax import (
     TaskDeclaration,
 )
 from ntp_dsl.language.unknowns import Shelf, settle, standard_names
+from ntp_dsl.language.unused import unused_between, unused_within
 from ntp_dsl.language.walks import predicates
 
 CALLED = (ApiDeclaration, ProgramDeclaration)
@@ -47,6 +48,11 @@ def examine(units: Sequence[Unit], shelf: Shelf = standard_names) -> list[Diagno
         found = [*table.mistakes, *examination.library(units[index].draft, table)]
         mistakes += settle(found, units, index, shelf)
         mistakes += uses.repeated(units[index].draft)
+    broken = any(each.severity == "error" for each in mistakes) or any(
+        unit.draft.mistakes or None in unit.uses for unit in units
+    )
+    if not broken:
+        mistakes += unused_between(units, table)
     return mistakes
 
 
@@ -78,6 +84,8 @@ class _Examination:
     ) -> Iterator[Diagnostic]:
         table.mistakes = []
         check_declaration(declaration, table)
+        if not table.mistakes and key(declaration) not in draft.holed:
+            yield from unused_within(declaration)
         self._said += table.mistakes
         is_holed = key(declaration) in draft.holed
         if is_holed:

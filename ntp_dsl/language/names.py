@@ -148,8 +148,9 @@ class Table:
         help: str = "",
         *notes: Note,
         fix: Fix | None = None,
+        name: str = "",
     ) -> None:
-        self.mistakes.append(Diagnostic(code, message, span, notes, help, fix))
+        self.mistakes.append(Diagnostic(code, message, span, notes, help, fix, name))
 
 
 SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, namespace, word)

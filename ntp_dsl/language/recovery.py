@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ntp_dsl.language.build import Item
 from ntp_dsl.language.diagnostics import Diagnostic, Fix
-from ntp_dsl.language.pieces import BLOCKS, DECLARES, Piece, Shift, continued
+from ntp_dsl.language.pieces import BLOCKS, DECLARES, Piece, Shift, continued, declared
 
 Attempt = Callable[[Piece], tuple[Item | None, Sequence[Diagnostic]]]
 
@@ -20,10 +20,11 @@ STUB = '"""."""'  # stands for a block of which nothing is left
 class Parsed:
     """What could be read of a piece. Where `is_whole` is false, some of its lines are missing."""
 
-    piece: Piece
+    piece: Piece  # mended
     item: Item | None
     mistakes: tuple[Diagnostic, ...] = ()
     is_whole: bool = True
+    lost: frozenset[tuple[str, str]] = frozenset()  # what its words seem to declare, and nobody can read
 
 
 def recover(piece: Piece, attempt: Attempt) -> Parsed:
@@ -36,9 +37,15 @@ def recover(piece: Piece, attempt: Attempt) -> Parsed:
         mistakes |= dict.fromkeys(found)
         rounds -= 1
         if rounds < 0 or not page.mend(found):
-            return Parsed(page.piece(), None, tuple(mistakes), is_whole=False)
+            page.is_lost = True
+            break
         item, found = attempt(page.piece())
-    return Parsed(page.piece(), None if page.is_lost else item, tuple(mistakes), page.is_whole)
+    mended = page.piece()
+    lost = frozenset[tuple[str, str]]()
+    if not page.is_whole or page.is_lost:
+        lost = frozenset([*declared(piece), *declared(mended)])
+    item = None if page.is_lost else item
+    return Parsed(mended, item, tuple(mistakes), page.is_whole and not page.is_lost, lost)
 
 
 class _Page:
@@ -144,7 +151,8 @@ class _Page:
             return False
         self.is_lost = head is None
         colon = "" if keyword in {"predicate", "record"} else ":"
-        rows = (head or f"{keyword} _" + "()" * (keyword != "task")).split("\n")
+        name = match.group() if match else f"{keyword} _"
+        rows = (head or name + "()" * (keyword != "task")).split("\n")
         rows[-1] += colon
         below = self._rows[last + 1 :] if keyword in BLOCKS else []
         filled = [*rows, *[""] * (last + 1 - len(rows)), *below]

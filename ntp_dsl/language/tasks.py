@@ -67,7 +67,8 @@ def _check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
         record = table.records.get(kind.record)
         if record is None:
             message = f"'{goal.name}' draws a list of {kind.record}, and no such record is declared"
-            table.report("E108", message, span, "write 'use tabletop' above")
+            help = "write 'use tabletop' above"
+            table.report("E108", message, span, help, name=kind.record)
     options = _check_options(goal, kind, table)
     if sources is not None and _check_number(goal, kind, sources, table):
         if record is not None:

@@ -164,7 +164,8 @@ class Typing:
         fix = self._only(node, names, expected)
         if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
             help = help or f"'{fix.replacement}' would fit here"
-            self._table.report("E101", f"nothing is called '{name}'", node.span, help, fix=fix)
+            message = f"nothing is called '{name}'"
+            self._table.report("E101", message, node.span, help, fix=fix, name=name)
             return
         what = "nothing is called"
         report_unknown(
