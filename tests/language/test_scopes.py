@@ -129,7 +129,7 @@ IDLE = {
     "a parameter": ("W102", "program p(x: Object, @y: Object):\n    achieves clear(x)\n    clear(x)\n"),
     "a parameter of a composition": ("W102", "predicate p(x: Object, @y: Object): clear(x)\n"),
     "a loop's variable": ("W103", "program p(x: Object):\n    achieves clear(x)\n"
-                          "    for @y in Object if covers(x, x): clear(x)\n"),
+                          "    for @y in Object: clear(x)\n"),
     "a quantifier's variable": ("W103", "predicate p(x: Object): all clear(x) for @y in Object\n"),
     "a group": ("W104", "type Decoration is Place\n"
                 + STACK.replace("   blocks: 8 Block on table", "   blocks: 8 Block on table, "
