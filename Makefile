@@ -29,13 +29,16 @@ score: install
 	@$(BIN)/python tests/corpus/score.py
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
-soak: soak-experts soak-one-shot
+soak: soak-experts soak-one-shot soak-diff
 
 soak-one-shot: install
 	$(BIN)/pytest -n 2 -q --soak tests/evaluation
 
 soak-experts: install
 	$(BIN)/pytest -n 2 -q --soak tests/experts
+
+soak-diff: install
+	$(BIN)/pytest -n 2 -q --soak tests/traces/test_divergence.py
 
 # The stamp holds what was installed by, so that nothing is installed twice.
 install: $(BIN)/python

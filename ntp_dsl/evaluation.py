@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -179,6 +179,12 @@ class Evaluator:
             run.planning_seconds,
         )
 
+    @cached_property
+    def _sources(self) -> dict[str, str]:
+        """The text of the library and of what it uses: a trace shows the statements that it refers to."""
+        paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
+        return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
+
     def _facts(self, instance: Instance, number: int, shown: Shown | None) -> dict[str, Any]:
         """What the trace says first. The demonstration is written beside it."""
         kind = "learned" if self.is_learned else "scripted"
@@ -188,6 +194,7 @@ class Evaluator:
             write_demonstration(shown.demonstration, path)
             facts["demonstration"] = shown.facts(path.name)
         return facts | {
+            "sources": self._sources,
             "episode": number,
             "world": self.plan.world,
             "model": str(self.plan.model) if self.plan.model else None,

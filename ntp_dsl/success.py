@@ -14,7 +14,8 @@ from ntp_dsl.predicates import JUDGED, held
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
 from ntp_dsl.tasks import Instance
-from ntp_dsl.world import Argument, Failure, Observation, Scene, Vector, World
+from ntp_dsl.traces.blame import OF_FAILURE
+from ntp_dsl.world import Argument, Observation, Scene, Vector, World
 from ntp_dsl.worlds.scenes import movable
 
 STILL_FOR = 2.0  # [s] that the result must stand
@@ -22,16 +23,6 @@ STILL = 0.001  # [m] that anything may creep in that time
 RESTING = "on"  # of which the world is asked for contacts as well
 KNOCKED = "knocked aside"
 STAYED = 0.01  # [m] that a thing the goal does not name may have moved
-BLAME = {
-    Failure.NO_IK: "planner",
-    Failure.START_IN_COLLISION: "planner",
-    Failure.GOAL_IN_COLLISION: "planner",
-    Failure.NO_PATH: "planner",
-    Failure.TIME_OUT: "planner",
-    Failure.GRASP_FAILED: "grasp",
-    Failure.OBJECT_DROPPED: "grasp",
-    Failure.PLACE_FAILED: "physics",
-}
 
 
 @dataclass(frozen=True)
@@ -116,7 +107,7 @@ def _blame(run: Run, wrong_before: str) -> str:
         return "physics"
     if run.done:
         return "decision"
-    kinds = Counter(BLAME[f.failure] for f in run.failures[-5:] if f.failure in BLAME)
+    kinds = Counter(OF_FAILURE[f.failure] for f in run.failures[-5:] if f.failure in OF_FAILURE)
     return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else "decision"
 
 

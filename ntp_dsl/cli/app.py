@@ -31,6 +31,7 @@ COMMANDS: Table = {
     "eval": "Run many episodes and count, with who is to blame for every failure.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
+        "diff": "Say where one trace leaves another, and who is to blame.",
     },
     "import-vat": "Turn a task file of the paper's authors into our own format.",
 }

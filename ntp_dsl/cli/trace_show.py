@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.text import Text
-from rich.tree import Tree
 
-from ntp_dsl.cli.display import answers
+from ntp_dsl.cli.calls import as_json, demonstration_frames, headline, in_words, line, plain
+from ntp_dsl.cli.display import answers, print_json
+from ntp_dsl.cli.options import Json
+from ntp_dsl.language.diagnostics import NtpError, nearest
 from ntp_dsl.traces import ROOT, Call, Trace, read_trace
-from ntp_dsl.world import Argument, Record
+from ntp_dsl.traces.times import Times, with_all_below
 
-BAR = 12  # characters for the whole demonstration
-BRIEF = 3  # elements of a list that are shown
-WELL = {"done": "green", "achieved": "green", "unfinished": "yellow"}
-Children = dict[int, list[Call]]
+LINES = 160  # beyond so many, what goes well is folded away
+UNSURE = 0.5  # a decision below this is not folded away
+INDENTED = 40  # levels; what is deeper stands below one another
 
 
 def command(
@@ -26,99 +28,141 @@ def command(
     failed: Annotated[
         bool, typer.Option("--failed", help="Only what failed, and what it was called by.")
     ] = False,
+    only: Annotated[
+        str | None, typer.Option(help="Only calls of this program or primitive, and their callers.")
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Fold nothing away, however long the trace is.")
+    ] = False,
+    json: Json = False,
 ) -> None:
     """Show who called what, over which part of the demonstration, how surely, and what came of it.
+
+    A long trace is folded: what failed or was unsure stands, and as many levels as fit on a few pages.
 
     Example: ntp trace show runs/episode_00000.trace.jsonl --depth 2
     """
     trace = read_trace(file)
-    children: Children = defaultdict(list)
-    for call in trace.calls:
-        children[call.parent].append(call)
-    tree = Tree(_headline(trace))
-    _grow(tree, ROOT, children, _frames(trace), depth, _failures(trace) if failed else None)
-    answers.print(tree)
+    times = with_all_below(trace)
+    chosen = _chosen(trace, failed, only)
+    if depth is not None:
+        chosen &= _levels(trace, depth)
+    elif not everything and not failed and only is None:
+        chosen = _folded(trace, chosen)
+    if json:
+        rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
+        print_json({"header": trace.header, "calls": rows, "end": trace.end})
+        return
+    answers.print(Text(headline(trace), style="bold"))
+    narrowed = failed or only is not None
+    for row in _lines(trace, times, chosen, narrowed):
+        answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
     answers.print(_ending(trace))
 
 
-def _grow(
-    tree: Tree,
-    parent: int,
-    children: Children,
-    frames: int,
-    depth: int | None,
-    only: set[int] | None,
-) -> None:
-    for call in children[parent]:
-        if only is not None and call.id not in only:
+# Which calls are shown ---------------------------------------------------------------------------
+
+
+def _chosen(trace: Trace, failed: bool, only: str | None) -> set[int]:
+    calls = trace.calls
+    if failed:
+        calls = [call for call in calls if not call.went_well]
+    if only is not None:
+        names = {call.name for call in trace.calls}
+        if only not in names:
+            guess = f"; did you mean '{meant}'?" if (meant := nearest(only, names)) else ""
+            there = ", ".join(sorted(names))
+            raise NtpError(f"nothing in the trace is called '{only}'{guess} (there is: {there})")
+        calls = [call for call in calls if call.name == only]
+    return _with_callers(trace, calls)
+
+
+def _with_callers(trace: Trace, calls: list[Call]) -> set[int]:
+    kept: set[int] = set()
+    for call in calls:
+        for each in trace.ancestors(call.id):
+            if each.id in kept:
+                break
+            kept.add(each.id)
+    return kept
+
+
+def _depths(trace: Trace) -> list[int]:
+    depths: list[int] = []
+    for call in trace.calls:
+        depths.append(0 if call.parent == ROOT else depths[call.parent] + 1)
+    return depths
+
+
+def _levels(trace: Trace, depth: int) -> set[int]:
+    return {number for number, level in enumerate(_depths(trace)) if level < depth}
+
+
+def _folded(trace: Trace, chosen: set[int]) -> set[int]:
+    """What failed or was unsure, and of the rest the upper levels, as many as fit."""
+    if len(chosen) <= LINES:
+        return chosen
+    doubtful = [c for c in trace.calls if not c.went_well or (c.probability or 1.0) < UNSURE]
+    kept = _with_callers(trace, doubtful)
+    if len(kept) > LINES:
+        kept = set()
+    depths = _depths(trace)
+    for number in sorted(chosen, key=lambda number: (depths[number], number)):
+        if len(kept) >= LINES:
+            break
+        kept.add(number)
+    return kept
+
+
+# How they are shown ------------------------------------------------------------------------------
+
+
+def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -> Iterator[Text]:
+    """The tree, drawn without recursion: traces may be deeper than Python's stack."""
+    frames = demonstration_frames(trace)
+    waiting = [(each, "") for each in reversed(_siblings(trace, ROOT, chosen, narrowed))]
+    while waiting:
+        (group, hidden, is_last), stem = waiting.pop()
+        row = Text(f"{stem}{'└── ' if is_last else '├── '}", style="not bold")
+        if not group:
+            yield row.append(f"... {hidden} call{'s' * (hidden != 1)}", style="dim")
             continue
-        branch = tree.add(_line(call, frames))
-        if depth != 1:
-            _grow(branch, call.id, children, frames, depth and depth - 1, only)
-        elif below := len(children[call.id]):
-            branch.add(Text(f"... {below} call{'s' * (below != 1)}", style="dim"))
+        call = group[0]
+        row.append_text(line(call, frames, times[call.id]))
+        if len(group) > 1:
+            row.append(f"  ×{len(group)}", style="dim not bold")
+        yield row
+        below = stem + ("    " if is_last else "│   ") if len(stem) < 4 * INDENTED else stem
+        siblings = _siblings(trace, call.id, chosen, narrowed)
+        waiting += [(each, below) for each in reversed(siblings)]
 
 
-def _headline(trace: Trace) -> Text:
-    told = ("library", "task", "policy", "seed")
-    facts = [f"{name} {trace.header[name]}" for name in told if name in trace.header]
-    return Text(", ".join(facts) or "a trace", style="bold")
+Siblings = tuple[list[Call], int, bool]  # alike, one after another; or how many are folded away; last
+
+
+def _siblings(trace: Trace, parent: int, chosen: set[int], narrowed: bool) -> list[Siblings]:
+    children = trace.children(parent)
+    present = [call for call in children if call.id in chosen]
+    groups = [list(group) for _, group in groupby(present, lambda call: _alike(trace, call))]
+    found: list[tuple[list[Call], int]] = [(group, 0) for group in groups]
+    if not narrowed and len(present) < len(children):
+        found.append(([], len(children) - len(present)))
+    return [(group, hidden, n == len(found) - 1) for n, (group, hidden) in enumerate(found)]
+
+
+def _alike(trace: Trace, call: Call) -> object:
+    """Calls that made none themselves are one line where they are the same, one after another."""
+    if trace.children(call.id):
+        return call.id
+    return in_words(call), call.scope, call.outcome, call.disturbances
 
 
 def _ending(trace: Trace) -> Text:
     if trace.end is None:
         return Text("cut off: the trace ends here", style="yellow")
-    done = bool(trace.end.get("done"))
+    done = bool(trace.end.get("success", trace.end.get("done")))
     counted = f" ({trace.end['primitives']} primitives)" if "primitives" in trace.end else ""
-    return Text(f"{trace.end.get('reason', '')}{counted}", style="green" if done else "red")
-
-
-def _line(call: Call, frames: int) -> Text:
-    line = Text(call.name, style="bold" if call.kind == "program" else "cyan")
-    line.append(f"({', '.join(shown(each) for each in call.arguments)})", style="default not bold")
-    line.append(f"  {scope_bar(call, frames)}  ", style="blue not bold")
-    outcome = call.outcome or "cut off"
-    line.append(outcome, style=f"{WELL.get(outcome, 'red')} not bold")
-    certainty = call.decision.get("probability")
-    if isinstance(certainty, float):
-        line.append(f"  p={certainty:.2f}", style="dim not bold")
-    for disturbance in call.details.get("disturbances", ()):
-        line.append(f"  [{disturbance}]", style="magenta not bold")
-    return line
-
-
-def shown(argument: Argument) -> str:
-    """An argument, briefly: records without their types."""
-    if isinstance(argument, Record):
-        return f"({', '.join(value for _, value in argument.fields)})"
-    if isinstance(argument, tuple):
-        more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
-        return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
-    return str(argument)
-
-
-def scope_bar(call: Call, frames: int) -> str:
-    """The part of the demonstration that a call was given; dots where it was given none."""
-    if call.scope is None:
-        return "·" * BAR
-    begin, end = (round(BAR * frame / frames) for frame in call.scope)
-    begin = min(begin, BAR - 1)
-    end = min(max(end, begin + 1), BAR)
-    return "─" * begin + "█" * (end - begin) + "─" * (BAR - end)
-
-
-def _frames(trace: Trace) -> int:
-    """How long the demonstration is, as far as the trace says."""
-    return max([1, *(call.scope[1] for call in trace.calls if call.scope)])
-
-
-def _failures(trace: Trace) -> set[int]:
-    """The calls that did not do what they should, and all above them."""
-    parents = {call.id: call.parent for call in trace.calls}
-    kept: set[int] = set()
-    for call in trace.calls:
-        number = call.id
-        while call.outcome not in ("done", "achieved") and number in parents and number not in kept:
-            kept.add(number)
-            number = parents[number]
-    return kept
+    verdict = trace.end.get("verdict")
+    failed = f"; failed ({trace.end.get('blame')}): {verdict}" if verdict else ""
+    told = plain(f"{trace.end.get('reason', '')}{counted}{failed}")
+    return Text(told, style="green" if done else "red")

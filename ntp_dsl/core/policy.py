@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import replace
-from math import exp
 from operator import itemgetter
 from typing import Any
 
@@ -24,7 +24,7 @@ from ntp_dsl.world import Argument, Observation, World
 TOP = 5  # alternatives that a decision reports
 
 
-Ranking = list[tuple[str, float]]
+Ranking = list[tuple[Any, float]]  # alternatives with their probabilities
 
 
 class LearnedPolicy:
@@ -54,27 +54,27 @@ class LearnedPolicy:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
-        hint, scope, shown = self._hint(query, states)
+        hint, scope, scopes = self._hint(query, states)
         thought = self.core.consider(states, hint)
         end = float(torch.sigmoid(thought.end)[0])
         probabilities = torch.softmax(thought.slots[0], -1)
         callees = memory.row(query.program).callees
         details = {
             "end_probability": round(end, 4),
-            "top": _top(probabilities, callees),
-            **({"shown_probability": shown} if query.scope else {}),
+            "top": ranked(callees, probabilities),
         }
         allowed = torch.tensor([callee not in barred for callee in callees])
         if (end > 0.5 and None not in barred) or not allowed.any():
             return Answer(None), details | {"probability": round(end, 4)}
         slot = int((probabilities[: len(callees)] * allowed).argmax())
-        if float(thought.lost[0, slot]) > 0:
-            scope = None
+        lost = float(torch.sigmoid(thought.lost[0, slot]))
+        if lost > 0.5:
+            scope, scopes = None, [(None, round(lost, 4)), *scopes]
         objects, certainty, pointers = self._objects(
             query.observation, states, thought, slot, callees[slot]
         )
         probability = float(probabilities[slot]) * (1 - end) * certainty
-        details |= {"probability": round(probability, 4), "pointers": pointers}
+        details |= {"probability": round(probability, 4), "pointers": pointers, "scopes": scopes}
         return Answer(callees[slot], objects, scope), details
 
     def _objects(
@@ -90,24 +90,28 @@ class LearnedPolicy:
             index = int(chances[place].argmax())
             certainty *= float(chances[place, index])
             chosen.append(names[index])
-            pointers.append(_top(chances[place], names))
+            pointers.append(ranked(names, chances[place]))
         return tuple(chosen), certainty, pointers
 
-    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None, float]:
-        """Where in the scope the next call is shown: its objects, the callee's own scope, and how surely."""
+    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None, Ranking]:
+        """Where in the scope the next call is shown: its objects, the callee's own scope, and what else."""
         if query.scope is None:
-            return silent_hint(self.core, states), None, 0.0
+            return silent_hint(self.core, states), None, []
         reading = self._reading(query)
         hits, none = self.core.reader.locate(reading, states)
         scoped = torch.ones(1)
         best = int(hits[0].argmax())
-        sure = round(exp(float(hits[0, best])), 4)
-        if float(none[0]) > float(hits[0, best]):
-            return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None, sure
-        hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped)
         shown = keyframes.within(self.demonstration, query.scope)
-        last = int(shown[int(reading.following[0, best])])
-        return hint, (int(shown[best]), last + 1), sure
+
+        def part(frame: int) -> Scope:
+            return int(shown[frame]), int(shown[int(reading.following[0, frame])]) + 1
+
+        likely = hits[0].topk(min(TOP, len(shown)))
+        parts = [None, *(part(frame) for frame in likely.indices.tolist())]
+        scopes = ranked(parts, torch.cat([none, likely.values]).exp())
+        if float(none[0]) > float(hits[0, best]):
+            return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None, scopes
+        return Hint(reading.pointers[:1, best], torch.zeros(1), scoped), part(best), scopes
 
     def _reading(self, query: Query) -> Reading:
         """Kept: a part of a demonstration is read once for a program."""
@@ -132,8 +136,8 @@ class LearnedPolicy:
             )
 
 
-def _top(probabilities: Tensor, names: tuple[str, ...]) -> Ranking:
-    """The most probable first; what has no chance is left out."""
-    pairs = zip(names, probabilities[: len(names)].tolist(), strict=True)
-    ranked = heapq.nlargest(TOP, pairs, key=itemgetter(1))
-    return [(name, round(chance, 4)) for name, chance in ranked if chance >= 0.00005]
+def ranked(values: Sequence[Any], probabilities: Tensor) -> Ranking:
+    """The most probable first; what has no chance is left out. Padding follows the values' own."""
+    pairs = zip(values, probabilities[: len(values)].tolist(), strict=True)
+    best = heapq.nlargest(TOP, pairs, key=itemgetter(1))
+    return [(value, round(chance, 4)) for value, chance in best if chance >= 0.00005]

@@ -1,0 +1,111 @@
+"""Calls of a trace in words and lines, as all commands that show traces write them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.text import Text
+
+from ntp_dsl.traces import Call, Trace, to_json
+from ntp_dsl.traces.blame import of_call
+from ntp_dsl.traces.times import Times
+from ntp_dsl.world import Argument, Record
+
+BAR = 12  # characters for the whole demonstration
+BRIEF = 3  # elements of a list that are shown
+COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}
+
+
+def plain(text: object) -> str:
+    """What a file says, without what would command a terminal."""
+    told = str(text)
+    return told if told.isprintable() else told.encode("unicode_escape").decode("ascii")
+
+
+def shown(argument: Argument) -> str:
+    """An argument, briefly: records without their types."""
+    if isinstance(argument, Record):
+        return f"({', '.join(value for _, value in argument.fields)})"
+    if isinstance(argument, tuple):
+        more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
+        return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
+    return f"{argument:g}" if isinstance(argument, float) else str(argument)
+
+
+def in_words(call: Call) -> str:
+    return plain(f"{call.name}({', '.join(map(shown, call.arguments))})")
+
+
+def headline(trace: Trace) -> str:
+    """What a trace says of itself, in a line."""
+    told = ("library", "task", "policy", "world", "seed", "episode")
+    facts = [f"{name} {trace.header[name]}" for name in told if trace.header.get(name) is not None]
+    return plain(", ".join(facts)) or "a trace"
+
+
+def line(call: Call, frames: int, times: Times) -> Text:
+    """One call: what, over which part of the demonstration, what came of it, how surely, how long."""
+    name, rest = in_words(call).split("(", 1)
+    text = Text(name, style="bold" if call.is_program else "cyan")
+    text.append(f"({rest}", style="default not bold")
+    text.append(f"  {scope_bar(call, frames)}  ", style="blue not bold")
+    outcome = plain(call.outcome) or "cut off"
+    text.append(outcome, style=f"{COLOURS.get(outcome, 'red')} not bold")
+    if call.probability is not None:
+        text.append(f"  p={call.probability:.2f}", style="dim not bold")
+    if spent := duration(times):
+        text.append(f"  {spent}", style="dim not bold")
+    for disturbance in call.disturbances:
+        text.append(f"  [{plain(disturbance)}]", style="magenta not bold")
+    return text
+
+
+def scope_bar(call: Call, frames: int) -> str:
+    """The part of the demonstration that a call was given; dots where it was given none."""
+    if call.scope is None:
+        return "·" * BAR
+    begin, end = (round(BAR * frame / frames) for frame in call.scope)
+    begin = min(begin, BAR - 1)
+    end = min(max(end, begin + 1), BAR)
+    return "─" * begin + "█" * (end - begin) + "─" * (BAR - end)
+
+
+def demonstration_frames(trace: Trace) -> int:
+    """How long the demonstration is, as far as the trace says."""
+    told = trace.header.get("demonstration")
+    frames = told.get("frames") if isinstance(told, dict) else None
+    known = frames if isinstance(frames, int) else 1
+    return max([1, known, *(call.scope[1] for call in trace.calls if call.scope)])
+
+
+def duration(times: Times) -> str:
+    """The parts that take a millisecond or more."""
+    parts = {"decide": times.deciding, "plan": times.planning, "move": times.moving}
+    return " ".join(f"{name} {seconds(spent)}" for name, spent in parts.items() if spent >= 0.0005)
+
+
+def seconds(value: float) -> str:
+    return f"{value:.1f} s" if value >= 1 else f"{1000 * value:.0f} ms"
+
+
+def as_json(call: Call, times: Times) -> Mapping[str, Any]:
+    """For machines: what the line says, in full."""
+    return {
+        "id": call.id,
+        "parent": call.parent,
+        "kind": call.kind,
+        "name": call.name,
+        "arguments": [to_json(argument) for argument in call.arguments],
+        "scope": call.scope,
+        "outcome": call.outcome,
+        "blame": of_call(call),
+        "probability": call.probability,
+        "source": call.decision.get("source", ""),
+        "seconds": {
+            "deciding": round(times.deciding, 5),
+            "planning": round(times.planning, 5),
+            "moving": round(times.moving, 5),
+        },
+        "disturbances": list(call.disturbances),
+    }

@@ -1,0 +1,188 @@
+"""`ntp trace diff`: what is said of where two traces part, to people and to machines."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.traces import ROOT, TraceWriter
+from ntp_dsl.world import Observation, Thing
+
+THINGS = tuple(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
+SOURCE = "library sample\nprogram build():\n    pick(a)\n    place(a)\n"
+SURE = {"end_probability": 0.1, "top": [["pick", 0.7], ["place", 0.2]], "source": "s.ntp:3"}
+POINTED = {**SURE, "pointers": [[["b", 0.6], ["a", 0.3], ["c", 0.1]]]}
+
+
+def seen(shift: float = 0.0) -> Observation:
+    positions = {thing.name: (0.1 * n + shift, 0.0, 0.025) for n, thing in enumerate(THINGS)}
+    return Observation(THINGS, positions, (0.0, 0.0, 0.4), False)
+
+
+class Story:
+    """Writes a trace call by call."""
+
+    def __init__(self, path: Path, policy: str, start: float = 0.0) -> None:
+        self.path, self.stream = path, path.open("w", encoding="utf-8")
+        self.writer = TraceWriter(self.stream)
+        things = [{"name": t.name, "type": t.type, "size": t.size} for t in THINGS]
+        facts = {"library": "sample", "policy": policy, "things": things}
+        self.writer.header(**facts, sources={"s.ntp": SOURCE})
+        self.state = self.writer.state(seen(start))
+        self.root = self.writer.call(ROOT, "program", "build", (), None, 0, self.state, {})
+
+    def api(self, name: str, thing: str, outcome: str = "achieved", **facts: object) -> Story:
+        decision = facts.pop("decision", {"source": "s.ntp:3"})
+        assert isinstance(decision, dict)
+        number = self.writer.call(self.root, "api", name, (thing,), None, 0, self.state, decision)
+        self.writer.returned(number, outcome, 0, **facts)
+        return self
+
+    def drifts(self, shift: float) -> Story:
+        self.state = self.writer.state(seen(shift))
+        return self
+
+    def end(self, **decision: object) -> Path:
+        facts = {"source": "s.ntp:2", **decision}
+        self.writer.returned(self.root, "done", 0, state=self.state, decision=facts)
+        self.writer.end(done=True, reason="done", primitives=0)
+        self.stream.close()
+        return self.path
+
+
+@pytest.fixture
+def right(tmp_path: Path) -> Path:
+    return Story(tmp_path / "a.jsonl", "scripted").api("pick", "a").api("place", "a").end()
+
+
+@pytest.fixture
+def learned(tmp_path: Path) -> Story:
+    return Story(tmp_path / "b.jsonl", "learned")
+
+
+def first(capsys: pytest.CaptureFixture[str], a: Path, b: Path, *options: str) -> dict[str, object]:
+    assert run(["trace", "diff", str(a), str(b), "--json", *options]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["differ"] and told["first"] == told["divergences"][0]
+    found: dict[str, object] = told["first"]
+    return found
+
+
+def test_what_is_the_same_is_said_to_be(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    same = learned.api("pick", "a").api("place", "a").end()
+    assert run(["trace", "diff", str(right), str(same)]) == 0
+    assert "the same: 3 calls" in capsys.readouterr().out
+    assert run(["trace", "diff", str(right), str(same), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["first"] is None
+
+
+def test_another_callee_is_told_with_its_margin_rank_and_statement(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    other = learned.api("pick", "a").api("pick", "c", decision=SURE).end()
+    found = first(capsys, right, other)
+    assert (found["kind"], found["blame"], found["source"]) == ("program", "decision", "s.ntp:3")
+    assert found["statement"] == "pick(a)" and found["path"] == ["build"]
+    assert (found["right_rank"], found["margin"]) == (2, 0.5)
+    assert run(["trace", "diff", str(right), str(other)]) == 1
+    told = capsys.readouterr().out
+    assert "first divergence: program, to blame: decision" in told and "s.ntp:3:  pick(a)" in told
+    assert "p=0.70; the right one is number 2 (p=0.20); margin 0.50" in told
+    assert "folded away: 1 calls of A, 1 of B" in told
+
+
+def test_another_object_is_told_with_where_the_right_one_stood(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    other = learned.api("pick", "b", decision=POINTED).api("place", "b").end()
+    found = first(capsys, right, other)
+    assert (found["kind"], found["right_rank"], found["right_probability"]) == ("argument", 2, 0.3)
+    assert found["margin"] == pytest.approx(0.3)
+
+
+def test_an_end_too_early_is_told_by_the_probability_of_the_end(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    found = first(capsys, right, learned.api("pick", "a").end(end_probability=0.8))
+    assert (found["kind"], found["b"], found["margin"]) == ("end too early", None, pytest.approx(0.6))
+
+
+def test_an_end_too_late_follows_the_programs_own_line(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    learned.api("pick", "a").api("place", "a").api("place", "c", decision=SURE)
+    found = first(capsys, right, learned.end())
+    assert (found["kind"], found["a"], found["statement"]) == ("end too late", None, "program build():")
+    assert found["margin"] == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize(
+    "outcome, disturbances, blame",
+    [
+        ("no path", [], "planner"),
+        ("grasp failed", [], "grasp"),
+        ("place failed", [], "physics"),
+        ("object dropped", ["slip a"], "disturbance"),
+        ("not ready", [], "decision"),
+    ],
+)
+def test_another_outcome_is_blamed_on_what_failed(
+    capsys: pytest.CaptureFixture[str],
+    right: Path,
+    learned: Story,
+    outcome: str,
+    disturbances: list[str],
+    blame: str,
+) -> None:
+    other = learned.api("pick", "a", outcome, disturbances=disturbances).api("place", "a").end()
+    found = first(capsys, right, other)
+    assert (found["kind"], found["blame"]) == ("outcome", blame)
+
+
+def test_a_wrong_decision_is_told_from_being_off_course(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story, tmp_path: Path
+) -> None:
+    pushed = learned.api("pick", "a", disturbances=["push a"]).drifts(0.04).api("pick", "c").end()
+    assert first(capsys, right, pushed)["blame"] == "disturbance"
+    drifted = Story(tmp_path / "c.jsonl", "learned").api("pick", "a").drifts(0.04).api("pick", "c")
+    found = first(capsys, right, drifted.end())
+    assert (found["blame"], found["states_apart"]) == ("physics", pytest.approx(0.04))
+    elsewhere = Story(tmp_path / "d.jsonl", "learned", start=0.2).api("pick", "c")
+    assert first(capsys, right, elsewhere.end())["blame"] == "start"
+
+
+def test_every_divergence_is_told_where_it_is_asked_for(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    other = learned.api("pick", "b").api("place", "a", "place failed").end()
+    assert run(["trace", "diff", str(right), str(other)]) == 1
+    assert "1 more: outcome 1  (--all shows them)" in capsys.readouterr().out
+    assert run(["trace", "diff", str(right), str(other), "--all"]) == 1
+    assert "then: outcome, to blame: physics" in capsys.readouterr().out
+
+
+def test_a_file_that_is_cut_off_is_no_decision(
+    capsys: pytest.CaptureFixture[str], right: Path, learned: Story
+) -> None:
+    whole = learned.api("pick", "a").end()
+    whole.write_bytes(whole.read_bytes().rsplit(b"\n", 3)[0] + b"\n")
+    found = first(capsys, right, whole)
+    assert (found["kind"], found["blame"]) == ("cut off", "")
+
+
+def test_scopes_can_be_left_out(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    paths = []
+    for name, scope in (("a", (0, 10)), ("b", (50, 60))):
+        story = Story(tmp_path / f"{name}.jsonl", "scripted")
+        call = story.writer.call(story.root, "program", "go", (), scope, 0, story.state, {})
+        story.writer.returned(call, "done", 0)
+        paths.append(story.end())
+    assert first(capsys, *paths)["kind"] == "scope"
+    assert run(["trace", "diff", *map(str, paths), "--no-scopes"]) == 0

@@ -1,0 +1,180 @@
+"""The call tree in the terminal, of whole traces and of those that were cut off."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.cli.calls import BAR, plain, scope_bar, shown
+from ntp_dsl.cli.trace_show import LINES
+from ntp_dsl.traces import ROOT, Call, TraceWriter
+from ntp_dsl.world import Observation, Record, Thing
+
+SEEN = Observation((Thing("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
+GOAL = tuple(Record("Placement", (("item", "a"), ("support", str(n)))) for n in range(5))
+
+
+@pytest.fixture
+def trace(tmp_path: Path) -> Path:
+    path = tmp_path / "a.trace.jsonl"
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        thing = {"name": "a", "type": "Block", "size": (0.05, 0.05, 0.05)}
+        writer.header(library="sample", task="t", policy="learned", seed=3, things=[thing])
+        state = writer.state(SEEN)
+        root = writer.call(ROOT, "program", "build", (GOAL,), (0, 100), 0, state, {})
+        sure = {"probability": 0.97, "seconds": 0.004}
+        pick = writer.call(root, "program", "pick", ("a",), (0, 50), 0, state, sure)
+        grasp = writer.call(pick, "api", "grasp", ("a",), (25, 50), 3, state, {"probability": 0.5})
+        writer.returned(grasp, "achieved", 9, planning=0.0, moving=1.5)
+        writer.returned(pick, "done", 9, decision={"seconds": 0.005})
+        move = writer.call(root, "api", "move", ("a",), None, 9, state, {})
+        writer.returned(move, "object dropped", 20, disturbances=["slip a"])
+        writer.returned(root, "unfinished", 20)
+        writer.end(done=False, reason="nothing helps", primitives=2)
+    return path
+
+
+def lines(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    assert run(["trace", "show", *words]) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def test_a_call_shows_its_arguments_scope_outcome_and_certainty(
+    capsys: pytest.CaptureFixture[str], trace: Path
+) -> None:
+    head, root, pick, grasp, move, end = lines(capsys, str(trace))
+    assert head == "library sample, task t, policy learned, seed 3"
+    assert "build([(a, 0), (a, 1), (a, 2), ... 2 more])  ████████████  unfinished" in root
+    assert root.endswith("decide 9 ms move 1.5 s")
+    assert "pick(a)  ██████──────  done  p=0.97  decide 9 ms move 1.5 s" in pick
+    assert "grasp(a)  ───███──────  achieved  p=0.50" in grasp
+    assert "move(a)  ············  object dropped  [slip a]" in move
+    assert end == "nothing helps (2 primitives)"
+
+
+def test_depth_says_how_much_it_leaves_out(
+    capsys: pytest.CaptureFixture[str], trace: Path
+) -> None:
+    assert "... 2 calls" in lines(capsys, str(trace), "--depth", "1")[2]
+    assert "... 1 call" in lines(capsys, str(trace), "--depth", "2")[3]
+
+
+def test_failed_shows_what_failed_and_who_called_it(
+    capsys: pytest.CaptureFixture[str], trace: Path
+) -> None:
+    shown_lines = lines(capsys, str(trace), "--failed")
+    assert len(shown_lines) == 4 and "move(a)" in shown_lines[2]
+
+
+def test_a_trace_that_was_cut_off_is_shown_as_far_as_it_goes(
+    capsys: pytest.CaptureFixture[str], trace: Path
+) -> None:
+    whole = trace.read_bytes()
+    trace.write_bytes(whole[: whole.index(b'"return"') + 20])
+    *_, grasp, end = lines(capsys, str(trace))
+    assert "grasp(a)" in grasp and "cut off" in grasp
+    assert end == "cut off: the trace ends here"
+
+
+def test_a_trace_that_is_none_is_told_so(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+    trace.write_text("library a\n")
+    assert run(["trace", "show", str(trace)]) == 2
+    assert "expected a line of JSON" in capsys.readouterr().err
+
+
+def test_only_shows_one_callee_and_who_called_it(
+    capsys: pytest.CaptureFixture[str], trace: Path
+) -> None:
+    _, root, pick, grasp, _ = lines(capsys, str(trace), "--only", "grasp")
+    assert "build(" in root and "pick(" in pick and "grasp(" in grasp
+    assert run(["trace", "show", str(trace), "--only", "grsp"]) == 2
+    assert "did you mean 'grasp'? (there is: build, grasp, move, pick)" in capsys.readouterr().err
+
+
+def test_machines_are_told_the_same(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+    told = json.loads("\n".join(lines(capsys, str(trace), "--json")))
+    assert [row["name"] for row in told["calls"]] == ["build", "pick", "grasp", "move"]
+    pick = told["calls"][1]
+    assert pick["seconds"] == {"deciding": 0.009, "planning": 0.0, "moving": 1.5}
+    assert (pick["probability"], pick["scope"]) == (0.97, [0, 50])
+    assert told["calls"][3]["blame"] == "disturbance" and told["end"]["done"] is False
+
+
+def long(path: Path, count: int, deep: bool) -> Path:
+    """A trace of many calls of which one fails."""
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(things=[])
+        state = writer.state(Observation((), {}, (0, 0, 1), False))
+        above = [writer.call(ROOT, "program", "build", (), None, 0, state, {})]
+        for number in range(count):
+            caller = above[-1]
+            above.append(writer.call(caller, "program", f"part_{number}", (), None, 0, state, {}))
+            if not deep:
+                writer.returned(above.pop(), "unfinished" if number == count - 3 else "done", 0)
+        for number in reversed(above):
+            writer.returned(number, "done", 0)
+    return path
+
+
+def test_a_long_trace_is_folded_around_what_failed(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(long(tmp_path / "long.jsonl", 5000, deep=False))
+    shown_lines = lines(capsys, path)
+    assert LINES <= len(shown_lines) <= LINES + 4
+    assert any("part_4997()" in line for line in shown_lines)
+    assert any("... 4841 calls" in line for line in shown_lines)
+    assert len(lines(capsys, path, "--all")) == 5003
+
+
+def test_a_trace_deeper_than_the_stack_is_shown(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(long(tmp_path / "deep.jsonl", 5000, deep=True))
+    assert len(lines(capsys, path, "--all")) == 5003
+
+
+def test_what_repeats_itself_is_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.jsonl"
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(things=[])
+        state = writer.state(Observation((), {}, (0, 0, 1), False))
+        for _ in range(3):
+            writer.returned(writer.call(ROOT, "program", "build", (), None, 0, state, {}), "done", 0)
+    assert "build()  ············  done  ×3" in lines(capsys, str(path))[1]
+
+
+def test_names_cannot_command_the_terminal(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.jsonl"
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(things=[], library="\x1b[2J")
+        state = writer.state(Observation((), {}, (0, 0, 1), False))
+        call = writer.call(ROOT, "program", "\x1b]0;x\x07", ("a\nb",), None, 0, state, {})
+        writer.returned(call, "\x1b[31m", 0, disturbances=["\r"])
+        writer.end(reason="\x1b[0m")
+    told = "\n".join(lines(capsys, str(path)))
+    assert "\x1b" not in told and "\r" not in told and "\\x1b" in told
+    assert plain("café") == "café"
+
+
+@pytest.mark.parametrize("begin", range(0, 90, 7))
+@pytest.mark.parametrize("length", [0, 1, 30, 200])
+def test_a_scope_is_always_seen(begin: int, length: int) -> None:
+    call = Call(0, ROOT, "api", "go", (), (begin, begin + length), 0, 0)
+    bar = scope_bar(call, 90)
+    assert len(bar) == BAR and "█" in bar
+
+
+def test_markup_in_names_is_text() -> None:
+    assert shown(("[red]",)) == "[[red]]"  # type: ignore[arg-type]

@@ -1,0 +1,132 @@
+"""Call trees for tests, on their own feet: made from real traces, edited, and written again."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ntp_dsl.experts import Expert
+from ntp_dsl.interpreter import Interpreter, Limits
+from ntp_dsl.recording import Shown, demonstrate, header
+from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.traces import ROOT, Trace, TraceWriter, parse_trace
+from ntp_dsl.world import Argument, Disturbances, Observation, Thing
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import scrambled
+
+HERE = Path("a.trace.jsonl")
+TROUBLE = Disturbances(slips=0.3, pushes=0.3)
+CUBE = Thing("block_0", "Block", (0.05, 0.05, 0.05))
+SEEN = Observation((CUBE,), {"block_0": (0.5, 0.0, 0.025)}, (0.4, 0.0, 0.4), False)
+
+
+def recorded(registry: Registry, seed: int, task: str = "few_placements", primitives: int = 40) -> bytes:
+    """A scripted episode from a scrambled start, with slips and pushes, and scopes of a demonstration."""
+    rng = np.random.default_rng(seed)
+    instance = draw(registry, find_task(registry, task), rng)
+    world, expert = KinematicWorld(), Expert(registry)
+    shown = demonstrate(registry, expert, world, instance, seed)
+    world.reset(scrambled(instance.things, rng), seed, TROUBLE)
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(**header(registry, instance, seed, "scripted"))
+    policy = ScriptedPolicy(expert, shown.calls if isinstance(shown, Shown) else None)
+    limits = Limits(primitives=primitives)
+    run = Interpreter(registry, policy, world, writer, limits).run(
+        instance.program, instance.arguments
+    )
+    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    return stream.getvalue().encode()
+
+
+@dataclass(eq=False)
+class Node:
+    """A call, by what two traces are compared by."""
+
+    kind: str
+    name: str
+    arguments: tuple[Argument, ...] = ()
+    scope: tuple[int, int] | None = None
+    outcome: str = "done"
+    kids: list[Node] = field(default_factory=list)
+
+    @property
+    def decision(self) -> tuple[object, ...]:
+        return self.kind, self.name, self.arguments
+
+    def walk(self) -> Iterator[Node]:
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting += reversed(node.kids)
+
+    def copy(self) -> Node:
+        kids = [kid.copy() for kid in self.kids]
+        return Node(self.kind, self.name, self.arguments, self.scope, self.outcome, kids)
+
+
+def tree(trace: Trace) -> Node:
+    """The run, with its root calls below it."""
+    run = Node("run", "run")
+    nodes = {ROOT: run}
+    for call in trace.calls:
+        node = Node(call.kind, call.name, call.arguments, call.scope, call.outcome)
+        nodes[call.id] = node
+        nodes[call.parent].kids.append(node)
+    return run
+
+
+def written(run: Node, policy: str = "scripted") -> Trace:
+    """The tree as a trace: through the writer, and read back."""
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    thing = {"name": CUBE.name, "type": CUBE.type, "size": CUBE.size}
+    writer.header(library="sample", policy=policy, things=[thing])
+    state = writer.state(SEEN)
+    waiting: list[tuple[Node | int, int, str]] = [(kid, ROOT, "") for kid in reversed(run.kids)]
+    while waiting:
+        node, parent, outcome = waiting.pop()
+        if isinstance(node, int):
+            writer.returned(node, outcome, 0, state=state)
+            continue
+        number = writer.call(
+            parent, node.kind, node.name, node.arguments, node.scope, 0, state, {"source": "a.ntp:1"}
+        )
+        waiting.append((number, parent, node.outcome))
+        waiting += [(kid, number, "") for kid in reversed(node.kids)]
+    writer.end(done=True, reason="done", primitives=0)
+    return parse_trace(stream.getvalue().encode(), HERE)
+
+
+def events(run: Node) -> list[tuple[Node, bool]]:
+    """Calls and returns in the order of execution: a node, and whether it returns."""
+    found: list[tuple[Node, bool]] = []
+    waiting = [(kid, False) for kid in reversed(run.kids)]
+    while waiting:
+        node, returns = waiting.pop()
+        found.append((node, returns))
+        if not returns:
+            waiting.append((node, True))
+            waiting += [(kid, False) for kid in reversed(node.kids)]
+    return found
+
+
+def prefix(run: Node, count: int) -> Node:
+    """The tree as it was known after so many events: outcomes only of what had returned."""
+    known = Node("run", "run")
+    open_calls = [known]
+    for node, returns in events(run)[:count]:
+        if returns:
+            open_calls.pop().outcome = node.outcome
+        else:
+            made = Node(node.kind, node.name, node.arguments, node.scope, outcome="")
+            open_calls[-1].kids.append(made)
+            open_calls.append(made)
+    return known
