@@ -18,7 +18,7 @@ from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.traces import ROOT, Trace, TraceWriter, parse_trace
 from ntp_dsl.world import Argument, Disturbances, Observation, Thing
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import scrambled
+from ntp_dsl.worlds.starts import scrambled
 
 HERE = Path("a.trace.jsonl")
 TROUBLE = Disturbances(slips=0.3, pushes=0.3)
