@@ -29,7 +29,10 @@ class Format(StrEnum):
 def command(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Libraries or folders.")],
     static: Annotated[
-        bool, typer.Option("--static", help="Only what the text alone can tell: no world is asked.")
+        bool, typer.Option("--static", help="Only what the text alone can tell: nothing is simulated.")
+    ] = False,
+    execute: Annotated[
+        bool, typer.Option("--execute", help="Import and run what the libraries leave to Python.")
     ] = False,
     format: Annotated[
         Format, typer.Option(help="For people, for programs, or for tools that read SARIF 2.1.0.")
@@ -43,11 +46,15 @@ def command(
 ) -> int:
     """Say whether libraries are sound, and every mistake that is in them.
 
+    First by the text; where that is sound, by simulation in the kinematic world: apis that do not keep
+    their word, goals that hold before anything is done or never, experts that go round in circles.
     Warnings and notes do not change the answer. Exit status: 0 sound, 1 there are errors, 2 there is no
     such file.
 
     Example: ntp check examples/block_stacking --static
     """
+    if static and execute:
+        raise NtpError("--static runs nothing and --execute runs all: choose one")
     if fix and diff:
         raise NtpError("--fix writes and --diff only shows: choose one")
     paths = [find(file) for file in files]
@@ -55,6 +62,9 @@ def command(
         before = mend_files(lambda: _found(paths)[0], paths)
         _show_changes(before, {path: read(path) for path in before}, format)
     found, sources = _found(paths)
+    if not static and not diff and not _has_errors(found):
+        simulated, more = _simulated(paths, execute)
+        found, sources = [*found, *simulated], {**sources, **more}
     if diff:
         after = mended(found, paths)
         _show_changes({path: read(path) for path in after}, after, format)
@@ -62,7 +72,29 @@ def command(
         _print_text(paths, found, sources)
     else:
         _print_document(found, format)
-    return int(any(each.severity == "error" for each in found))
+    return int(_has_errors(found))
+
+
+def _has_errors(found: Sequence[Diagnostic]) -> bool:
+    return any(each.severity == "error" for each in found)
+
+
+def _simulated(paths: list[Path], execute: bool) -> tuple[list[Diagnostic], Sources]:
+    """What the dynamic check finds, and the texts that it speaks of."""
+    from ntp_dsl.cli.display import progress
+    from ntp_dsl.dynamic import check_dynamically
+    from ntp_dsl.language.loader import load
+    from ntp_dsl.python_code import with_python
+
+    found: dict[Diagnostic, None] = {}
+    with progress("simulating", None) as bar:
+        for path in paths:
+            registry = with_python(load(path)) if execute else load(path)
+            told = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
+            found |= dict.fromkeys(check_dynamically(registry, path, told=told))
+    places = [note.span for each in found for note in each.notes] + [each.span for each in found]
+    texts: Sources = {span.path: read(span.path) for span in places if span.path is not None}
+    return list(found), texts
 
 
 def _found(paths: list[Path]) -> tuple[list[Diagnostic], Sources]:
@@ -85,7 +117,7 @@ def _show_changes(before: Texts, after: Texts, format: Format) -> None:
 def _print_text(paths: list[Path], found: Sequence[Diagnostic], sources: Sources) -> None:
     print_diagnostics(found, sources)
     told = summary(found)
-    if any(each.severity == "error" for each in found):
+    if _has_errors(found):
         fixable = sum(each.fix is not None for each in found)
         print(told + (f" ({fixable} can be mended by --fix)" if fixable else ""))
     else:
@@ -100,7 +132,7 @@ def _print_document(found: Sequence[Diagnostic], format: Format) -> None:
     if format is Format.SARIF:
         print_json(sarif.document(found))
     else:
-        sound = not any(each.severity == "error" for each in found)
+        sound = not _has_errors(found)
         print_json({"sound": sound, "diagnostics": [_row(each) for each in found]})
 
 

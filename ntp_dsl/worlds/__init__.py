@@ -13,12 +13,15 @@ from ntp_dsl.world import World
 WORLDS = ("kinematic", "bullet")
 
 
-def make_world(name: str, registry: Registry) -> World:
+def make_world(name: str, registry: Registry, exact: bool = False) -> World:
     """A world that can do what a library declares. Imports what it needs and no more.
+
+    Args:
+        exact: of the kinematic world: what is put down comes to rest right where it is let go.
 
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
-    world = _make(name)
+    world = _make(name, exact)
     lacks = lacking(world, registry)
     if lacks:
         skills = sorted(world.skills)
@@ -53,11 +56,11 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     return provider in {PYTHON, *BUILT_IN} or said
 
 
-def _make(name: str) -> World:
+def _make(name: str, exact: bool) -> World:
     if name == "kinematic":
         from ntp_dsl.worlds.kinematic import KinematicWorld
 
-        return KinematicWorld()
+        return KinematicWorld(0.0) if exact else KinematicWorld()
     if name == "bullet":
         from ntp_dsl.worlds.bullet import BulletWorld
 

@@ -40,7 +40,8 @@ class KinematicWorld:
 
     starts_holding = True
 
-    def __init__(self) -> None:
+    def __init__(self, placement_error: float = PLACEMENT_ERROR) -> None:
+        self._placement_error = placement_error
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
         self.skills: dict[str, Callable[..., Outcome]] = {
@@ -146,7 +147,7 @@ class KinematicWorld:
         offset = self._gripper[2] - self._positions[item][2]
         self._travel((self._gripper[0], self._gripper[1], height + offset))
         self._move_tool(np.array(self._off(self._gripper)))
-        self._drop_held(spread=PLACEMENT_ERROR)
+        self._drop_held(spread=self._placement_error)
         self._travel(back)
         return self._push(item)
 

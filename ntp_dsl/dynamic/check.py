@@ -1,0 +1,101 @@
+"""Runs what can be run of a library in an exact kinematic world, and says what could not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ntp_dsl.dynamic.honesty import check_honesty
+from ntp_dsl.dynamic.reach import Reach
+from ntp_dsl.dynamic.rehearsal import Rehearsal
+from ntp_dsl.language.diagnostics import Diagnostic, NtpError
+from ntp_dsl.language.syntax import NOWHERE, SceneGroup, TaskDeclaration, TypeName
+from ntp_dsl.registry import Registry
+from ntp_dsl.tasks import Instance, draw
+from ntp_dsl.worlds import lacking, make_world
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.scenes import layout
+
+Told = Callable[[str], None]
+MOST_THINGS = 8  # of a scene for a library without tasks
+
+
+def check_dynamically(
+    registry: Registry, path: Path | None = None, seed: int = 0, told: Told = lambda _: None
+) -> list[Diagnostic]:
+    """Everything that a simulation finds wrong; deterministic for a seed.
+
+    Args:
+        registry: with its functions in Python, or what needs them is not executed and said to be so.
+        path: of the library; tasks of those that it uses are left to their own checks.
+        told: is given, as it begins, the name of whatever is tried.
+    """
+    reach = Reach(registry, lacking(KinematicWorld(), registry))
+    found = list(reach.not_executed())
+    runnable = reach.runnable()
+    tasks = [task for task in runnable.tasks.values() if path in (None, task.name_span.path)]
+    instances: list[Instance] = []
+    sound: list[TaskDeclaration] = []
+    for task in tasks:
+        try:
+            drawn = [draw(runnable, task, np.random.default_rng((seed, n))) for n in range(3)]
+            drawn[0].scattered(np.random.default_rng(seed))
+        except NtpError as error:
+            found.append(_impossible(task, error))
+        else:
+            instances += drawn
+            sound.append(task)
+    if not registry.tasks:
+        instances = [_some_of_everything(runnable)]
+    if instances:
+        found += _run(runnable, sound, instances, reach, seed, told)
+    return found
+
+
+def _run(
+    registry: Registry,
+    tasks: Sequence[TaskDeclaration],
+    instances: Sequence[Instance],
+    reach: Reach,
+    seed: int,
+    told: Told,
+) -> Iterator[Diagnostic]:
+    world = make_world("kinematic", registry, exact=True)
+    rehearsal = Rehearsal(registry, world, seed)
+    told("apis")
+    found = list(check_honesty(registry, world, instances, seed))
+    yield from found
+    if any(each.severity == "error" for each in found):
+        return  # everything further trusts the apis' contracts
+    steps: list[tuple[str, Callable[[], Iterator[Diagnostic]]]]
+    steps = [(task.name, lambda task=task: rehearsal.check_task(task)) for task in tasks]  # type: ignore[misc]
+    steps += [
+        (program.name, lambda program=program: rehearsal.check_program(program, instances))  # type: ignore[misc]
+        for program in registry.programs.values()
+        if not program.takes_list
+    ]
+    for name, step in steps:
+        told(name)
+        try:
+            yield from step()
+        except NtpError as error:
+            yield Diagnostic("E607", str(error), reach.place(name) or NOWHERE)
+
+
+def _some_of_everything(registry: Registry) -> Instance:
+    """A scene for a library without tasks: a few things of every type that nothing inherits from."""
+    inherited = set(registry.parents.values())
+    leaves = [name for name in registry.parents if name not in inherited and registry.is_a(name, "Place")]
+    types = [name for name in leaves if name not in registry.constants.values()]
+    scene = tuple(
+        SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types
+    )
+    things = layout(registry, TaskDeclaration("", scene=scene)).things
+    return Instance(TaskDeclaration(""), things, (), "", ())
+
+
+def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:
+    place = task.scene[0].span if task.scene else task.name_span
+    return Diagnostic("E608", f"no scene of '{task.name}' can be made: {error}", place)

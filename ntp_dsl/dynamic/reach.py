@@ -1,0 +1,114 @@
+"""What of a library can be executed: all but what needs Python that was not imported, or no world can do."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from functools import cached_property
+
+from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.language.syntax import Expression, Span, TaskDeclaration
+from ntp_dsl.language.walks import guards, innermost, predicates
+from ntp_dsl.python_code import needed
+from ntp_dsl.registry import Program, Registry
+
+
+class Reach:
+    """Follows calls and predicates from what cannot be executed to all that needs it."""
+
+    def __init__(self, registry: Registry, lacking: Collection[str]) -> None:
+        self._registry = registry
+        self._lacking = set(lacking)
+        self._python = {
+            (kind, name): span
+            for kind, name, span, _ in needed(registry)
+            if (kind, name) not in registry.python.functions
+        }
+
+    def not_executed(self) -> Iterator[Diagnostic]:
+        """A note for each thing that is left out, at its declaration."""
+        for (kind, name), span in self._python.items():
+            message = f"not executed: the {kind} '{name}' is left to Python"
+            help = "to import it and try what depends on it: ntp check --execute"
+            yield Diagnostic("N601", message, span, (), help)
+        for name in sorted(self._lacking):
+            message = f"not executed: the kinematic world has nothing for '{name}'"
+            help = "write a function of that name in Python, and say: by python"
+            yield Diagnostic("N602", message, self.place(name) or self._anywhere, (), help)
+
+    @cached_property
+    def _anywhere(self) -> Span:
+        return next(iter(self._registry.programs.values())).span
+
+    def place(self, name: str) -> Span | None:
+        """Where something is declared."""
+        registry = self._registry
+        for rows in (registry.programs, registry.apis):
+            if name in rows:
+                return rows[name].span
+        for declared in (registry.tasks, registry.predicates):
+            if name in declared:
+                return declared[name].name_span
+        return None
+
+    def runnable(self) -> Registry:
+        """The registry without what cannot be executed."""
+        registry = self._registry
+        programs = {name: row for name, row in registry.programs.items() if name not in self._blocked}
+        return replace(
+            registry,
+            apis={name: row for name, row in registry.apis.items() if name not in self._blocked},
+            programs=programs,
+            tasks={
+                name: task for name, task in registry.tasks.items() if self._can_run(task, programs)
+            },
+        )
+
+    def _can_run(self, task: TaskDeclaration, programs: Collection[str]) -> bool:
+        drawn = task.goal is None or ("sampler", task.goal.name) not in self._python
+        runs = task.run is not None and task.run.callee in programs
+        return drawn and runs and not self._touches(task.success)
+
+    @cached_property
+    def _unknown(self) -> set[str]:
+        """Predicates that cannot be asked, and those that are composed of them."""
+        unknown = {name for kind, name in self._python if kind == "predicate"} | self._lacking
+        while True:
+            more = {
+                name
+                for name, declared in self._registry.predicates.items()
+                if name not in unknown and predicates(declared.body) & unknown
+            }
+            if not more:
+                return unknown
+            unknown |= more
+
+    def _touches(self, expression: Expression | None) -> bool:
+        return bool(predicates(expression) & self._unknown)
+
+    def _looks_at_unknown(self, program: Program) -> bool:
+        """Whether a loop, a `when` or an argument of its body does."""
+        return any(
+            self._touches(expression)
+            for statement in program.body
+            for expression in (*guards(statement), *innermost(statement).arguments)
+        )
+
+    @cached_property
+    def _blocked(self) -> set[str]:
+        """Programs and apis that cannot be executed, or that call one."""
+        registry = self._registry
+        blocked = {name for kind, name in self._python if kind in ("expert", "skill")}
+        blocked |= self._lacking & set(registry.apis)
+        rows = [*registry.apis.values(), *registry.programs.values()]
+        blocked |= {row.name for row in rows if self._touches(row.requires) or self._touches(row.achieves)}
+        blocked |= {row.name for row in registry.programs.values() if self._looks_at_unknown(row)}
+        while True:
+            more = {
+                name
+                for name, row in registry.programs.items()
+                if name not in blocked and any(callee in blocked for callee in row.callees)
+            }
+            if not more:
+                return blocked
+            blocked |= more

@@ -1,0 +1,68 @@
+"""The states that experts are tried from: not only tidy ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ntp_dsl.tasks import Instance
+from ntp_dsl.world import Scene, Vector
+from ntp_dsl.worlds.scenes import movable
+
+HAND_HEIGHT = 0.3  # of a thing that is in the hand at the start [m]
+
+Start = Callable[[Instance, np.random.Generator], Scene]
+
+
+def scattered(instance: Instance, rng: np.random.Generator) -> Scene:
+    """As demonstrations begin: everything apart from everything else."""
+    return instance.scattered(rng)
+
+
+def scrambled(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Partial and wrong towers, and now and then something in the hand."""
+    return instance.scrambled(rng)
+
+
+def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Something is in the hand that nobody asked to be there."""
+    scene = instance.scattered(rng)
+    items = [thing.name for thing in movable(scene.things)]
+    held = str(rng.choice(items))
+    place: Vector = (0.5, 0.0, HAND_HEIGHT)
+    return replace(scene, positions={**scene.positions, held: place}, gripper=place, held=held)
+
+
+def buried(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Two piles, so that most of what is needed has something on it."""
+    scene = instance.scattered(rng)
+    items = movable(scene.things)
+    order = [items[index] for index in rng.permutation(len(items))]
+    positions = dict(scene.positions)
+    tops = order[:2]
+    for number, item in enumerate(order[2:]):
+        below = tops[number % len(tops)]
+        x, y, z = positions[below.name]
+        positions[item.name] = (x, y, z + (below.size[2] + item.size[2]) / 2)
+        tops[number % len(tops)] = item
+    return replace(scene, positions=positions)
+
+
+def lost(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Something on which nothing stands has left the scene: the expert may fail, and must come to an end."""
+    scene = instance.scrambled(rng, in_hand=False)
+    order = rng.permutation([thing.name for thing in movable(scene.things)])
+    missing = str(max(order, key=lambda name: scene.positions[name][2]))
+    positions = {name: place for name, place in scene.positions.items() if name != missing}
+    return replace(scene, positions=positions)
+
+
+STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> how to make one, and how many are tried
+    "scattered": (scattered, 6),
+    "scrambled": (scrambled, 10),
+    "wrong in hand": (wrong_in_hand, 4),
+    "buried": (buried, 6),
+    "lost": (lost, 4),
+}

@@ -1,0 +1,94 @@
+"""A policy that watches itself: a state that recurs proves a livelock, an answer that changes impurity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ntp_dsl.experts import Decision, Expert, NextCall, Return
+from ntp_dsl.language.syntax import Span
+from ntp_dsl.policy import Barred, Choice, Frame
+from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.state import State
+from ntp_dsl.world import Argument, Observation, World
+
+PROOF = 3  # how often a state is seen with the same calls running, until it is called a circle
+GRAIN = 0.0005  # to which positions are told apart [m]
+
+Key = tuple[object, ...]
+
+
+class Livelock(Exception):
+    """The expert goes round; `cycle` are its decisions, with the statements that made them."""
+
+    def __init__(self, cycle: Sequence[NextCall]) -> None:
+        self.cycle = tuple(cycle)
+        super().__init__(" -> ".join(call.callee for call in cycle))
+
+
+class Impure(Exception):
+    """An expert in Python answered the same question in two ways."""
+
+    def __init__(self, program: str, how: str, answers: tuple[Decision, Decision]) -> None:
+        self.program, self.how, self.answers = program, how, answers
+        super().__init__(program)
+
+
+@dataclass
+class WatchedPolicy(ScriptedPolicy):
+    """Decides as the expert does. The world must be exact, or nothing ever comes again."""
+
+    expert: Expert
+    demonstration: None = None
+    running: list[tuple[str, tuple[Argument, ...]]] = field(default_factory=list)
+    seen: dict[Key, list[int]] = field(default_factory=dict)
+    made: list[NextCall] = field(default_factory=list)
+
+    def watch(self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], _: object) -> None:
+        """Follows the stack of calls; an interpreter's `watch`."""
+        del self.running[depth:]
+        if event == "call":
+            self.running.append((name, arguments))
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        seen = world.truth()
+        decision = self._ask(frame, seen)
+        if isinstance(decision, Return):
+            return Choice(None, done=decision.done, details={"reason": decision.reason})
+        self._remember((*_moment(seen), *self.running))
+        self.made.append(decision)
+        return Choice(decision.callee, decision.arguments)
+
+    def _ask(self, frame: Frame, seen: Observation) -> Decision:
+        registry = self.expert.registry
+        decision = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
+        if registry.programs[frame.program].in_python:
+            again = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
+            if again != decision:
+                raise Impure(frame.program, "asked twice", (decision, again))
+            backwards = seen.permuted(tuple(reversed(range(len(seen.things)))))
+            other = self.expert.decide(frame.program, frame.arguments, State(registry, backwards))
+            if other != decision:
+                raise Impure(frame.program, "with the things listed in another order", (decision, other))
+        return decision
+
+    def _remember(self, key: Key) -> None:
+        times = self.seen.setdefault(key, [])
+        times.append(len(self.made))
+        if len(times) >= PROOF:
+            raise Livelock(self.made[times[-2] : times[-1]])
+
+
+def _moment(seen: Observation) -> Key:
+    places = (
+        (name, *(round(value / GRAIN) for value in place)) for name, place in seen.positions.items()
+    )
+    return (*sorted(places), *(round(value / GRAIN) for value in seen.gripper), seen.closed)
+
+
+def source_lines(cycle: Sequence[NextCall]) -> list[tuple[NextCall, Span]]:
+    """The statements of a cycle, each once, in the order in which they were followed."""
+    lines: dict[Span, NextCall] = {}
+    for call in cycle:
+        lines.setdefault(call.span, call)
+    return [(call, span) for span, call in lines.items()]

@@ -1,0 +1,173 @@
+"""What only a simulation can tell: each planted fault is found at its place, and sound libraries pass."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.dynamic import check_dynamically
+from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.language.loader import find, load
+from ntp_dsl.python_code import with_python
+from ntp_dsl.resources import examples_folder, library_folder
+
+PLACING = """
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        pick_and_place(p.item, p.support)
+"""
+STACKING = """
+task tower:
+    scene:   blocks: 5 Block on table
+    goal:    towers(blocks, placements=1..2, height=2)
+    run:     {run}
+    success: {success}
+"""
+ALL_ON = "all on(p.item, p.support) for p in goal"
+FOUND = {
+    "E601 an api that does not ask for an empty hand": (
+        """
+api take(target: Object) by grasp
+    requires above(gripper, target) and reachable(target)
+    achieves holding(target)
+
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        move(p.item, p.support)
+
+program move(item: Object, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    clear(item)
+    clear(support)
+    move_to(item)
+    take(item)
+    place(item, support)
+"""
+        + STACKING.format(run="fill(goal)", success=ALL_ON),
+        "holding(target)",
+    ),
+    "E602 a goal that holds before anything is done": (
+        PLACING + STACKING.format(run="fill(goal)", success="all present(p.item) for p in goal"),
+        "all present(p.item) for p in goal",
+    ),
+    "E603 an expert that forgets half of the goal": (
+        """
+program fill(goal: list[Placement]):
+    achieves all clear(p.support) for p in goal
+    for p in goal:
+        clear(p.support)
+"""
+        + STACKING.format(run="fill(goal)", success=ALL_ON),
+        "fill(goal)",
+    ),
+    "E604 a success test that is content half-way": (
+        PLACING + STACKING.format(run="fill(goal)", success="some not on(p.item, table) for p in goal"),
+        "some not on(p.item, table) for p in goal",
+    ),
+    "E605 two things that push each other off one pad": (
+        """
+type Pad is Place
+"""
+        + PLACING
+        + """
+task crowded:
+    scene:
+        pads: 2 Pad on table with box(7 cm, 7 cm, 1 cm)
+        blocks: 5 Block on table
+    goal:    matchings(blocks, pads, pairs=3)
+    run:     fill(goal)
+    success: all on(p.item, p.support) for p in goal
+""",
+        "pick_and_place(p.item, p.support)",
+    ),
+    "E608 a scene that does not fit on the table": (
+        PLACING
+        + STACKING.format(run="fill(goal)", success=ALL_ON).replace(
+            "5 Block on table", "30 Block on table with cube(12 cm)"
+        ),
+        "blocks: 30 Block on table with cube(12 cm)",
+    ),
+}
+FLAWED_PYTHON = {
+    "E606": "random.sample(sorted(supports.items()), len(supports))",
+    "E607": "supports.elements()",
+}
+
+
+def written(folder: Path, declarations: str) -> Path:
+    path = folder / "mine.ntp"
+    path.write_text(f"library mine\nuse tabletop\n{declarations}")
+    return path
+
+
+def found(path: Path) -> list[Diagnostic]:
+    return check_dynamically(load(path), path)
+
+
+def excerpt(path: Path, diagnostic: Diagnostic) -> str:
+    row = path.read_text().split("\n")[diagnostic.span.line - 1]
+    return row[diagnostic.span.column - 1 : diagnostic.span.end_column - 1]
+
+
+@pytest.mark.parametrize("fault", FOUND)
+def test_a_planted_fault_is_found_at_its_place(tmp_path: Path, fault: str) -> None:
+    declarations, place = FOUND[fault]
+    path = written(tmp_path, declarations)
+    errors = [each for each in found(path) if each.severity == "error"]
+    assert [each.code for each in errors] == [fault.split()[0]], errors
+    assert excerpt(path, errors[0]) == place
+
+
+def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUND["E605 two things that push each other off one pad"][0])
+    (livelock,) = [each for each in found(path) if each.code == "E605"]
+    steps = [note.message.split(".")[0] for note in livelock.notes]
+    assert steps == [str(number) for number in range(1, len(steps) + 1)]
+    assert {"clear", "pick", "place"} <= {note.message.split()[1].split("(")[0] for note in livelock.notes}
+    assert livelock.notes[-1].message.endswith("again, and so on")
+
+
+EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_an_example_passes_whole(example: str) -> None:
+    path = find(example)
+    assert [str(each) for each in check_dynamically(with_python(load(path)), path)] == []
+
+
+def test_the_standard_library_is_honest() -> None:
+    path = library_folder() / "tabletop.ntp"
+    assert [str(each) for each in found(path)] == []
+
+
+def test_what_is_left_to_python_is_not_executed_unless_asked_for(tmp_path: Path) -> None:
+    text = (examples_folder() / "blueprint" / "blueprint.ntp").read_text()
+    path = tmp_path / "mine.ntp"
+    path.write_text(text.replace("library blueprint", "library mine"))
+    (tmp_path / "mine.py").write_text("raise SystemExit('imported')\n")
+    notes = found(path)
+    assert [each.code for each in notes] == ["N601", "N601"]
+    assert "the expert 'build' is left to Python" in notes[0].message
+
+
+@pytest.mark.parametrize("code", FLAWED_PYTHON)
+def test_an_expert_in_python_that_is_no_function_or_fails_is_found(tmp_path: Path, code: str) -> None:
+    folder = examples_folder() / "blueprint"
+    path = tmp_path / "mine.ntp"
+    path.write_text((folder / "blueprint.ntp").read_text().replace("library blueprint", "library mine"))
+    flawed = (folder / "blueprint.py").read_text().replace("sorted(supports.items())", FLAWED_PYTHON[code])
+    (tmp_path / "mine.py").write_text(flawed.replace("from ntp_dsl", "import random\n\nfrom ntp_dsl", 1))
+    errors = check_dynamically(with_python(load(path)), path)
+    assert [each.code for each in errors] == [code]
+    if code == "E607":
+        assert "mine.py:" in errors[0].message and "has no attribute 'elements'" in errors[0].message
+
+
+def test_the_check_is_the_same_for_a_seed(tmp_path: Path) -> None:
+    path = written(tmp_path, FOUND["E605 two things that push each other off one pad"][0])
+    assert found(path) == found(path)
