@@ -7,6 +7,7 @@ from inspect import cleandoc
 from typing import Any, TypeVar
 
 from ntp_dsl.language import syntax
+from ntp_dsl.language.build_clauses import join_clauses
 from ntp_dsl.language.build_terms import Terms, Word
 from ntp_dsl.language.diagnostics import Diagnostic
 from ntp_dsl.language.syntax import Expression, Number, Span
@@ -330,9 +331,10 @@ class Builder(Terms):
 
     def _once(self, clauses: tuple[Clause, ...]) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        for clause in clauses:
-            if clause.kind in found:
+        for before, clause in zip((None, *clauses), clauses, strict=False):
+            if before is not None and clause.kind in found:
                 message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"
-                self.mistakes.append(Diagnostic("E008", message, clause.span))
-            found[clause.kind] = clause.value
+                fix = join_clauses(found[clause.kind], clause.value, before.span, clause.span)
+                self.mistakes.append(Diagnostic("E008", message, clause.span, fix=fix))
+            found.setdefault(clause.kind, clause.value)
         return found

@@ -138,17 +138,32 @@ def _with_call(statement: Statement, call: syntax.Call) -> Statement:
 
 
 def _required(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
-    """The program asks its caller for it."""
-    program, table = lack.program, contracts.table
-    sight = {each.name for each in program.parameters} | set(table.constants) | set(contracts.members)
-    if not mentions(lack.fact) <= sight or any(each == EVERY for each in everything(lack.fact)):
+    """The program asks its caller for it, and for whatever else the call lacks that nobody achieves."""
+    program = lack.program
+    if not _can_ask(contracts, lack):
         return
-    old, fact = program.requires, lack.fact
-    wanted = fact if old is None else syntax.And((old, fact), span=old.span)
-    fix = add_requirement(program, fact)
+    facts_asked = [lack.fact]
+    if not contracts.achievers(lack.fact):
+        facts_asked = [
+            each.fact
+            for each in contracts.lacks(program)
+            if each.index == lack.index and not contracts.achievers(each.fact)
+            if _can_ask(contracts, each)
+        ]
+    wanted = facts_asked[0] if len(facts_asked) == 1 else syntax.And(tuple(facts_asked))
+    fix = add_requirement(program, wanted)
     if fix is not None:
+        old = program.requires
+        whole = wanted if old is None else syntax.And((old, wanted), span=old.span)
         words = f"add it to what '{program.name}' requires"
-        yield replace(program, requires=wanted), fix, words
+        yield replace(program, requires=whole), fix, words
+
+
+def _can_ask(contracts: Contracts, lack: Lack) -> bool:
+    """Whether a caller would know what is spoken of."""
+    sight = {each.name for each in lack.program.parameters} | set(contracts.table.constants)
+    known = mentions(lack.fact) <= sight | set(contracts.members)
+    return known and not any(each == EVERY for each in everything(lack.fact))
 
 
 def add_requirement(program: ProgramDeclaration, fact: Expression) -> Fix | None:

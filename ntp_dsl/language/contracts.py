@@ -24,6 +24,8 @@ def check_contracts(table: Table, own: Iterable[syntax.Declaration]) -> None:
     contracts = Contracts(table)
     lints.check_programs(contracts, judged)
     for program in judged:
+        if isinstance(program, syntax.TaskDeclaration):
+            lints.check_success(contracts, program)
         if not isinstance(program, ProgramDeclaration):
             continue
         if program.achieves is None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ntp_dsl.language import syntax, tasks
+from ntp_dsl.language.diagnostics import Fix
 from ntp_dsl.language.lints import check_conditions
 from ntp_dsl.language.names import Table, check_type
 from ntp_dsl.language.signatures import Names, check_parameters
-from ntp_dsl.language.syntax import PYTHON
+from ntp_dsl.language.syntax import PYTHON, Span
 from ntp_dsl.language.typing_rules import Typing
-from ntp_dsl.language.walks import callees
+from ntp_dsl.language.walks import callees, innermost
 
 
 def check_declaration(declaration: syntax.Declaration, table: Table) -> None:
@@ -57,7 +58,7 @@ def _check_statement(
 ) -> None:
     match statement:
         case syntax.For(generator, body):
-            _check_statement(body, typing.generator(generator, names), table, typing)
+            _check_statement(body, typing.generator(generator, names, statement), table, typing)
         case syntax.When(condition, body):
             typing.condition(condition, names)
             _check_statement(body, names, table, typing)
@@ -72,7 +73,10 @@ def _check_shape(program: syntax.ProgramDeclaration, table: Table) -> None:
     elif program.by is not None and program.body:
         message = f"'{program.name}' is decided by {PYTHON}, so it has no body"
         help = f"say what it may call: calls {', '.join(callees(program))}"
-        table.report("E408", message, program.body[0].span, help)
+        first, last = program.body[0].span, innermost(program.body[-1]).span
+        whole = Span(first.path, first.line, first.column, last.end_line, last.end_column)
+        fix = Fix(whole, f"calls {', '.join(callees(program))}")
+        table.report("E408", message, first, help, fix=fix)
     elif program.by is None and program.calls:
         message = f"'{program.name}' has a body, which says what it calls"
         help = f"an expert in Python is declared: program {program.name}(...) by {PYTHON}:"

@@ -88,13 +88,13 @@ def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
 
 def _task(declaration: syntax.TaskDeclaration) -> list[str]:
     lines = [f"task {declaration.name}:"]
-    groups = [_group(group) for group in declaration.scene]
+    groups = [format_group(group) for group in declaration.scene]
     if len(groups) == 1:
         lines.append(f"scene: {groups[0]}")
     elif groups:
         lines += ["scene:", *(INDENT + group for group in groups)]
     if declaration.goal is not None:
-        lines.append(f"goal: {_sampler(declaration.goal)}")
+        lines.append(f"goal: {format_sampler(declaration.goal)}")
     if declaration.run is not None:
         lines.append(f"run: {_call(declaration.run)}")
     if declaration.success is not None:
@@ -135,7 +135,8 @@ def format_type(name: syntax.TypeName) -> str:
     return f"list[{name.name}]" if name.is_list else name.name
 
 
-def _sampler(sampler: syntax.Sampler) -> str:
+def format_sampler(sampler: syntax.Sampler) -> str:
+    """`towers(blocks, placements=1..6, height=2..4)`."""
     options = [
         f"{each.name}={each.low}" + (f"..{each.high}" if each.high != each.low else "")
         for each in sampler.options
@@ -152,7 +153,8 @@ def _by(provider: syntax.Name | None) -> str:
     return f" by {provider.id}" if provider else ""
 
 
-def _group(group: syntax.SceneGroup) -> str:
+def format_group(group: syntax.SceneGroup) -> str:
+    """`blocks: 8 Block on table`."""
     count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
     text = f"{group.name}: {count} {format_type(group.type)} on {group.place}"
     return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations, permutations
+from itertools import combinations, count, permutations
 
 from ntp_dsl.language import syntax
-from ntp_dsl.language.diagnostics import Fix
+from ntp_dsl.language.diagnostics import Edit, Fix
 from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.signatures import Names, fits
-from ntp_dsl.language.syntax import Expression, Field, Name, Parameter, TypeName
+from ntp_dsl.language.syntax import Expression, Field, Name, Parameter, Span, TypeName
+from ntp_dsl.language.walks import inside
 
 Arguments = tuple[Expression, ...]
 FEW = 5  # arguments, up to which every order and choice is tried
@@ -132,3 +133,36 @@ def narrower(sight: Sight, parameter: Parameter, wrong: Expression) -> Fix | Non
 def as_call(node: syntax.Atom | syntax.Call, name: str, arguments: Arguments) -> Fix:
     """The call, or predicate, with these arguments instead."""
     return Fix(node.span, f"{name}({', '.join(map(format_expression, arguments))})")
+
+
+def rename(
+    generator: syntax.Generator, scope: syntax.Quantified | syntax.For, taken: set[str]
+) -> Fix | None:
+    """The variable, and every mention of it in its loop, under a name that is not taken.
+
+    None where a predicate has the name twice: one of the two is meant to be the other thing.
+    """
+    old = generator.variable
+    for each in inside(scope):
+        if isinstance(each, syntax.Atom) and each.arguments.count(Name(old)) > 1:
+            return None
+    new = next(name for name in _names_for(generator) if name not in taken)
+    uses = [
+        Edit(each.span, new)
+        for each in inside(scope)
+        if isinstance(each, Name) and each.id == old and each is not generator.iterable
+    ]
+    place = Span(
+        generator.span.path,
+        generator.span.line,
+        generator.span.column,
+        generator.span.line,
+        generator.span.column + len(old),
+    )
+    return Fix(place, new, tuple(uses))
+
+
+def _names_for(generator: syntax.Generator) -> Iterator[str]:
+    """The type's first letter, as is the custom; else the old name with a number."""
+    yield generator.iterable.id[0].lower()
+    yield from (f"{generator.variable}_{number}" for number in count(2))

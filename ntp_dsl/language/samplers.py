@@ -13,7 +13,9 @@ from dataclasses import dataclass
 
 from ntp_dsl.language.syntax import Option
 
-Flaw = tuple[str, str]  # the option at fault, or nothing for the sampler itself; and what is wrong
+Range = tuple[int, int]
+# The option at fault, or nothing for the sampler itself; what is wrong; and the nearest range that would do.
+Flaw = tuple[str, str, Range | None]
 VARIED = ("topology", "semantics")
 
 
@@ -48,45 +50,66 @@ def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterat
     placements, height = options["placements"], options["height"]
     blocks = sum(counts)
     if placements.low < 1:
-        yield "placements", "a goal without a placement is empty: nothing would have to be done"
+        message = "a goal without a placement is empty: nothing would have to be done"
+        yield "placements", message, _from(placements, 1)
     elif height.low < 2:
-        yield "height", "a tower has at least two blocks"
+        yield "height", "a tower has at least two blocks", _from(height, 2)
     elif placements.low < height.low - 1:
         need = height.low - 1
-        yield "placements", f"a tower of {height.low} takes {need} placements, not {placements.low}"
+        message = f"a tower of {height.low} takes {need} placements, not {placements.low}"
+        yield "placements", message, _from(placements, need)
     elif height.low > blocks:
-        yield "height", f"a tower of {height.low} takes as many blocks; the scene has {blocks}"
-    elif (need := blocks_needed(placements.high, min(height.high, placements.high + 1))) > blocks:
-        yield (
-            "placements",
+        yield "height", f"a tower of {height.low} takes as many blocks; the scene has {blocks}", None
+    elif (need := _needed(placements.high, height)) > blocks:
+        message = (
             f"{placements.high} placements in towers of at most {height.high} take {need} blocks;"
-            f" the scene has {blocks}",
+            f" the scene has {blocks}"
         )
+        most = max(each for each in range(blocks) if not each or _needed(each, height) <= blocks)
+        yield "placements", message, _up_to(placements, most)
+
+
+def _needed(placements: int, height: Option) -> int:
+    return blocks_needed(placements, min(height.high, placements + 1))
+
+
+def _from(option: Option, low: int) -> Range:
+    return low, max(low, option.high)
+
+
+def _up_to(option: Option, high: int) -> Range | None:
+    """None where nothing at all is possible."""
+    return (min(option.low, high), high) if high > 0 else None
 
 
 def _matching_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
     pairs, each = options["pairs"], options.get("each")
     items, supports = counts
     if pairs.low < 1:
-        yield "pairs", "a goal without a pair is empty: nothing would have to be done"
+        message = "a goal without a pair is empty: nothing would have to be done"
+        yield "pairs", message, _from(pairs, 1)
     elif pairs.high > items:
-        yield "pairs", f"{pairs.high} pairs take as many items; there are {items}"
+        yield "pairs", f"{pairs.high} pairs take as many items; there are {items}", _up_to(pairs, items)
     elif each is not None and each.low < 1:
-        yield "each", "a support that takes nothing is no support"
+        yield "each", "a support that takes nothing is no support", _from(each, 1)
     elif each is not None and pairs.high > supports * each.high:
         most = supports * each.high
-        yield "pairs", f"{supports} supports take {most} items at most, not {pairs.high}"
+        message = f"{supports} supports take {most} items at most, not {pairs.high}"
+        yield "pairs", message, _up_to(pairs, most)
 
 
 def _permutation_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
     items, places = counts
     length = options.get("length")
     if length is not None and length.low < 1:
-        yield "length", "a goal of no things is empty: nothing would have to be done"
+        message = "a goal of no things is empty: nothing would have to be done"
+        yield "length", message, _from(length, 1)
     elif length is not None and length.high > items:
-        yield "length", f"so many things are not in the scene; there are {items}"
+        message = f"so many things are not in the scene; there are {items}"
+        yield "length", message, _up_to(length, items)
     elif (length.high if length else items) > places:
-        yield "", f"{length.high if length else items} things do not fit on {places} places"
+        message = f"{length.high if length else items} things do not fit on {places} places"
+        yield "length" if length else "", message, _up_to(length, places) if length else None
 
 
 SAMPLERS: Mapping[str, SamplerKind] = {

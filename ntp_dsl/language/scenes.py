@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ntp_dsl.language.diagnostics import unknown
+from ntp_dsl.language.diagnostics import Fix, unknown
+from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.signatures import check_order, fits, head, measure, phrase, si
 from ntp_dsl.language.syntax import (
@@ -17,6 +18,7 @@ from ntp_dsl.language.syntax import (
     Text,
     TypeName,
 )
+from ntp_dsl.language.task_repairs import reversed_count
 
 LENGTH = TypeName("length")
 SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
@@ -52,7 +54,7 @@ def _check_group(group: SceneGroup, before: tuple[SceneGroup, ...], table: Table
         table.report("E502", f"a scene of no {group.type.name} leaves nothing to do", group.span)
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
-        table.report("E502", message, group.span)
+        table.report("E502", message, group.span, fix=reversed_count(group))
     if group.name in {other.name for other in before} or group.name in table.constants:
         table.report(
             "E305", f"'{group.name}' is in the scene already", head(group.span, group.name)
@@ -112,7 +114,11 @@ def _check_length(number: Number, meaning: str, table: Table) -> None:
     if found is not None and not fits(table, found, LENGTH):
         table.report("E204", f"the {meaning} is a length, and this {phrase(found)}", number.span)
     elif (size := si(number)) is not None and not 0 < size <= 10:
-        table.report("E504", f"{size:g} m is no size for a thing before an arm", number.span)
+        is_bare = not number.unit and 0 < size <= 100
+        fix = Fix(number.span, f"{format_expression(number)} cm") if is_bare else None
+        help = f"did you mean {fix.replacement}?" if fix else ""
+        message = f"{size:g} m is no size for a thing before an arm"
+        table.report("E504", message, number.span, help, fix=fix)
 
 
 def _check_interval(interval: Interval, table: Table) -> None:

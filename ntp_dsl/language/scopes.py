@@ -7,15 +7,17 @@ declare the same name in one namespace.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from ntp_dsl.language.diagnostics import Note, unknown
+from ntp_dsl.language.diagnostics import Fix, Note, unknown
 from ntp_dsl.language.drafts import Draft, Key
 from ntp_dsl.language.names import NUMBER_TYPES, SPACES, Table
 from ntp_dsl.language.syntax import (
     ConstantDeclaration,
     Declaration,
     EnumDeclaration,
+    Span,
+    TaskDeclaration,
     TypeDeclaration,
 )
 
@@ -108,13 +110,26 @@ def _clash(
 ) -> None:
     note = Note("first declared here", first.name_span)
     word = SPACES[type(again)][2]
+    alike = replace(again, docstring="") == replace(first, docstring="")
+    fix = _removal(again) if alike else None
     if owner == index:
         message = f"{word} '{again.name}' is declared twice"
-        table.report("E301", message, again.name_span, "rename or remove one of them", note)
+        help = "rename or remove one of them"
+        if isinstance(again, TaskDeclaration) and fix is None:
+            fix = Fix(again.name_span, f"{again.name}_again")  # nothing else names a task
+        table.report("E301", message, again.name_span, help, note, fix=fix)
     else:
         name = units[owner].draft.name
         message = f"{word} '{again.name}' is also declared by library '{name}', which is used here"
-        table.report("E302", message, again.name_span, "choose another name", note)
+        help = "remove it: the other says the same" if alike else "choose another name"
+        table.report("E302", message, again.name_span, help, note, fix=fix)
+
+
+def _removal(declaration: Declaration) -> Fix:
+    """All lines of the declaration are taken out."""
+    span = declaration.span
+    end = (span.end_line, 1) if span.end_column == 1 else (span.end_line + 1, 1)
+    return Fix(Span(span.path, span.line, 1, *end), "")
 
 
 def _check_own(declaration: Declaration, own: Sequence[Declaration], table: Table) -> None:
@@ -139,14 +154,18 @@ def _check_parent(declaration: TypeDeclaration, table: Table) -> None:
         )
     elif declaration.name in table.ancestors(parent.name):
         message = f"type '{declaration.name}' is its own ancestor"
-        table.report("E303", message, parent.span, "one of the types in the circle has no parent")
+        help = "one of the types in the circle has no parent"
+        table.report("E303", message, parent.span, help)
 
 
 def _check_members(enum: EnumDeclaration, table: Table) -> None:
     for index, member in enumerate(enum.members):
         span = enum.member_spans[index] if enum.member_spans else enum.name_span
         if member in enum.members[:index]:
-            table.report("E301", f"'{member}' is a member of '{enum.name}' twice", span)
+            before = enum.member_spans[index - 1] if enum.member_spans else span
+            whole = Span(span.path, before.end_line, before.end_column, span.end_line, span.end_column)
+            message = f"'{member}' is a member of '{enum.name}' twice"
+            table.report("E301", message, span, "once is enough", fix=Fix(whole, ""))
         elif member in table.constants:
             note = Note("declared here", table.constants[member].name_span)
             table.report("E301", f"'{member}' is a constant already", span, "", note)

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from ntp_dsl.language.diagnostics import Note, unknown
+from ntp_dsl.language.diagnostics import Fix
+from ntp_dsl.language.formatter import format_expression
+from ntp_dsl.language.goals import check_goal
 from ntp_dsl.language.names import Table
-from ntp_dsl.language.samplers import SAMPLERS, SamplerKind
 from ntp_dsl.language.scenes import check_scene
-from ntp_dsl.language.signatures import fits, head, phrase
-from ntp_dsl.language.syntax import (
-    PYTHON,
-    Option,
-    RecordDeclaration,
-    Sampler,
-    SceneGroup,
-    Span,
-    TaskDeclaration,
-    TypeName,
-)
+from ntp_dsl.language.signatures import head
+from ntp_dsl.language.syntax import TaskDeclaration, TypeName
+from ntp_dsl.language.task_repairs import missing_section, said_of
 from ntp_dsl.language.typing_rules import Typing
+from ntp_dsl.language.walks import mentions
 
 GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 SECTIONS = {
@@ -35,11 +27,14 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
     for section, example in SECTIONS.items():
         if not getattr(task, section):
             message = f"task '{task.name}' has no '{section}'"
-            table.report("E501", message, task.name_span, f"for example: {example}")
+            fix = missing_section(task, section, GOAL, table)
+            help = f"write it below: {fix.replacement.strip()}" if fix else f"for example: {example}"
+            table.report("E501", message, task.name_span, help, fix=fix)
     check_scene(task, table)
     names = {group.name: TypeName(group.type.name, is_list=True) for group in task.scene}
     if task.goal is not None:
-        names[GOAL] = TypeName(_check_goal(task.goal, task, table), is_list=True)
+        names[GOAL] = TypeName(check_goal(task.goal, task, table), is_list=True)
+    before = len(table.mistakes)
     if task.run is not None:
         typing.call(task.run, names)
         if task.run.callee in table.apis:
@@ -47,157 +42,19 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
             table.report("E503", message, head(task.run.span, task.run.callee))
     if task.success is not None:
         typing.condition(task.success, names)
+    if len(table.mistakes) == before:
+        _check_judgement(task, table)
 
 
-def _check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
-    """What the goal is a list of; nothing where that cannot be told."""
-    span = head(goal.span, goal.name)
-    record = _check_result(goal, table)
-    sources = _check_sources(goal, task, table)
-    if goal.by is not None:
-        _check_python(goal, table)
-        _check_ranges(goal, table)
-        return record.name if record else ""
-    kind = SAMPLERS.get(goal.name)
-    if kind is None:
-        help = "a function of your own is written: NAME(...) -> list[Placement] by python"
-        table.mistakes.append(unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help))
-        return record.name if record else ""
-    if goal.result is None:
-        record = table.records.get(kind.record)
-        if record is None:
-            message = f"'{goal.name}' draws a list of {kind.record}, and no such record is declared"
-            help = "write 'use tabletop' above"
-            table.report("E108", message, span, help, name=kind.record)
-    options = _check_options(goal, kind, table)
-    if sources is not None and _check_number(goal, kind, sources, table):
-        if record is not None:
-            _check_fields(goal, kind, record, sources, table)
-        if options is not None:
-            for name, message in kind.flaws(options, [count for _, count in sources]):
-                table.report("E502", message, options[name].span if name else span)
-    return record.name if record else ""
-
-
-def _check_result(goal: Sampler, table: Table) -> RecordDeclaration | None:
-    if goal.result is None:
-        return None
-    record = table.records.get(goal.result.name)
-    if record is None:
-        known = table.records
-        table.mistakes.append(
-            unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
-        )
-    elif not goal.result.is_list:
-        message = f"a goal is a list: list[{record.name}]"
-        table.report("E202", message, goal.result.span)
-    return record
-
-
-def _check_python(goal: Sampler, table: Table) -> None:
-    assert goal.by is not None
-    if goal.by.id != PYTHON:
-        message = f"a goal is drawn by a sampler that there is, or by {PYTHON}"
-        table.report("E112", message, goal.by.span)
-    elif goal.result is None:
-        message = f"'{goal.name}' does not say what it draws"
-        help = "for example: -> list[Placement], before 'by python'"
-        table.report("E502", message, head(goal.span, goal.name), help)
-
-
-Source = tuple[TypeName, int]  # of what type, and how many at least
-
-
-def _check_sources(goal: Sampler, task: TaskDeclaration, table: Table) -> list[Source] | None:
-    """The groups of the scene, or enumerations, that a sampler draws from."""
-    declared: dict[str, SceneGroup] = {group.name: group for group in task.scene}
-    sources: list[Source] = []
-    missing = False
-    for index, name in enumerate(goal.groups):
-        if name in declared:
-            sources.append((declared[name].type, declared[name].count))
-        elif name in table.enums:
-            sources.append((TypeName(name), len(table.enums[name].members)))
-        else:
-            span = goal.group_spans[index] if goal.group_spans else goal.span
-            known = [*declared, *table.enums]
-            table.mistakes.append(unknown("E106", "the scene has no group", name, span, known))
-            missing = True
-    return None if missing else sources
-
-
-def _check_number(
-    goal: Sampler, kind: SamplerKind, sources: list[Source], table: Table
-) -> bool:
-    wanted = len(kind.sources)
-    span = head(goal.span, goal.name)
-    if not sources:
-        message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
-        table.report("E502", message, span, f"{goal.name}({', '.join(kind.sources)}, ...)")
-        return False
-    if len(sources) == wanted or (kind.many_sources and len(sources) > wanted):
-        return True
-    message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
-    table.report("E201", message, span, f"{goal.name}({', '.join(kind.sources)}, ...)")
-    return False
-
-
-def _check_fields(
-    goal: Sampler,
-    kind: SamplerKind,
-    record: RecordDeclaration,
-    sources: list[Source],
-    table: Table,
-) -> None:
-    """A pair becomes the record's two fields; of a tower, each thing may be either."""
-    span = goal.result.span if goal.result else head(goal.span, goal.name)
-    note = Note(f"'{record.name}' is declared here", record.name_span)
-    if len(record.fields) != 2:
-        message = f"'{goal.name}' fills two fields, and a {record.name} has {len(record.fields)}"
-        table.report("E202", message, span, "", note)
+def _check_judgement(task: TaskDeclaration, table: Table) -> None:
+    """What is drawn and run is also what is judged."""
+    if task.goal is None or task.run is None or task.success is None:
         return
-    first, second = record.fields
-    if kind.many_sources:
-        wanted = [(source, field) for source, _ in sources for field in (first, second)]
-    else:
-        wanted = [(sources[0][0], first), (sources[1][0], second)]
-    for source, field in wanted:
-        if not fits(table, source, field.type):
-            message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(source)}"
-            table.report("E202", message, span, "", note)
-            return
-
-
-def _check_options(
-    goal: Sampler, kind: SamplerKind, table: Table
-) -> Mapping[str, Option] | None:
-    before = len(table.mistakes)
-    for option in goal.options:
-        if option.name not in kind.options:
-            what = f"'{goal.name}' has no option"
-            span = _option_span(option)
-            help = f"its length is called '{kind.length}'" if option.name == "length" else ""
-            table.mistakes.append(unknown("E109", what, option.name, span, kind.options, help))
-    options = _check_ranges(goal, table)
-    missing = [name for name in kind.needed if name not in options]
-    if missing and len(table.mistakes) == before:
-        message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
-        help = f"for example: {SECTIONS['goal']}" if goal.name == "towers" else ""
-        table.report("E502", message, head(goal.span, goal.name), help)
-    return options if len(table.mistakes) == before else None
-
-
-def _check_ranges(goal: Sampler, table: Table) -> Mapping[str, Option]:
-    options: dict[str, Option] = {}
-    for option in goal.options:
-        if option.name in options:
-            table.report("E305", f"'{option.name}' is set twice", _option_span(option))
-        elif option.low > option.high:
-            message = f"{option.low}..{option.high} is empty: it ends below its start"
-            table.report("E502", message, option.span)
-        options.setdefault(option.name, option)
-    return options
-
-
-def _option_span(option: Option) -> Span:
-    return head(option.span, option.name)
+    is_run = any(GOAL in mentions(argument) for argument in task.run.arguments)
+    if is_run and GOAL not in mentions(task.success):
+        program = table.programs.get(task.run.callee)
+        promised = said_of(program, task.run) if program and program.achieves else None
+        fix = Fix(task.success.span, format_expression(promised)) if promised else None
+        message = f"this says nothing of the {GOAL} that is drawn and run"
+        help = f"what '{task.run.callee}' achieves is: {fix.replacement}" if fix else ""
+        table.report("W501", message, task.success.span, help, fix=fix)

@@ -48,7 +48,7 @@ class Typing:
             case syntax.Quantified(_, body, generators):
                 inner = names
                 for generator in generators:
-                    inner = self.generator(generator, inner)
+                    inner = self.generator(generator, inner, expression)
                 self.condition(body, inner)
             case syntax.Name(id) if id not in names and id in self._table.predicates:
                 self._bare_predicate(expression, self._table.predicates[id], names)
@@ -72,15 +72,18 @@ class Typing:
             fix = Fix(node.span, f"{declared.name}()")
             self._table.report("E201", message, node.span, fix=fix)
 
-    def generator(self, generator: syntax.Generator, names: Names) -> Names:
-        """The names in sight inside the loop."""
+    def generator(
+        self, generator: syntax.Generator, names: Names, scope: syntax.Quantified | syntax.For
+    ) -> Names:
+        """The names in sight inside the loop that the generator belongs to."""
         domain = generator.iterable
         element = self._element(domain, names)
         if generator.variable in names or generator.variable in self._table.constants:
             message = f"'{generator.variable}' has a meaning here already"
-            self._table.report(
-                "E306", message, generator.span, "choose another name for the variable"
-            )
+            taken = {*names, *self._table.constants}
+            fix = repairs.rename(generator, scope, taken)
+            help = "choose another name for the variable"
+            self._table.report("E306", message, generator.span, help, fix=fix)
         inner = {**names, generator.variable: element}
         if generator.condition is not None:
             self.condition(generator.condition, inner)
@@ -129,7 +132,8 @@ class Typing:
                 help = (
                     f"a reading is declared with its type: predicate {declared.name}(...) -> length"
                 )
-                self._table.report("E205", message, expression.span, help)
+                fix = self._inside(expression, names, expected)
+                self._table.report("E205", message, expression.span, help, fix=fix)
                 return None
             case syntax.Wildcard():
                 help = "'any' stands in a predicate's argument, as in holding(any)"
@@ -138,6 +142,16 @@ class Typing:
                 return None
         self._table.report("E205", "this is true or false; here a value is meant", expression.span)
         return None
+
+    def _inside(
+        self, atom: syntax.Atom, names: Names, expected: TypeName | None
+    ) -> Fix | None:
+        """`x` where `clear(x)` stands and a thing is meant."""
+        if expected is None or len(atom.arguments) != 1:
+            return None
+        parameter = syntax.Parameter("", expected)
+        is_meant = self._arguments.takes([parameter], atom.arguments, names)
+        return Fix(atom.span, format_expression(atom.arguments[0])) if is_meant else None
 
     def _name(
         self, node: Expression, name: str, names: Names, expected: TypeName | None

@@ -65,6 +65,22 @@ def everything(expression: Expression | Generator | None) -> Iterator[Expression
             yield from everything(part)
 
 
+def inside(node: Statement | Expression) -> Iterator[Expression | Generator]:
+    """Every expression of a statement, or of an expression."""
+    match node:
+        case syntax.Call(_, arguments):
+            for argument in arguments:
+                yield from everything(argument)
+        case syntax.When(condition, body):
+            yield from everything(condition)
+            yield from inside(body)
+        case syntax.For(generator, body):
+            yield from everything(generator)
+            yield from inside(body)
+        case _:
+            yield from everything(node)
+
+
 def mentions(expression: Expression | Generator | None) -> set[str]:
     """Every name that occurs in an expression and is not its own loop's variable."""
     match expression:

@@ -107,7 +107,7 @@ def test_diff_shows_and_writes_nothing(capsys: pytest.CaptureFixture[str], flawe
 def test_fix_of_what_cannot_be_mended_leaves_it_as_it_is(
     capsys: pytest.CaptureFixture[str], flawed: Path
 ) -> None:
-    text = "library a\nuse tabletop\ntype Cup\ntype Cup\n"
+    text = "library a\nuse tabletop\ntype Cup is Movable\ntype Cup\n"
     flawed.write_text(text)
     assert run(["check", "--static", str(flawed), "--fix"]) == 1
     assert flawed.read_text() == text and "1 mistake found\n" in capsys.readouterr().out
