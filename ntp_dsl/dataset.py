@@ -48,6 +48,7 @@ class RecordingPlan:
     excluded: frozenset[Configuration] = frozenset()
     command: str = ""  # as it was typed, for the manifest
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
+    varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
 
 
 class RecordingStudio:
@@ -64,7 +65,7 @@ class RecordingStudio:
         """A goal drawn from the seed that is not among the excluded ones."""
         for attempt in range(REDRAWS):
             rng = np.random.default_rng((self.plan.seed, number, attempt))
-            drawn = draw(self.registry, self.task, rng)
+            drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
             if end_configuration(drawn.goal) not in self.plan.excluded:
                 return drawn
         raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
@@ -137,6 +138,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
         "command": plan.command,
         "excluded": len(plan.excluded),
         "excluded_files": dict(plan.excluded_files),
+        "varied": {name: list(bounds) for name, bounds in plan.varied},
         "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
         "episodes": rows,
     }

@@ -47,6 +47,7 @@ class Plan:
     disturbances: Disturbances = Disturbances()
     tasks: Path | None = None
     traces: Path | None = None
+    varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ class Evaluator:
         if self._file:
             return self._file[number % len(self._file)]
         rng = np.random.default_rng((self.plan.seed, number, 0))
-        return draw(self.registry, self.task, rng)
+        return draw(self.registry, self.task, rng, dict(self.plan.varied))
 
     def scene(self, instance: Instance, number: int) -> Scene:
         return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))

@@ -59,8 +59,11 @@ def draw_goal(
     draw = _draw(sources, options, rng)
     if sampler.by is not None:
         return _by_function(registry, sampler, draw)
+    kind = KINDS[sampler.name]
+    for knob, flaw in kind.flaws(options, [len(source) for source in sources]):
+        raise NtpError(f"{sampler.name}: {knob}: {flaw}")
     pairs = SAMPLERS[sampler.name](draw)
-    record = sampler.result.name if sampler.result else KINDS[sampler.name].record
+    record = sampler.result.name if sampler.result else kind.record
     first, second = (field.name for field in registry.records[record])
     return tuple(Record(record, ((first, a), (second, b))) for a, b in pairs)
 

@@ -11,19 +11,24 @@ from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Json,
+    Length,
     Library,
     Model,
     Noise,
     Pushes,
     Scripted,
     Seed,
+    Semantics,
     Slips,
     Task,
+    Topology,
     Workers,
     WorldName,
+    varied,
 )
 from ntp_dsl.evaluation import Plan, run_all
 from ntp_dsl.figures import summary
+from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import Disturbances
 
 
@@ -44,6 +49,9 @@ def command(
         typer.Option(help="Goals from a file, in its order and over again: ours, or the paper's authors'."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="A folder for the traces.")] = None,
+    length: Length = "",
+    topology: Topology = "",
+    semantics: Semantics = "",
     json: Json = False,
 ) -> int:
     """Run many episodes, each from one demonstration in another placement, and count.
@@ -55,7 +63,10 @@ def command(
     """
     path = model_or_expert(library, task, model, expert)
     disturbances = Disturbances(slips, pushes, noise)
-    plan = Plan(library, task, path, world, seed, disturbances, tasks, out)
+    ranges = varied(length, topology, semantics)
+    if tasks and ranges:
+        raise NtpError(f"--{ranges[0][0]} is for goals that are drawn, and --tasks brings them: choose one")
+    plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges)
     done = []
     with progress("episodes", episodes) as bar:
         for episode in run_all(plan, episodes, workers):

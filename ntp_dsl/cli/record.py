@@ -10,7 +10,18 @@ from typing import Annotated
 import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
-from ntp_dsl.cli.options import Json, Library, Seed, Task, Workers, WorldName
+from ntp_dsl.cli.options import (
+    Json,
+    Length,
+    Library,
+    Seed,
+    Semantics,
+    Task,
+    Topology,
+    Workers,
+    WorldName,
+    varied,
+)
 from ntp_dsl.dataset import RecordingPlan, record
 from ntp_dsl.language.diagnostics import TaskFailed
 from ntp_dsl.recording import TROUBLE
@@ -36,6 +47,9 @@ def command(
         list[Path] | None,
         typer.Option(help="A task file whose labelled end configurations are never drawn."),
     ] = None,
+    length: Length = "",
+    topology: Topology = "",
+    semantics: Semantics = "",
     json: Json = False,
 ) -> int:
     """Record demonstrations and labelled traces from the scripted expert.
@@ -49,8 +63,9 @@ def command(
     files = exclude or []
     hashes = tuple((path.name, sha256(path.read_bytes()).hexdigest()) for path in files)
     words = "ntp " + " ".join(sys.argv[1:])
+    ranges = varied(length, topology, semantics)
     plan = RecordingPlan(
-        library, task, out, world, seed, trouble, _excluded(files), words, hashes
+        library, task, out, world, seed, trouble, _excluded(files), words, hashes, ranges
     )
     failed = []
     with progress("recording", episodes) as bar:

@@ -12,15 +12,19 @@ from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Json,
+    Length,
     Library,
     Model,
     Noise,
     Pushes,
     Scripted,
     Seed,
+    Semantics,
     Slips,
     Task,
+    Topology,
     WorldName,
+    varied,
 )
 from ntp_dsl.evaluation import Evaluator, Plan
 from ntp_dsl.files import episode_files
@@ -46,6 +50,9 @@ def command(
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
     out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
+    length: Length = "",
+    topology: Topology = "",
+    semantics: Semantics = "",
     json: Json = False,
 ) -> int:
     """Carry out a task: learned from one demonstration, or by the scripted expert.
@@ -58,7 +65,9 @@ def command(
     if expert and demo:
         raise NtpError("--expert needs no --demo: the script decides")
     path = model_or_expert(library, task, model, expert)
-    plan = Plan(library, task, path, world, seed, Disturbances(slips, pushes, noise), traces=out)
+    ranges = varied(length, topology, semantics)
+    disturbances = Disturbances(slips, pushes, noise)
+    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges)
     evaluator = Evaluator(plan)
     shown = Shown(read_demonstration(demo)) if demo else None
     if shown is None and not expert:

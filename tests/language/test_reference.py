@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
+
+import numpy as np
 
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.formatter import format_library
 from ntp_dsl.language.parser import parse
 from ntp_dsl.language.pieces import KEYWORDS
 from ntp_dsl.language.syntax import Library
+from ntp_dsl.python_code import load_with_python
 from ntp_dsl.resources import grammar_folder, library_folder
+from ntp_dsl.tasks import draw, find_task
+
+FENCED = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def page() -> str:
+    return (grammar_folder() / "README.md").read_text(encoding="utf-8")
+
+
+def declarations() -> str:
+    """The text of every example, as one library."""
+    blocks = re.findall(r"(?:^(?: {4}.*)?\n)+", FENCED.sub("", page()), flags=re.MULTILINE)
+    return "\n".join(re.sub(r"^ {4}", "", block, flags=re.MULTILINE) for block in blocks)
 
 
 def reference() -> Library:
-    page = (grammar_folder() / "README.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"(?:^(?: {4}.*)?\n)+", page, flags=re.MULTILINE)
-    return parse("\n".join(re.sub(r"^ {4}", "", block, flags=re.MULTILINE) for block in blocks))
+    return parse(declarations())
 
 
 def test_every_example_of_the_reference_checks() -> None:
@@ -31,3 +46,18 @@ def test_every_keyword_has_an_example() -> None:
         type(each).__name__.removesuffix("Declaration").lower() for each in reference().declarations
     }
     assert kinds | {"library", "use"} >= set(KEYWORDS)
+
+
+def test_the_functions_of_the_reference_are_what_its_declarations_leave_to_python(tmp_path: Path) -> None:
+    (tmp_path / "kitchen.ntp").write_text(declarations())
+    (tmp_path / "kitchen.py").write_text("\n".join(FENCED.findall(page())))
+    registry = load_with_python(tmp_path / "kitchen.ntp")
+    assert set(registry.python.functions) == {
+        ("expert", "stow_best"), ("predicate", "full"), ("skill", "pull"), ("sampler", "some_of"),
+    }  # fmt: skip
+    drawn = draw(registry, find_task(registry, "serve_some"), np.random.default_rng(0))
+    assert {row.type for row in drawn.goal} == {"Placement"}
+    laid = draw(registry, find_task(registry, "set_out"), np.random.default_rng(0))
+    assert laid.starts["block_0"].surface == "shelf_0" and 2 <= len(laid.goal) <= 3
+    assert all(thing.traits for thing in draw(registry, find_task(registry, "put_in_order"),
+        np.random.default_rng(0)).things if thing.type == "Drawer")  # fmt: skip
