@@ -2,35 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from ntp_dsl.language import contract_repairs, lints, syntax
+from ntp_dsl.language import contract_repairs, lints
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.facts import EVERY
 from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.names import Table
 from ntp_dsl.language.provisions import Contracts, Lack
 from ntp_dsl.language.signatures import head
-from ntp_dsl.language.syntax import ProgramDeclaration
+from ntp_dsl.language.syntax import ProgramDeclaration, TaskDeclaration
 
 
-def check_contracts(table: Table, own: Iterable[syntax.Declaration]) -> None:
-    """Each requirement of a call is provided before it: by contract, earlier call or loop.
+def check_contract(declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts) -> None:
+    """Each requirement of a call is provided before it, by contract, earlier call or loop; and what a
+    task calls success is what its program promises.
 
-    Args:
-        own: whom to judge; all that they call must be in the table.
+    What is wrong is left in the contracts' table.
     """
-    judged = list(own)
-    contracts = Contracts(table)
-    lints.check_programs(contracts, judged)
-    for program in judged:
-        if isinstance(program, syntax.TaskDeclaration):
-            lints.check_success(contracts, program)
-        if not isinstance(program, ProgramDeclaration):
-            continue
-        if program.achieves is None:
-            _no_promise(program, contracts)
-        table.mistakes += [_missing(lack, contracts) for lack in contracts.lacks(program)]
+    if isinstance(declaration, TaskDeclaration):
+        lints.check_success(contracts, declaration)
+        return
+    lints.check_programs(contracts, [declaration])
+    if declaration.achieves is None:
+        _no_promise(declaration, contracts)
+    contracts.table.mistakes += [_missing(lack, contracts) for lack in contracts.lacks(declaration)]
 
 
 def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> None:

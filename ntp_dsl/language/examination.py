@@ -8,14 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from ntp_dsl.language import uses
-from ntp_dsl.language.contracts import check_contracts
+from ntp_dsl.language.contracts import check_contract
 from ntp_dsl.language.declarations import check_declaration
 from ntp_dsl.language.diagnostics import Diagnostic
 from ntp_dsl.language.drafts import Draft
-from ntp_dsl.language.hierarchy import check_hierarchy
+from ntp_dsl.language.hierarchy import check_calls, check_hierarchy
+from ntp_dsl.language.memory import Memory
 from ntp_dsl.language.names import SPACES, Table
+from ntp_dsl.language.provisions import Contracts
 from ntp_dsl.language.scopes import Unit, below, collect, key
 from ntp_dsl.language.syntax import (
     ApiDeclaration,
@@ -26,21 +30,25 @@ from ntp_dsl.language.syntax import (
 )
 from ntp_dsl.language.unknowns import Shelf, settle, standard_names
 from ntp_dsl.language.unused import unused_between, unused_within
-from ntp_dsl.language.walks import predicates
+from ntp_dsl.language.walks import callees, predicates
 
 CALLED = (ApiDeclaration, ProgramDeclaration)
 # What may only seem to be wrong with a declaration, or with a task, of which lines are missing.
 IN_HOLES = ({"E405"}, {"E101", "E106", "E501"})
 
 
-def examine(units: Sequence[Unit], shelf: Shelf = standard_names) -> list[Diagnostic]:
+def examine(
+    units: Sequence[Unit], shelf: Shelf = standard_names, memory: Memory | None = None
+) -> list[Diagnostic]:
     """Everything that is wrong with the libraries' meaning, as far as they could be read.
 
     Args:
         units: the library in question first, then all that it uses.
         shelf: where else a name may be declared.
+        memory: what was found out before, about libraries like these.
     """
-    examination = _Examination()
+    memory = memory or Memory()
+    examination = _Examination(memory)
     mistakes: list[Diagnostic] = []
     for index in [*below(units, 0), 0]:
         table = Table()
@@ -52,15 +60,17 @@ def examine(units: Sequence[Unit], shelf: Shelf = standard_names) -> list[Diagno
         unit.draft.mistakes or None in unit.uses for unit in units
     )
     if not broken:
-        mistakes += unused_between(units, table)
+        mistakes += unused_between(units, table, memory.mentions)
     return mistakes
 
 
 class _Examination:
     """Goes through libraries, and keeps in mind what is not to be relied on."""
 
-    def __init__(self) -> None:
+    def __init__(self, memory: Memory) -> None:
+        self._memory = memory
         self._said: list[Diagnostic] = []  # of names and types, in all libraries so far
+        self._faulty: dict[int, Declaration] = {}  # by identity
         self._holed: list[Declaration] = []
         self._wrong: set[str] = set()  # predicates of which it is not known what they say
 
@@ -76,24 +86,66 @@ class _Examination:
         yield from known.mistakes
         clear = self._without_wrong(known)
         clear.mistakes = list(self._said)
-        check_contracts(clear, [each for each in judged if _stands(each, clear)])
-        yield from clear.mistakes[len(self._said) :]
+        contracts = Contracts(clear)
+        for program in judged:
+            if isinstance(program, ProgramDeclaration):
+                yield from self._memory.recall(
+                    program,
+                    check_calls,
+                    known.dictionaries(),
+                    (),
+                    partial(_left, known, check_calls, program),
+                )
+            if isinstance(program, ProgramDeclaration | TaskDeclaration):
+                yield from self._contract(program, contracts)
+
+    def _contract(
+        self, declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts
+    ) -> Iterator[Diagnostic]:
+        table = contracts.table
+        if not _stands(declaration, table):
+            return
+        if isinstance(declaration, ProgramDeclaration):
+            called = callees(declaration)
+        else:
+            called = (declaration.run.callee,) if declaration.run else ()
+        named = [declaration, *filter(None, map(table.callable, called))]
+        faulty = frozenset(each.name for each in named if id(each) in self._faulty)
+        yield from self._memory.recall(
+            declaration,
+            check_contract,
+            contracts.dictionaries(),
+            (faulty, contracts.outlook),
+            partial(_judged, declaration, contracts),
+        )
 
     def _declaration(
         self, declaration: Declaration, draft: Draft, table: Table
     ) -> Iterator[Diagnostic]:
-        table.mistakes = []
-        check_declaration(declaration, table)
-        if not table.mistakes and key(declaration) not in draft.holed:
-            yield from unused_within(declaration)
-        self._said += table.mistakes
         is_holed = key(declaration) in draft.holed
+        found = self._memory.recall(
+            declaration,
+            check_declaration,
+            table.dictionaries(),
+            is_holed,
+            partial(self._meaning, declaration, table, is_holed),
+        )
+        raw = [each for each in found if each.code[0] != "W"]
+        self._said += found
+        if found:
+            self._faulty[id(declaration)] = declaration
         if is_holed:
             self._holed.append(declaration)
-        if isinstance(declaration, PredicateDeclaration) and (is_holed or table.mistakes):
+        if isinstance(declaration, PredicateDeclaration) and (is_holed or raw):
             self._wrong.add(declaration.name)
         missed = IN_HOLES[isinstance(declaration, TaskDeclaration)] if is_holed else ()
-        yield from (each for each in table.mistakes if each.code not in missed)
+        yield from (each for each in found if each.code not in missed)
+
+    def _meaning(
+        self, declaration: Declaration, table: Table, is_holed: bool
+    ) -> list[Diagnostic]:
+        found = _left(table, check_declaration, declaration)
+        return found if found or is_holed else list(unused_within(declaration))
 
     def _without_holed(self, table: Table) -> Table:
         """The table without programs and apis of which lines are missing."""
@@ -119,6 +171,25 @@ class _Examination:
             return not (isinstance(declaration, PredicateDeclaration) and declaration.name in wrong)
 
         return _select(table, is_clear)
+
+
+def _left(
+    table: Table, check: Callable[[Any, Table], None], declaration: Declaration
+) -> list[Diagnostic]:
+    """What a check leaves in the table."""
+    table.mistakes = []
+    check(declaration, table)
+    return table.mistakes
+
+
+def _judged(
+    declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts
+) -> list[Diagnostic]:
+    said = len(contracts.table.mistakes)
+    check_contract(declaration, contracts)
+    found = contracts.table.mistakes[said:]
+    del contracts.table.mistakes[said:]
+    return found
 
 
 def _fresh(table: Table) -> Table:

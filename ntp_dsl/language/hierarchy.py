@@ -28,24 +28,28 @@ MUTUAL = frozenset(
 
 
 def check_hierarchy(table: Table, own: Iterable[syntax.Declaration]) -> None:
-    """Recursion is guarded, calls end in apis, and an api without a promise stands last.
+    """Compositions are made of others, and chains of calls end in apis.
 
     Args:
-        own: whom to judge; all that they call must be in the table.
+        own: whom to judge.
     """
     judged = list(own)
     _check_compositions(
         table, [each for each in judged if isinstance(each, syntax.PredicateDeclaration)]
     )
     grounded = _grounded(table)
-    for program in (each for each in judged if isinstance(each, syntax.ProgramDeclaration)):
+    for program in (each for each in judged if isinstance(each, ProgramDeclaration)):
         if program.name not in grounded:
             message = f"'{program.name}' never comes to an api: the robot would do nothing"
             help = "call an api, or a program that does"
             table.report("E406", message, program.name_span, help)
-        _check_promises(program, table)
-        for statement in program.body:
-            _check_recursion(statement, program, table)
+
+
+def check_calls(program: ProgramDeclaration, table: Table) -> None:
+    """Recursion is guarded, and an api without a promise stands last."""
+    _check_promises(program, table)
+    for statement in program.body:
+        _check_recursion(statement, program, table)
 
 
 def _check_promises(program: ProgramDeclaration, table: Table) -> None:
@@ -151,20 +155,20 @@ def _is_named(argument: Expression, names: set[str]) -> bool:
 
 def _grounded(table: Table) -> set[str]:
     """Programs from which some chain of calls ends in an api, or in what was found fault with."""
-    grounded = set(table.apis)
+    callers: dict[str, list[str]] = {}
+    waiting = list(table.apis)
     for program in table.programs.values():
         named = callees(program)
+        for name in named:
+            callers.setdefault(name, []).append(program.name)
         if not named or any(table.callable(name) is None for name in named):
-            grounded.add(program.name)
-    while True:
-        more = {
-            program.name
-            for program in table.programs.values()
-            if any(callee in grounded for callee in callees(program))
-        }
-        if more <= grounded:
-            return grounded
+            waiting.append(program.name)
+    grounded = set(waiting)
+    while waiting:
+        more = set(callers.get(waiting.pop(), ())) - grounded
         grounded |= more
+        waiting += more
+    return grounded
 
 
 def _check_compositions(table: Table, own: Iterable[syntax.PredicateDeclaration]) -> None:

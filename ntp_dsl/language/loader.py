@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import gc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,7 +32,8 @@ def load(path_or_folder: Path | str) -> Registry:
             standard library.
     """
     path = find(path_or_folder)
-    reading = _Reading(path)
+    with _uncollected():
+        reading = Reading(path)
     if reading.mistakes:
         report = diagnose(path)
         raise SourceError(report.diagnostics, report.sources)
@@ -52,9 +55,22 @@ class Report:
 
 def diagnose(path: Path) -> Report:
     """Every mistake of form and meaning, in the file and in all that it uses."""
-    reading = _Reading(path)
-    found = examine(reading.units(), lambda: _shelf(path))
+    with _uncollected():
+        reading = Reading(path)
+        found = examine(reading.units(), lambda: shelf(path))
     return Report(SourceError([*reading.mistakes, *found]).diagnostics, reading.sources)
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Reading makes many things and drops few: to look for garbage meanwhile takes a third of the time."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def find(path_or_folder: Path | str) -> Path:
@@ -102,10 +118,17 @@ def read(path: Path) -> str:
     return text
 
 
-class _Reading:
+class Reading:
     """One walk along `use`, which collects drafts, texts and mistakes."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(
+        self,
+        path: Path,
+        texts: Mapping[Path, str] | None = None,
+        read_draft: Callable[[str, Path | None], Draft] = read_draft,
+    ) -> None:
+        self._texts = texts or {}
+        self._read_draft = read_draft
         self.sources: dict[Path | None, str] = {}
         self.mistakes: list[Diagnostic] = []
         self._drafts: dict[Path, Draft] = {}
@@ -121,9 +144,9 @@ class _Reading:
         ]
 
     def _visit(self, path: Path, above: tuple[Path, ...]) -> None:
-        text = read(path)
+        text = self._texts[path] if path in self._texts else read(path)
         self.sources[path] = lines(text)
-        self._drafts[path] = draft = read_draft(text, path)
+        self._drafts[path] = draft = self._read_draft(text, path)
         self.mistakes += draft.mistakes
         self._uses[path] = [self._follow(use, path, (*above, path)) for use in draft.uses]
 
@@ -154,7 +177,8 @@ def _is_there(path: Path) -> bool:
     return path.is_file() and path.name in {each.name for each in path.parent.iterdir()}
 
 
-def _shelf(path: Path) -> Mapping[Key, str]:
+def shelf(path: Path) -> Mapping[Key, str]:
+    """Which library that a file could use declares a name."""
     return {**standard_names(), **names_in(sorted(_neighbours(path)))}
 
 

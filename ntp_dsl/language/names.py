@@ -26,30 +26,31 @@ NUMBER_TYPES = ("number", *dict.fromkeys(kind for kind, _ in UNITS.values()))
 
 
 
+K = TypeVar("K")
 V = TypeVar("V")
 EVERYTHING = "*"  # asked for by whoever goes through a whole dictionary; no name is spelt so
 
 
-class Watched(dict[str, V]):
+class Watched(dict[K, V]):
     """A dictionary that notes what was asked for, so that an answer's grounds are known."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.asked: set[str] = set()
+        self.asked: set[object] = set()
 
-    def __getitem__(self, key: str) -> V:
+    def __getitem__(self, key: K) -> V:
         self.asked.add(key)
         return super().__getitem__(key)
 
     def __contains__(self, key: object) -> bool:
-        self.asked.add(str(key))
+        self.asked.add(key)
         return super().__contains__(key)
 
-    def get(self, key: str, default: Any = None) -> V | Any:
+    def get(self, key: K, default: Any = None) -> V | Any:
         self.asked.add(key)
         return super().get(key, default)
 
-    def __iter__(self) -> Iterator[str]:
+    def __iter__(self) -> Iterator[K]:
         self.asked.add(EVERYTHING)
         return super().__iter__()
 
@@ -65,9 +66,9 @@ class Watched(dict[str, V]):
         self.asked.add(EVERYTHING)
         return super().items()
 
-    def answer(self, key: str) -> object:
+    def answer(self, key: object) -> object:
         """What asking would yield, unnoted."""
-        return tuple(super().items()) if key == EVERYTHING else super().get(key)
+        return tuple(super().items()) if key == EVERYTHING else super().get(cast(K, key))
 
 
 @dataclass
@@ -78,18 +79,18 @@ class Table:
     members. A predicate may be called like a program.
     """
 
-    types: Watched[syntax.TypeDeclaration] = field(default_factory=Watched)
-    enums: Watched[syntax.EnumDeclaration] = field(default_factory=Watched)
-    records: Watched[syntax.RecordDeclaration] = field(default_factory=Watched)
-    constants: Watched[syntax.ConstantDeclaration] = field(default_factory=Watched)
-    predicates: Watched[syntax.PredicateDeclaration] = field(default_factory=Watched)
-    apis: Watched[syntax.ApiDeclaration] = field(default_factory=Watched)
-    programs: Watched[syntax.ProgramDeclaration] = field(default_factory=Watched)
-    tasks: Watched[syntax.TaskDeclaration] = field(default_factory=Watched)
-    members: Watched[tuple[str, ...]] = field(default_factory=Watched)  # -> their enumerations
+    types: Watched[str, syntax.TypeDeclaration] = field(default_factory=Watched)
+    enums: Watched[str, syntax.EnumDeclaration] = field(default_factory=Watched)
+    records: Watched[str, syntax.RecordDeclaration] = field(default_factory=Watched)
+    constants: Watched[str, syntax.ConstantDeclaration] = field(default_factory=Watched)
+    predicates: Watched[str, syntax.PredicateDeclaration] = field(default_factory=Watched)
+    apis: Watched[str, syntax.ApiDeclaration] = field(default_factory=Watched)
+    programs: Watched[str, syntax.ProgramDeclaration] = field(default_factory=Watched)
+    tasks: Watched[str, syntax.TaskDeclaration] = field(default_factory=Watched)
+    members: Watched[str, tuple[str, ...]] = field(default_factory=Watched)  # -> their enumerations
     mistakes: list[Diagnostic] = field(default_factory=list)
 
-    def dictionaries(self) -> tuple[Watched[Any], ...]:
+    def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
         """All in which names are looked up."""
         return (
             self.types, self.enums, self.records, self.constants, self.predicates, self.apis,

@@ -152,6 +152,10 @@ def _begins(line: str, depth: int, quoted: bool, previous: str) -> bool:
 
 def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
     """How many brackets, and whether a docstring, are open at the end of the line."""
+    if not quoted and '"' not in line and "#" not in line and "[" not in line:
+        opened, closed = line.count("("), line.count(")")
+        if opened == closed and "]" not in line:
+            return depth, quoted  # as nearly every line, told at once
     for match in MARKS.finditer(line):
         mark = match.group()
         if mark == '"""':

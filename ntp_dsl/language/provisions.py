@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
+from typing import Any
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.facts import (
@@ -18,7 +19,7 @@ from ntp_dsl.language.facts import (
     value_of,
 )
 from ntp_dsl.language.faults import Faults
-from ntp_dsl.language.names import Table
+from ntp_dsl.language.names import Table, Watched
 from ntp_dsl.language.syntax import Atom, Compare, Expression, Name, Not, Or, ProgramDeclaration, Statement
 from ntp_dsl.language.walks import everything, guards, innermost, loops, mentions
 
@@ -44,11 +45,20 @@ class Contracts:
         self.table = table
         self.members = table.members
         self._faults = Faults(table.mistakes)
-        self._achievers: dict[Kind, list[str]] = {}
+        self._achievers: Watched[Kind, list[str]] = Watched()
         for each in table.callables():
             for kind in self._kinds(each.achieves):
                 self._achievers.setdefault(kind, []).append(each.name)
         self._opposites = self._find_opposites()
+
+    def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
+        """All in which something is looked up; with `outlook`, all that a judgement rests on."""
+        return (*self.table.dictionaries(), self._achievers)
+
+    @property
+    def outlook(self) -> object:
+        """What is concluded from all contracts together."""
+        return self._opposites
 
     def is_faulty(self, node: syntax.Node | None) -> bool:
         """Whether something inside is wrong already, so that nothing can be concluded from it."""

@@ -97,10 +97,10 @@ def _unused(mistake: Diagnostic, library: str, home: Draft) -> Diagnostic:
 
 def _use(library: str, home: Draft) -> Fix | None:
     """With the other uses, or above the first declaration."""
-    spans = [each.span for each in [*home.uses, *home.declarations]]
-    if not spans:
+    nodes = [*home.uses, *home.declarations]
+    if not nodes:
         return None
-    first = min(spans, key=lambda span: span.line)
+    first = nodes[0].span
     ending = "\n" if home.uses else "\n\n"
     return Fix(Span(first.path, first.line, 1, first.line, 1), f"use {library}{ending}")
 

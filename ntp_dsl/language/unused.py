@@ -7,7 +7,7 @@ sound declaration is said.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Diagnostic
@@ -20,6 +20,8 @@ from ntp_dsl.language.syntax import PYTHON, Declaration, Expression, Generator
 from ntp_dsl.language.tasks import GOAL
 from ntp_dsl.language.uses import removal
 from ntp_dsl.language.walks import everything
+
+Mentions = Callable[[Declaration], frozenset[Key]]
 
 
 def unused_within(declaration: Declaration) -> Iterator[Diagnostic]:
@@ -86,15 +88,17 @@ def _unused_variable(generator: Generator) -> Diagnostic:
     return Diagnostic("W103", message, generator.span, help=help)
 
 
-def unused_between(units: Sequence[Unit], table: Table) -> Iterator[Diagnostic]:
+def unused_between(
+    units: Sequence[Unit], table: Table, mentions: Mentions = mentions
+) -> Iterator[Diagnostic]:
     """Of a library without errors: what it uses in vain, and what none of its tasks comes to."""
     home = units[0].draft
     if home.declarations:
-        yield from _unused_uses(units, table)
+        yield from _unused_uses(units, table, mentions)
     tasks = [each for each in home.declarations if isinstance(each, syntax.TaskDeclaration)]
     if not tasks:
         return
-    reached = _reached(tasks, table)
+    reached = _reached(tasks, table, mentions)
     ranges = {
         each.iterable.id
         for declaration in reached.values()
@@ -118,7 +122,9 @@ def unused_between(units: Sequence[Unit], table: Table) -> Iterator[Diagnostic]:
             yield Diagnostic("W106", message, declaration.name_span, help=help)
 
 
-def _unused_uses(units: Sequence[Unit], table: Table) -> Iterator[Diagnostic]:
+def _unused_uses(
+    units: Sequence[Unit], table: Table, mentions: Mentions
+) -> Iterator[Diagnostic]:
     owners = {
         key(declaration): index
         for index, unit in enumerate(units)
@@ -146,7 +152,9 @@ def _resolved(spoken: Iterable[Key], table: Table) -> Iterator[Key]:
             yield from (("type", enum) for enum in table.enum_of(name))
 
 
-def _reached(tasks: Sequence[Declaration], table: Table) -> dict[Key, Declaration]:
+def _reached(
+    tasks: Sequence[Declaration], table: Table, mentions: Mentions
+) -> dict[Key, Declaration]:
     """All that tasks speak of, and what that speaks of."""
     declared = {key(each): each for each in _all(table)}
     reached: dict[Key, Declaration] = {key(task): task for task in tasks}
