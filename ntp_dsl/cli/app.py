@@ -32,6 +32,7 @@ COMMANDS: Table = {
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
         "diff": "Say where one trace leaves another, and who is to blame.",
+        "replay": "Ask a policy at every state of a trace what it would do.",
     },
     "import-vat": "Turn a task file of the paper's authors into our own format.",
 }

@@ -16,7 +16,8 @@ from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.traces import Call, Trace, read_trace, to_json
 from ntp_dsl.traces.comparing import Kind
-from ntp_dsl.traces.divergence import Comparison, Divergence, compare
+from ntp_dsl.traces.divergence import compare
+from ntp_dsl.traces.found import Comparison, Divergence
 from ntp_dsl.traces.sources import statement
 
 SAME, DIFFERENT = 0, 1
@@ -47,7 +48,7 @@ def command(
     else:
         answers.print(Text(f"A {first}: {headline(comparison.a)}", style="bold"))
         answers.print(Text(f"B {second}: {headline(comparison.b)}", style="bold"))
-        for row in _report(comparison, everywhere):
+        for row in report(comparison, everywhere):
             answers.print(row)
     return DIFFERENT if comparison.first else SAME
 
@@ -55,7 +56,8 @@ def command(
 # In words ----------------------------------------------------------------------------------------
 
 
-def _report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
+def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
+    """The first divergence, or many of them, for people."""
     yield from _warnings(comparison)
     if comparison.first is None:
         yield Text(f"the same: {len(comparison.a.calls)} calls", style="green")
@@ -87,7 +89,7 @@ def _paragraph(comparison: Comparison, found: Divergence, title: str) -> Iterato
     path = [in_words(call) for call in reversed(list(comparison.a.ancestors(found.caller_a)))]
     yield Text(f"  in  {' > '.join(path) or 'the run'}")
     yield Text("  A   " + _did(comparison.a, found, found.a)).append(_where(comparison, found), "dim")
-    yield Text("  B   " + _did(comparison.b, found, found.b))
+    yield Text("  B   " + (_did(comparison.b, found, found.b) if found.answer is None else _would(found)))
     if certainty := _certainty(found):
         yield Text(f"      {certainty}", style="dim")
     if found.apart is not None:
@@ -95,6 +97,19 @@ def _paragraph(comparison: Comparison, found: Divergence, title: str) -> Iterato
     a, b = followed(comparison, found)
     if a or b:
         yield Text(f"      what followed is folded away: {a} calls of A, {b} of B", style="dim")
+
+
+def _would(found: Divergence) -> str:
+    """What a policy answered that was only asked."""
+    answer = found.answer
+    assert answer is not None
+    if not answer.name:
+        return "would return"
+    return f"would call {in_words(answer)}{f'  {_scope(answer)}' if found.kind is Kind.SCOPE else ''}"
+
+
+def _scope(call: Call) -> str:
+    return "no scope" if call.scope is None else f"frames {call.scope[0]}–{call.scope[1]}"
 
 
 def _did(trace: Trace, found: Divergence, number: int | None) -> str:
@@ -105,8 +120,7 @@ def _did(trace: Trace, found: Divergence, number: int | None) -> str:
     if found.kind is Kind.OUTCOME or found.kind is Kind.CUT_OFF:
         return f"{words}  {plain(call.outcome) or 'cut off'}{_told(call)}"
     if found.kind is Kind.SCOPE:
-        scope = "no scope" if call.scope is None else f"frames {call.scope[0]}–{call.scope[1]}"
-        return f"{words}  {scope}"
+        return f"{words}  {_scope(call)}"
     return words
 
 
@@ -137,7 +151,7 @@ def _states(apart: float) -> str:
 
 def followed(comparison: Comparison, found: Divergence) -> tuple[int, int]:
     """How many calls either trace made after the moment; none where they went on alike."""
-    if found.kind in (Kind.SCOPE, Kind.OUTCOME):
+    if found.kind in (Kind.SCOPE, Kind.OUTCOME) or found.answer is not None:
         return 0, 0
     begin_a = _next(comparison.a, found.a, found.caller_a)
     begin_b = _next(comparison.b, found.b, found.caller_b)
@@ -178,7 +192,7 @@ def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
         "blame": found.blame,
         "path": [call.name for call in reversed(list(comparison.a.ancestors(found.caller_a)))],
         "a": _call(comparison.a, found.a),
-        "b": _call(comparison.b, found.b),
+        "b": _call(comparison.b, found.b) if found.answer is None else _answer(found.answer),
         "source": found.source,
         "statement": statement(comparison.a, found.source),
         "probability": found.certainty.chosen,
@@ -187,6 +201,11 @@ def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
         "margin": found.certainty.margin,
         "states_apart": apart if apart is None or isfinite(apart) else None,
     }
+
+
+def _answer(call: Call) -> dict[str, Any] | None:
+    arguments = [to_json(argument) for argument in call.arguments]
+    return {"name": call.name, "arguments": arguments, "scope": call.scope} if call.name else None
 
 
 def _call(trace: Trace, number: int | None) -> dict[str, Any] | None:

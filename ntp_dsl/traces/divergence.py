@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from math import dist, inf
 
 from ntp_dsl.traces import blame
 from ntp_dsl.traces.alignment import Level, Pair, align
-from ntp_dsl.traces.certainty import Certainty, certainty
+from ntp_dsl.traces.certainty import certainty
 from ntp_dsl.traces.comparing import Kind, Rules
+from ntp_dsl.traces.forced import disagreements
+from ntp_dsl.traces.found import Comparison, Divergence
 from ntp_dsl.traces.schema import ROOT, Call, Trace
 from ntp_dsl.world import Observation
 
@@ -18,42 +19,12 @@ ALIKE = 0.01  # [m] that things may lie apart in two states that count as one
 START = "start"  # to blame where the two began from different states
 
 
-@dataclass(frozen=True)
-class Divergence:
-    """A decision, or what came of one, in which the second trace is not as the first.
-
-    The moment is that of a call, or of the callers' return where a trace makes none.
-    """
-
-    kind: Kind
-    caller_a: int  # ROOT for the run itself
-    caller_b: int
-    a: int | None  # what the first trace called then; None where it returned
-    b: int | None
-    blame: str  # decision, planner, grasp, physics, disturbance or start
-    source: str  # file:line of the statement that the first trace followed; empty where unknown
-    certainty: Certainty  # of the second trace's decision
-    apart: float | None  # [m] at the most, between the states of the two decisions
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Two traces side by side, and where they part, in the order of execution."""
-
-    a: Trace
-    b: Trace
-    levels: Sequence[Level]
-    divergences: Sequence[Divergence]
-
-    @property
-    def first(self) -> Divergence | None:
-        return self.divergences[0] if self.divergences else None
-
-
 def compare(a: Trace, b: Trace, scopes: bool = True) -> Comparison:
     """The first trace is the one that is right: the script's, or the older checkpoint's."""
     rules = Rules.between(a, b, scopes)
     levels = align(a, b, rules)
+    if b.is_replayed:
+        return Comparison(a, b, levels, disagreements(a, b, rules))
     finder = _Finder(a, b, rules)
     found = [each for level in levels for each in finder.within(level)]
     return Comparison(a, b, levels, sorted(found, key=finder.moment))

@@ -100,9 +100,25 @@ class Trace:
             yield call
             number = call.parent
 
+    def events(self) -> Iterator[tuple[Call, bool]]:
+        """Calls and returns in the order of execution: a call, and whether it returns."""
+        running: list[Call] = []
+        for call in self.calls:
+            while running and running[-1].id != call.parent:
+                yield running.pop(), True
+            yield call, False
+            running.append(call)
+        yield from ((call, True) for call in reversed(running) if call.outcome)
+
+    @property
+    def is_replayed(self) -> bool:
+        """Whether it holds what a policy answered at every state of another trace."""
+        return self.header.get("policy") == "replayed"
+
     @property
     def is_learned(self) -> bool:
-        return self.header.get("policy") == "learned"
+        """Whether a core decided, or answered."""
+        return self.header.get("policy") == "learned" or self.header.get("model") is not None
 
 
 def to_json(argument: Argument) -> Any:

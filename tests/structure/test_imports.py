@@ -19,7 +19,7 @@ LAYERS = (
     ("ntp_dsl.core",),
     ("ntp_dsl.experts", "ntp_dsl.scripted", "ntp_dsl.interpreter", "ntp_dsl.labels"),
     ("ntp_dsl.authoring", "ntp_dsl.python_code"),
-    ("ntp_dsl.recording", "ntp_dsl.dataset"),
+    ("ntp_dsl.recording", "ntp_dsl.dataset", "ntp_dsl.replay"),
     ("ntp_dsl.dynamic",),
     ("ntp_dsl.evaluation", "ntp_dsl.success", "ntp_dsl.figures", "ntp_dsl.movie"),
     ("ntp_dsl.cli", "ntp_dsl.__main__"),

@@ -15,7 +15,8 @@ from ntp_dsl.registry import Registry
 from ntp_dsl.traces import Trace, parse_trace
 from ntp_dsl.traces.alignment import align
 from ntp_dsl.traces.comparing import Kind, Rules, overlap
-from ntp_dsl.traces.divergence import Comparison, compare
+from ntp_dsl.traces.divergence import compare
+from ntp_dsl.traces.found import Comparison
 
 PARTS = 10  # of the planted pairs, so that they can run side by side
 PAIRS = 1000

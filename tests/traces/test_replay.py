@@ -1,0 +1,120 @@
+"""A policy asked at every state of a trace: each decision is judged by itself."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from trees import HERE, recorded
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.experts import Expert
+from ntp_dsl.policy import Barred, Choice, Frame, Policy
+from ntp_dsl.registry import Registry
+from ntp_dsl.replay import Replay
+from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.traces import Trace, TraceWriter, parse_trace
+from ntp_dsl.traces.comparing import Kind
+from ntp_dsl.traces.divergence import compare
+from ntp_dsl.traces.forced import asked
+from ntp_dsl.world import Argument, World
+
+
+@pytest.fixture(scope="module")
+def trace(stacking: Registry) -> Trace:
+    return parse_trace(recorded(stacking, 5), HERE)
+
+
+def replayed(registry: Registry, policy: Policy, trace: Trace) -> Trace:
+    stream = io.StringIO()
+    Replay(registry, policy, trace).write(TraceWriter(stream))
+    return parse_trace(stream.getvalue().encode(), HERE)
+
+
+class Stubborn:
+    """An expert that answers one thing where it should not: at its so-many-th decision."""
+
+    def __init__(self, expert: Expert, number: int, answer: Choice) -> None:
+        self._script, self._left, self._answer = ScriptedPolicy(expert), number, answer
+
+    def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame:
+        return self._script.root(program, arguments)
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        self._left -= 1
+        right = self._script.decide(frame, world, barred)
+        return replace(self._answer, seen=right.seen) if self._left == 0 else right
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_script_answers_at_every_state_as_it_did(stacking: Registry, seed: int) -> None:
+    trace = parse_trace(recorded(stacking, seed), HERE)
+    policy = ScriptedPolicy(Expert(stacking))
+    again = replayed(stacking, policy, trace)
+    programs = [call for call in trace.calls if call.is_program and call.end_state is not None]
+    assert asked(again) == len(programs) + sum(call.parent >= 0 for call in trace.calls)
+    assert compare(trace, again, scopes=False).first is None
+
+
+@pytest.mark.parametrize("number", [1, 7, 30])
+def test_one_wrong_answer_is_found_and_nothing_follows_from_it(
+    stacking: Registry, trace: Trace, number: int
+) -> None:
+    wrong = Choice("grasp", ("nothing",))
+    again = replayed(stacking, Stubborn(Expert(stacking), number, wrong), trace)
+    (found,) = compare(trace, again, scopes=False).divergences
+    asked_of = [
+        (call, returns)
+        for call, returns in trace.events()
+        if (call.is_program and call.end_state is not None if returns else call.parent >= 0)
+    ]
+    call, returns = asked_of[number - 1]
+    assert found.answer is not None and found.answer.name == "grasp"
+    assert (found.a, found.caller_a) == ((None, call.id) if returns else (call.id, call.parent))
+    right = Kind.ARGUMENT if call.name == "grasp" else Kind.PROGRAM
+    assert found.kind is (Kind.TOO_LATE if returns else right) and found.blame == "decision"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recorded")
+    assert run(["record", "block_stacking", "few_placements", "-n", "1", "--out", str(path)]) == 0
+    return path
+
+
+def test_the_shipped_checkpoint_answers_nearly_as_the_script_did(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = folder / "episode_00000.trace.jsonl", tmp_path / "answers.jsonl"
+    status = run(["trace", "replay", str(file), "--json", "--out", str(out)])
+    told = json.loads(capsys.readouterr().out)
+    assert told["right"] >= 0.85 * told["asked"] > 0
+    assert status == int(told["differ"]) and sum(told["counts"].values()) == told["asked"] - told["right"]
+    assert run(["trace", "diff", str(file), str(out), "--json"]) == status
+    assert json.loads(capsys.readouterr().out)["counts"] == told["counts"]
+
+
+def test_the_script_answers_as_it_did_scopes_and_all(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["trace", "replay", str(folder / "episode_00000.trace.jsonl"), "--expert"]) == 0
+    assert "decisions as in the trace\nthe same" in capsys.readouterr().out
+
+
+def test_misuse_says_what_is_missing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = folder / "episode_00000.trace.jsonl"
+    header, rest = file.read_text().split("\n", 1)
+    for change, told in [
+        ({"demonstration": None}, "say --demo FILE"),
+        ({"registry": "other"}, "another version of library 'block_stacking'"),
+        ({"library": "nowhere"}, "say where the library is with --library"),
+        ({"task": "juggling"}, "no task is called 'juggling'"),
+        ({"demonstration": {"file": "gone.parquet"}}, "gone.parquet: no such demonstration"),
+    ]:
+        changed = folder / "changed.jsonl"
+        changed.write_text(json.dumps({**json.loads(header), **change}) + "\n" + rest)
+        assert run(["trace", "replay", str(changed)]) == 2
+        assert told in capsys.readouterr().err
