@@ -60,7 +60,7 @@ def draw_goal(
     if sampler.by is not None:
         return _by_function(registry, sampler, draw)
     kind = KINDS[sampler.name]
-    for knob, flaw in kind.flaws(options, [len(source) for source in sources]):
+    for knob, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
         raise NtpError(f"{sampler.name}: {knob}: {flaw}")
     pairs = SAMPLERS[sampler.name](draw)
     record = sampler.result.name if sampler.result else kind.record
