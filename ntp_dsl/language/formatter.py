@@ -1,49 +1,54 @@
-"""From syntax tree to canonical text: equal trees have equal texts, and the text reads back."""
+"""From syntax tree to canonical lines: equal trees have equal lines, and they read back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from hashlib import sha256
 
 from ntp_dsl.language import syntax
+from ntp_dsl.language.layout import STEP, Row
 from ntp_dsl.language.syntax import Expression, Number
 
-INDENT = "    "
-
-
-def format_library(library: syntax.Library) -> str:
-    """The whole library in its one canonical layout; comments are not part of the tree."""
-    header = [f"library {library.name}", *_docstring(library.docstring, "")]
-    uses = [f"use {use.library}" for use in library.uses]
-    blocks = ["\n".join(header), "\n".join(uses), *map(format_declaration, library.declarations)]
-    return "\n\n".join(block for block in blocks if block) + "\n"
+INDENT = " " * STEP
 
 
 def hash_declaration(declaration: syntax.Declaration) -> str:
     """What the declaration means, in 16 hexadecimal digits; docstrings and layout do not count."""
-    text = format_declaration(replace(declaration, docstring=""))
+    rows = declaration_rows(replace(declaration, docstring=""))
+    text = "\n".join(" " * row.indent + row.text for row in rows)
     return sha256(text.encode()).hexdigest()[:16]
 
 
-def format_declaration(declaration: syntax.Declaration) -> str:
-    """One declaration, without a newline at its end."""
+def header_rows(library: syntax.Library) -> list[Row]:
+    """`library NAME`, and what is said about it."""
+    return [Row(0, f"library {library.name}"), *_docstring(library.docstring, 0)]
+
+
+def use_row(use: syntax.Use) -> Row:
+    return Row(0, f"use {use.library}")
+
+
+def declaration_rows(declaration: syntax.Declaration) -> list[Row]:
+    """One declaration, a row for each clause, section, loop and call."""
     for kind, formatter in FORMATTERS.items():
         if isinstance(declaration, kind):
-            lines: list[str] = formatter(declaration)
-            docstring = _docstring(declaration.docstring, INDENT)
-            return "\n".join([lines[0], *docstring, *(INDENT + line for line in lines[1:])])
+            first, *rest = formatter(declaration)
+            below = [Row(STEP + len(line) - len(line.lstrip()), line.lstrip()) for line in rest]
+            return [Row(0, first), *_docstring(declaration.docstring, STEP), *below]
     raise AssertionError(f"no layout for a {type(declaration).__name__}")
 
 
-def _docstring(text: str, indent: str) -> list[str]:
+def _docstring(text: str, indent: int) -> list[Row]:
     if not text:
         return []
     first, *rest = text.split("\n")
-    lines = [f'{indent}"""{first}', *(indent + line if line else "" for line in rest)]
+    lines = [f'"""{first}', *rest]
     if rest or text.endswith('"'):
-        return [*lines, f'{indent}"""']
-    return [lines[0] + '"""']
+        lines.append('"""')
+    else:
+        lines[0] += '"""'
+    return [Row(indent, "\n".join(lines))]
 
 
 # Declarations: the first line stands at the margin, the others are indented below it ------------
@@ -87,19 +92,20 @@ def _program(declaration: syntax.ProgramDeclaration) -> list[str]:
 
 
 def _task(declaration: syntax.TaskDeclaration) -> list[str]:
-    lines = [f"task {declaration.name}:"]
-    groups = [format_group(group) for group in declaration.scene]
-    if len(groups) == 1:
-        lines.append(f"scene: {groups[0]}")
-    elif groups:
-        lines += ["scene:", *(INDENT + group for group in groups)]
-    if declaration.goal is not None:
-        lines.append(f"goal: {format_sampler(declaration.goal)}")
-    if declaration.run is not None:
-        lines.append(f"run: {_call(declaration.run)}")
-    if declaration.success is not None:
-        lines.append(f"success: {format_expression(declaration.success)}")
-    return lines
+    return [
+        f"task {declaration.name}:",
+        *_scene(declaration.scene),
+        *([f"goal:    {format_sampler(declaration.goal)}"] if declaration.goal else []),
+        *([f"run:     {_call(declaration.run)}"] if declaration.run else []),
+        *([f"success: {format_expression(declaration.success)}"] if declaration.success else []),
+    ]
+
+
+def _scene(groups: Sequence[syntax.SceneGroup]) -> list[str]:
+    if len(groups) <= 1:
+        return [f"scene:   {format_group(group)}" for group in groups]
+    widest = max(len(group.name) for group in groups)
+    return ["scene:", *(INDENT + format_group(group, widest) for group in groups)]
 
 
 FORMATTERS: dict[type[syntax.Declaration], Callable[..., list[str]]] = {
@@ -153,10 +159,11 @@ def _by(provider: syntax.Name | None) -> str:
     return f" by {provider.id}" if provider else ""
 
 
-def format_group(group: syntax.SceneGroup) -> str:
-    """`blocks: 8 Block on table`."""
+def format_group(group: syntax.SceneGroup, width: int = 0) -> str:
+    """`blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
     count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
-    text = f"{group.name}: {count} {format_type(group.type)} on {group.place}"
+    head = f"{group.name}:".ljust(width + 1)
+    text = f"{head} {count} {format_type(group.type)} on {group.place}"
     return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text
 
 

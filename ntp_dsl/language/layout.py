@@ -1,0 +1,185 @@
+"""From one logical line to the physical lines that it takes: wrapped in brackets, comments beside."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+WIDTH = 100
+STEP = 4  # columns of indentation
+WORD = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?', re.ASCII)
+MARK = re.compile(r'"[^"\n]*"|\w+|[()\[\],]')
+# What stands before an expression that runs to the end of the line, or to the colon there.
+HEAD = re.compile(r"requires |achieves |success: +|when |for \w+ in \w+ if |")
+
+
+@dataclass(frozen=True)
+class Comment:
+    """A comment within a line: above what its `word` begins, or at the end of where it ends.
+
+    `word` counts from zero; -1 is the closing bracket.
+    """
+
+    text: str
+    word: int
+    is_above: bool
+
+
+@dataclass
+class Row:
+    """A logical line: its indentation in columns, its text on one line, and what is said about it.
+
+    `above` are whole lines, empty ones among them. A docstring's text has its line breaks.
+    """
+
+    indent: int
+    text: str
+    above: list[str] = field(default_factory=list)
+    within: list[Comment] = field(default_factory=list)
+    behind: list[str] = field(default_factory=list)
+
+
+def physical(row: Row) -> list[str]:
+    """The lines of a row as they are written, without line ends."""
+    margin = " " * row.indent
+    lines, row = _with_comments(row)
+    if row.behind:
+        lines[-1] = "  ".join([lines[-1], *row.behind])
+    return [*(f"{margin}{line}" if line else "" for line in row.above), *lines]
+
+
+def _with_comments(row: Row) -> tuple[list[str], Row]:
+    """The lines with the comments that stand within; those that no line can take move out of it."""
+    if not row.within:
+        return [*_wrapped(row.text, row.indent, force=False)], row
+    lines = [*_wrapped(row.text, row.indent, force=True)]
+    placed = [(_line_of(comment, lines), comment) for comment in row.within]
+    begins = _line_of(Comment("", 0, is_above=True), lines)  # an opening bracket may come before
+    above = [each for at, each in placed if each.is_above and at <= begins]
+    behind = [each for at, each in placed if not each.is_above and at == len(lines) - 1]
+    if above or behind:
+        return _with_comments(
+            replace(
+                row,
+                above=row.above + [each.text for each in above],
+                within=[each for each in row.within if each not in [*above, *behind]],
+                behind=[each.text for each in behind] + row.behind,
+            )
+        )
+    written: list[str] = []
+    for number, line in enumerate(lines):
+        here = [comment for at, comment in placed if at == number]
+        inner = " " * (_indent(line) + STEP * (number == len(lines) - 1))
+        written += [inner + each.text for each in here if each.is_above]
+        written.append("  ".join([line, *(each.text for each in here if not each.is_above)]))
+    return written, row
+
+
+def _line_of(comment: Comment, lines: Sequence[str]) -> int:
+    if comment.word < 0:
+        return len(lines) - 1
+    count = 0
+    for number, line in enumerate(lines):
+        count += sum(1 for _ in WORD.finditer(line))
+        if count > comment.word:
+            return number
+    return len(lines) - 1
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
+
+# Wrapping ---------------------------------------------------------------------------------------
+
+
+def _wrapped(text: str, indent: int, force: bool) -> Iterator[str]:
+    """A logical line: what is too long is broken in brackets, which an expression is given."""
+    if text.startswith('"""'):
+        yield "\n".join(" " * indent + line if line else "" for line in text.split("\n"))
+        return
+    if not force and indent + len(text) <= WIDTH:
+        yield " " * indent + text
+        return
+    head = HEAD.match(text)
+    assert head is not None
+    end = len(text) - text.endswith(":")
+    expression = text[head.end() : end]
+    breaks = _operators(expression)
+    if not breaks:
+        yield from _broken(text, indent, force)
+        return
+    yield " " * indent + head.group() + "("
+    for part in _parts(expression, breaks):
+        yield from _broken(part, indent + STEP)
+    yield " " * indent + ")" + text[end:]
+
+
+def _broken(text: str, indent: int, force: bool = False) -> Iterator[str]:
+    """What stands in brackets, an operator or an element a line; what cannot be broken stays long."""
+    if not force and indent + len(text) <= WIDTH:
+        yield " " * indent + text
+        return
+    if breaks := _operators(text):
+        first, *rest = _parts(text, breaks)
+        yield from _broken(first, indent)
+        deeper = indent + STEP * text.startswith("for ")
+        for part in rest:
+            yield from _broken(part, deeper)
+        return
+    opening, closing = _widest(text)
+    if closing == 0:
+        yield " " * indent + text
+        return
+    yield " " * indent + text[: opening + 1]
+    elements = _elements(text[opening + 1 : closing])
+    for element in elements:
+        # A list may end with a comma; an expression in brackets is one element and has none.
+        yield from _broken(element + ("," if len(elements) > 1 else ""), indent + STEP)
+    yield " " * indent + text[closing:]
+
+
+def _operators(text: str) -> list[int]:
+    """Where new lines may begin: before the loosest `or`, `and`, or a quantifier's `for`."""
+    found: dict[str, list[int]] = {"or": [], "and": [], "for": []}
+    quantified = False
+    for mark, start in _outermost(text):
+        if mark in ("all", "some"):
+            quantified = True
+        elif mark in found and start and quantified == (mark == "for"):
+            found[mark].append(start)
+    return found["or"] or found["and"] or found["for"]
+
+
+def _parts(text: str, breaks: Sequence[int]) -> Iterator[str]:
+    for start, end in zip([0, *breaks], [*breaks, len(text)], strict=True):
+        yield text[start:end].strip()
+
+
+def _outermost(text: str) -> Iterator[tuple[str, int]]:
+    """Words and commas that stand in no bracket, with their places; brackets as they open and close."""
+    depth = 0
+    for match in MARK.finditer(text):
+        mark = match.group()
+        depth -= mark in ")]"
+        if depth == 0:
+            yield mark, match.start()
+        depth += mark in "(["
+
+
+def _widest(text: str) -> tuple[int, int]:
+    """Where the widest of the outermost brackets opens and closes; nowhere is (0, 0)."""
+    widest = opening = 0, 0
+    for mark, start in _outermost(text):
+        if mark in "([":
+            opening = start, start
+        elif mark in ")]" and start - opening[0] > max(1, widest[1] - widest[0]):
+            widest = opening[0], start
+    return widest
+
+
+def _elements(text: str) -> list[str]:
+    commas = [start for mark, start in _outermost(text) if mark == ","]
+    starts, ends = [0, *(each + 1 for each in commas)], [*commas, len(text)]
+    return [text[start:end].strip() for start, end in zip(starts, ends, strict=True)]
