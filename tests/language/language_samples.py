@@ -71,13 +71,32 @@ parameters = st.lists(
     max_size=3,
 ).map(tuple)
 options = st.tuples(names, st.integers(0, 99), st.integers(0, 99))
+providers = st.none() | st.builds(s.Name, names)
 samplers = st.builds(
     s.Sampler,
     names,
     st.lists(names, max_size=2).map(tuple),
     st.lists(options.map(lambda option: s.Option(*option)), max_size=2).map(tuple),
+    st.none() | types,
+    providers,
 )
-groups = st.builds(s.SceneGroup, names, st.integers(0, 99), types, names)
+texts = st.text(st.characters(codec="utf-8", exclude_characters='"\r\n\0'), max_size=9)
+settings_of_details = st.one_of(
+    numbers,
+    st.builds(s.Interval, numbers, numbers),
+    st.builds(s.Name, names),
+    st.builds(s.Text, texts),
+)
+details = st.builds(s.Detail, names, st.lists(settings_of_details, max_size=3).map(tuple))
+groups = st.builds(
+    s.SceneGroup,
+    names,
+    st.integers(0, 99),
+    types,
+    names,
+    st.none() | st.integers(0, 99),
+    st.lists(details, max_size=4).map(tuple),
+)
 said = {"name": names, "docstring": docstrings}
 contract = {"requires": st.none() | conditions, "achieves": st.none() | conditions}
 declarations = st.one_of(
@@ -86,12 +105,20 @@ declarations = st.one_of(
     st.builds(s.RecordDeclaration, fields=parameters, **said),
     st.builds(s.ConstantDeclaration, type=types, **said),
     st.builds(s.PredicateDeclaration, parameters=parameters, body=conditions, **said),
-    st.builds(s.PredicateDeclaration, parameters=parameters, result=st.none() | types, **said),
-    st.builds(s.ApiDeclaration, parameters=parameters, **contract, **said),
+    st.builds(
+        s.PredicateDeclaration,
+        parameters=parameters,
+        result=st.none() | types,
+        by=providers,
+        **said,
+    ),
+    st.builds(s.ApiDeclaration, parameters=parameters, by=providers, **contract, **said),
     st.builds(
         s.ProgramDeclaration,
         parameters=parameters,
         body=st.lists(statements, min_size=1, max_size=3).map(tuple),
+        by=providers,
+        calls=st.lists(st.builds(s.Name, names), max_size=3).map(tuple),
         **contract,
         **said,
     ),

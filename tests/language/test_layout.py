@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 from language_samples import libraries
 
 from ntp_dsl.language.canonical import format_library, format_text
-from ntp_dsl.language.diagnostics import SourceError
 from ntp_dsl.language.formatter import hash_declaration
-from ntp_dsl.language.layout import WIDTH
 from ntp_dsl.language.parser import parse
 from ntp_dsl.language.syntax import Library
 from ntp_dsl.resources import examples_folder, library_folder

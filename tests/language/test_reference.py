@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ntp_dsl.language.canonical import format_library
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.formatter import format_library
 from ntp_dsl.language.parser import parse
 from ntp_dsl.language.pieces import KEYWORDS
 from ntp_dsl.language.syntax import Library

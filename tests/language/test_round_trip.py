@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from language_samples import libraries
 
+from ntp_dsl.language.canonical import format_library
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.diagnostics import SourceError
-from ntp_dsl.language.formatter import format_library, hash_declaration
+from ntp_dsl.language.formatter import hash_declaration
 from ntp_dsl.language.parser import parse
 from ntp_dsl.language.syntax import Library
 from ntp_dsl.registry import Registry
