@@ -20,6 +20,7 @@ test: lint check-tests
 lint: install
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/ntp fmt --check examples/* ntp_dsl/library
 
 check-tests: install
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 -q

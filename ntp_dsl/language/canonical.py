@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 from ntp_dsl.language import comments, pieces, syntax
 from ntp_dsl.language.formatter import declaration_rows, header_rows, use_row
-from ntp_dsl.language.layout import STEP, Row, physical
+from ntp_dsl.language.layout import STEP, WIDTH, Row, physical
 from ntp_dsl.language.parser import parse
 
 LEADING = ("library", "use")  # come first, in this order
-TIGHT = ("use", "type", "enum", "record", "constant", "predicate")  # may follow their like at once
+LIGHT = ("type", "enum", "record", "constant", "predicate")  # may follow one another at once
 
 
 @dataclass
@@ -24,14 +25,18 @@ class _Block:
     below: list[str] = field(default_factory=list)
 
     @property
-    def is_tight(self) -> bool:
+    def is_light(self) -> bool:
         said = [row for row in self.rows if not row.text.startswith('"""')]
-        return self.keyword in TIGHT and len(said) == 1
+        return self.keyword in LIGHT and len(said) == 1
 
 
 def format_library(library: syntax.Library) -> str:
     """A library in canonical layout, from its tree alone."""
-    return _written(_blocks(library), [])
+    blocks = _blocks(library)
+    for before, block in pairwise(blocks):
+        if before.keyword != block.keyword:
+            block.rows[0].above = [""]
+    return _written(blocks, [])
 
 
 def format_text(text: str, path: Path | None = None) -> str:
@@ -69,16 +74,25 @@ def _blocks(library: syntax.Library) -> list[_Block]:
 
 
 def _written(blocks: Sequence[_Block], footer: list[str]) -> str:
-    lines: list[str] = []
-    for before, block in zip([None, *blocks], blocks, strict=False):
-        written = [*_lines(block)]
-        if before is not None and not (
-            before.keyword == block.keyword and before.is_tight and block.is_tight
-        ):
-            written.insert(0, "")
-        lines += written
-    lines += footer
-    return "\n".join(_single_spaced(lines)).rstrip("\n") + "\n"
+    for block in blocks:
+        block.rows = _joined(block.rows)
+    lines = [*_lines(blocks[0])]
+    for before, block in pairwise(blocks):
+        if not (before.is_light and block.is_light or before.keyword == block.keyword == "use"):
+            lines.append("")
+        lines += _lines(block)
+    return "\n".join(_single_spaced([*lines, *footer])).rstrip("\n") + "\n"
+
+
+def _joined(rows: list[Row]) -> list[Row]:
+    """A predicate that is composed of little stands on one line."""
+    if len(rows) != 2 or not rows[0].text.startswith("predicate ") or rows[1].text[0] == '"':
+        return rows
+    head, body = rows
+    text = f"{head.text} {body.text}"
+    if len(text) > WIDTH or any([head.within, head.behind, body.within, *body.above]):
+        return rows
+    return [replace(head, text=text, behind=body.behind)]
 
 
 def _lines(block: _Block) -> Iterator[str]:

@@ -124,7 +124,7 @@ def _broken(text: str, indent: int, force: bool = False) -> Iterator[str]:
     if breaks := _operators(text):
         first, *rest = _parts(text, breaks)
         yield from _broken(first, indent)
-        deeper = indent + STEP * text.startswith("for ")
+        deeper = indent + STEP * text.startswith(("for ", "all ", "some "))
         for part in rest:
             yield from _broken(part, deeper)
         return
@@ -143,13 +143,16 @@ def _broken(text: str, indent: int, force: bool = False) -> Iterator[str]:
 def _operators(text: str) -> list[int]:
     """Where new lines may begin: before the loosest `or`, `and`, or a quantifier's `for`."""
     found: dict[str, list[int]] = {"or": [], "and": [], "for": []}
+    body: dict[str, list[int]] = {"or": [], "and": []}  # of a quantifier, where its `for` is cut off
     quantified = False
     for mark, start in _outermost(text):
         if mark in ("all", "some"):
             quantified = True
         elif mark in found and start and quantified == (mark == "for"):
             found[mark].append(start)
-    return found["or"] or found["and"] or found["for"]
+        elif mark in body and quantified:
+            body[mark].append(start)
+    return found["or"] or found["and"] or found["for"] or body["or"] or body["and"]
 
 
 def _parts(text: str, breaks: Sequence[int]) -> Iterator[str]:

@@ -19,6 +19,7 @@ KEYWORDS = tuple(SPACES)
 # What other languages say for them.
 ELSEWHERE = {"import": "use", "include": "use", "from": "use", "def": "program", "class": "type"}
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
+QUOTES = re.compile('"""')  # all that counts within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 # Inside an open docstring, only what can be nothing else than a declaration counts as one.
 HEADER = re.compile(rf"(?:{'|'.join(KEYWORDS)})[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]*[(:]")
@@ -156,15 +157,14 @@ def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
         opened, closed = line.count("("), line.count(")")
         if opened == closed and "]" not in line:
             return depth, quoted  # as nearly every line, told at once
-    for match in MARKS.finditer(line):
-        mark = match.group()
+    position = 0
+    while match := (QUOTES if quoted else MARKS).search(line, position):
+        mark, position = match.group(), match.end()
         if mark == '"""':
             quoted = not quoted
-        elif quoted or mark[0] == '"':
-            continue
         elif mark == "#":
             break
-        else:
+        elif mark[0] != '"':
             depth = depth + 1 if mark in PARTNERS else max(0, depth - 1)
     return depth, quoted
 

@@ -90,3 +90,9 @@ def test_a_mutated_library_is_answered(seed: int) -> None:
 def test_depth_without_end_is_answered(piece: str) -> None:
     answers(f"library a\npredicate p(): {piece * 3000}x\n")
     answers(f"library a\nprogram p():\n    {piece * 3000}x()\n")
+
+
+def test_a_quotation_mark_in_a_docstring_opens_nothing() -> None:
+    library = parse('library a\n"""5" wide"""\nuse b\ntype T\n    """(\n    3" or # more\n    """\ntype U\n')
+    assert [each.name for each in library.declarations] == ["T", "U"]
+    assert library.docstring == '5" wide' and len(library.uses) == 1
