@@ -117,7 +117,7 @@ api lift(
    # closing
 ) by grasp   achieves holding(target)  # ach
    # above requires
-   requires above(gripper, target) and clear(target)  and empty(gripper) and present(target)   # req
+   requires above(gripper, target) and clear(target) and empty(gripper) and some on(target, x) for x in Pad#r
 
 program go(x: Object):
 
@@ -172,8 +172,8 @@ api lift(
         above(gripper, target)
         and clear(target)
         and empty(gripper)
-        and present(target)
-    )  # req
+        and (some on(target, x) for x in Pad)
+    )  #r
     achieves holding(target)  # ach
 
 program go(x: Object):
