@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from ntp_dsl.language.build import Item
 from ntp_dsl.language.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.pieces import BLOCKS, DECLARES, Piece, Shift, continued, declared
+from ntp_dsl.language.slips import is_word, meant
 
 Attempt = Callable[[Piece], tuple[Item | None, Sequence[Diagnostic]]]
 
@@ -34,9 +35,12 @@ def recover(piece: Piece, attempt: Attempt) -> Parsed:
     mistakes = dict.fromkeys(piece.mistakes)
     rounds = min(MOST_ROUNDS, MOST_LETTERS // len(piece.text))
     while found:
-        mistakes |= dict.fromkeys(found)
+        told = [meant(each, page.piece(), attempt) for each in found]
+        mistakes |= dict.fromkeys(told)
         rounds -= 1
-        if rounds < 0 or not page.mend(found):
+        # A guess at marks is for the user to take; nothing more is read from it.
+        known = [better if is_word(better) else each for each, better in zip(found, told, strict=True)]
+        if rounds < 0 or not page.mend(known):
             page.is_lost = True
             break
         item, found = attempt(page.piece())

@@ -1,0 +1,208 @@
+"""What was probably meant where a piece does not parse: guesses are tried, and the first that reads on is taken.
+
+Guesses are words of other languages, slips of the pen, and marks that are missing, too many or taken from
+elsewhere. A guess is offered only if the text then parses as far as the next line at least.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.pieces import Piece
+
+Attempt = Callable[[Piece], tuple[object, Sequence[Diagnostic]]]
+
+MOST_LETTERS = 4_000  # of a piece: it is read again for every guess
+MOST_TRIES = 40
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
+JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
+OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
+INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
+         "requires", "achieves")  # fmt: skip
+SYNONYMS: Mapping[str, str] = {
+    "if": "when", "while": "when", "foreach": "for", "forall": "all", "every": "all", "each": "all",
+    "exists": "some", "of": "in", "extends": "is", "isa": "is", "inherits": "is", "from": "in",
+    "pre": "requires", "precondition": "requires", "preconditions": "requires", "needs": "requires",
+    "expects": "requires", "assumes": "requires", "where": "if",
+    "post": "achieves", "postcondition": "achieves", "effect": "achieves", "effects": "achieves",
+    "ensures": "achieves", "provides": "achieves", "returns": "achieves",
+    "objects": "scene", "init": "scene", "program": "run", "task": "goal", "target": "goal",
+    "done": "success", "until": "success", "at": "on", "using": "with", "List": "list",
+}  # fmt: skip
+MARKS: Mapping[str, str] = {
+    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": "->", "<>": "!=", "=": "==", "!": "not ",
+    "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
+    "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
+    "–": "-", "×": "*",
+}  # fmt: skip
+MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ")
+FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
+
+
+def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
+    """The mistake with a fix, if a guess proves right."""
+    row = mistake.span.line - piece.line
+    rows = piece.text.rstrip("\n").split("\n")
+    if piece.shifts or len(piece.text) > MOST_LETTERS or not 0 <= row < len(rows):
+        return mistake
+    if mistake.code == "E001" and row and (word := WORD.match(rows[row].strip())) and word.group() in FOREIGN:
+        column = rows[row].index(word.group()) + 1
+        message = f"there is no '{word.group()}' in the language"
+        span = piece.span(row + 1, column, len(word.group()))
+        help = "a body is calls, 'for' and 'when'"
+        return replace(mistake, message=message, span=span, help=help, fix=None)
+    if mistake.fix is not None or mistake.code not in {"E001", "E003", "E004"}:
+        return mistake
+    better: tuple[int, str] | None = None
+    tried: set[tuple[int, str]] = set()
+    for guess in _guesses(rows, row, mistake.span.column - 1):
+        if guess in tried or guess == (guess[0], rows[guess[0]]):
+            continue
+        tried.add(guess)
+        if len(tried) > MOST_TRIES:
+            break
+        left = attempt(replace(piece, text="\n".join(_with(rows, guess)) + "\n"))[1]
+        if not left:
+            return _fixed(mistake, piece, rows, guess)
+        if better is None and min(each.span.line for each in left) - piece.line > max(row, guess[0]):
+            better = guess
+    return mistake if better is None else _fixed(mistake, piece, rows, better)
+
+
+def is_word(mistake: Diagnostic) -> bool:
+    """Whether its fix is another word in place of one: then it is sure what was meant."""
+    fix = mistake.fix
+    return fix is not None and mistake.span == fix.span and WORD.fullmatch(fix.replacement) is not None
+
+
+Guess = tuple[int, str]  # a row, and what it should say
+
+
+def _with(rows: list[str], guess: Guess) -> list[str]:
+    return [guess[1] if index == guess[0] else row for index, row in enumerate(rows)]
+
+
+def _fixed(mistake: Diagnostic, piece: Piece, rows: list[str], guess: Guess) -> Diagnostic:
+    """With the smallest edit of whole words that makes the guess."""
+    index, new = guess
+    old = rows[index]
+    start = _same(old, new)
+    end = _same(old[start:][::-1], new[start:][::-1])
+    while start and _joins(old, start, new, start):
+        start -= 1
+    while end and _joins(old, len(old) - end, new, len(new) - end):
+        end -= 1
+    span = piece.span(index + 1, start + 1, len(old) - end - start)
+    replacement = new[start : len(new) - end]
+    fix = Fix(span, replacement)
+    taken = old[start : len(old) - end]
+    help = f"did you mean '{new.strip()}'?"
+    is_here = WORD.fullmatch(taken) is not None and index == mistake.span.line - piece.line
+    if not is_here or WORD.fullmatch(replacement) is None:
+        return replace(mistake, fix=fix, help=help)
+    message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
+    return replace(mistake, message=message, span=span, fix=fix, help="")
+
+
+def _same(one: str, other: str) -> int:
+    """How many letters the two begin with alike."""
+    pairs = enumerate(zip(one, other, strict=False))
+    return next((index for index, (a, b) in pairs if a != b), min(len(one), len(other)))
+
+
+def _joins(old: str, at: int, new: str, there: int) -> bool:
+    """Whether an edit would begin or end within a word."""
+    return any(
+        0 < place < len(text) and JOINED.fullmatch(text[place - 1 : place + 1]) is not None
+        for text, place in ((old, at), (new, there))
+    )
+
+
+# Guesses, the likeliest first ---------------------------------------------------------------------
+
+
+def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
+    text = rows[row]
+    if text.count('"""') == 1:
+        yield row, text.rstrip() + '"""'
+        return
+    word = WORD.match(text, column)
+    if word and re.search(rf"\b{word.group()}\s+$", text[:column]):  # written twice
+        yield row, text[:column].rstrip() + text[word.end() :]
+    for new in (*_other_words(text, column), *_other_marks(text, column), *_missing(text, column)):
+        yield row, new
+    yield from _other_margins(rows, row)
+    rest = WORD.match(text, column)
+    yield row, text[:column].rstrip() + text[rest.end() if rest else column + 1 :]
+
+
+def _other_words(text: str, column: int) -> Iterator[str]:
+    """The word at the place, the one before it, and the line's first, as the language has them."""
+    words = list(WORD.finditer(text))
+    here = [each for each in words if each.start() <= column < each.end()]
+    before = [each for each in words if each.end() <= column][-1:]
+    for match in [*here, *before, *words[:1]]:
+        is_first = match is words[0]
+        known = OPENING if is_first else INNER
+        guesses = [SYNONYMS.get(match.group()), SYNONYMS.get(match.group().lower()),
+                   nearest(match.group(), known)]  # fmt: skip
+        for guess in guesses:
+            if guess is not None and guess != match.group():
+                yield text[: match.start()] + guess + text[match.end() :]
+                yield text[: match.start()] + guess + text[match.end() :].replace(":", "", 1)
+
+
+def _other_marks(text: str, column: int) -> Iterator[str]:
+    """Signs that other languages use."""
+    for mark, ours in MARKS.items():
+        for start in {column, column - 1}:
+            if start >= 0 and text.startswith(mark, start):
+                rest = text[start + len(mark) :]
+                yield text[:start] + ours + rest
+                if mark == "!":
+                    yield text[:start] + ours + rest.lstrip()
+                if mark in {"=", ":"}:
+                    yield text[:start] + {"=": ":", ":": "="}[mark] + rest
+                    yield text[:start] + {"=": "=", ":": " in"}[mark] + rest
+    for quote in "\"'":
+        if text.startswith(quote, column) and text.count(quote) > 1:
+            yield text[:column] + text[column:].replace(quote, "", 2)
+    if "<" in text[max(0, column - 1) :] and ">" in text[column:]:
+        yield text[:column] + text[column:].replace("<", "[", 1).replace(">", "]", 1)
+
+
+def _missing(text: str, column: int) -> Iterator[str]:
+    """Marks that are left out at the place, or at the line's end."""
+    head, rest = text[:column], text[column:]
+    bare = head.rstrip()
+    word = WORD.match(rest)
+    if word and bare.endswith("list"):
+        yield f"{bare}[{word.group()}]{rest[word.end() :]}"
+    before = WORD_BEFORE.search(bare)
+    if word and before:  # `Drawer d`, as other languages have it
+        yield f"{bare[: before.start()]}{word.group()}: {before.group()}{rest[word.end() :]}"
+    for mark in MISSING:
+        yield bare + mark + (rest.lstrip() if mark.endswith((" ", ".", "(", "[")) else rest)
+    if word:
+        for mark in (")", "]"):
+            yield head + word.group() + mark + rest[word.end() :]
+    code = text.split("#")[0].rstrip()
+    for ending in (")", "))", "]", "):", "])", "]):", ":"):
+        yield code.removesuffix(":") + ending if ":" in ending else code + ending
+    if text[column : column + 1] in {")", "]", ","}:
+        yield text[:column] + text[column + 1 :]
+
+
+def _other_margins(rows: list[str], row: int) -> Iterator[Guess]:
+    """The line, or the next one, stands as far in as others do."""
+    for index in (row, row + 1):
+        if not 0 < index < len(rows) or not rows[index].strip():
+            continue
+        bare = rows[index].lstrip()
+        indents = [len(each) - len(each.lstrip()) for each in rows[1:index] if each.strip()]
+        for indent in dict.fromkeys([*indents[-1:], *(each + 4 for each in indents[-1:]), *indents, 4]):
+            yield index, " " * indent + bare
