@@ -33,6 +33,7 @@ COMMANDS: Table = {
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
         "diff": "Say where one trace leaves another, and who is to blame.",
+        "view": "Look at one trace, or two side by side, in a browser.",
         "replay": "Ask a policy at every state of a trace what it would do.",
     },
     "import-vat": "Turn a task file of the paper's authors into our own format.",

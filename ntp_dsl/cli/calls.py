@@ -1,4 +1,4 @@
-"""Calls of a trace in words and lines, as all commands that show traces write them."""
+"""Calls of a trace as lines of a terminal, and as rows for machines."""
 
 from __future__ import annotations
 
@@ -10,38 +10,10 @@ from rich.text import Text
 from ntp_dsl.traces import Call, Trace, to_json
 from ntp_dsl.traces.blame import of_call
 from ntp_dsl.traces.times import Times
-from ntp_dsl.world import Argument, Record
+from ntp_dsl.traces.wording import in_words, plain
 
 BAR = 12  # characters for the whole demonstration
-BRIEF = 3  # elements of a list that are shown
 COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}
-
-
-def plain(text: object) -> str:
-    """What a file says, without what would command a terminal."""
-    told = str(text)
-    return told if told.isprintable() else told.encode("unicode_escape").decode("ascii")
-
-
-def shown(argument: Argument) -> str:
-    """An argument, briefly: records without their types."""
-    if isinstance(argument, Record):
-        return f"({', '.join(value for _, value in argument.fields)})"
-    if isinstance(argument, tuple):
-        more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
-        return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
-    return f"{argument:g}" if isinstance(argument, float) else str(argument)
-
-
-def in_words(call: Call) -> str:
-    return plain(f"{call.name}({', '.join(map(shown, call.arguments))})")
-
-
-def headline(trace: Trace) -> str:
-    """What a trace says of itself, in a line."""
-    told = ("library", "task", "policy", "world", "seed", "episode")
-    facts = [f"{name} {trace.header[name]}" for name in told if trace.header.get(name) is not None]
-    return plain(", ".join(facts)) or "a trace"
 
 
 def line(call: Call, frames: int, times: Times) -> Text:

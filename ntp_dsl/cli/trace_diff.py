@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
-from ntp_dsl.cli.calls import headline, in_words, plain
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.traces import Call, Trace, read_trace, to_json
@@ -19,6 +18,7 @@ from ntp_dsl.traces.comparing import Kind
 from ntp_dsl.traces.divergence import compare
 from ntp_dsl.traces.found import Comparison, Divergence
 from ntp_dsl.traces.sources import statement
+from ntp_dsl.traces.wording import headline, in_words, plain, scope_in_words
 
 SAME, DIFFERENT = 0, 1
 SHOWN = 20  # divergences that --all shows in full; of more, the first
@@ -105,11 +105,8 @@ def _would(found: Divergence) -> str:
     assert answer is not None
     if not answer.name:
         return "would return"
-    return f"would call {in_words(answer)}{f'  {_scope(answer)}' if found.kind is Kind.SCOPE else ''}"
-
-
-def _scope(call: Call) -> str:
-    return "no scope" if call.scope is None else f"frames {call.scope[0]}–{call.scope[1]}"
+    scope = f"  {scope_in_words(answer.scope)}" if found.kind is Kind.SCOPE else ""
+    return f"would call {in_words(answer)}{scope}"
 
 
 def _did(trace: Trace, found: Divergence, number: int | None) -> str:
@@ -120,7 +117,7 @@ def _did(trace: Trace, found: Divergence, number: int | None) -> str:
     if found.kind is Kind.OUTCOME or found.kind is Kind.CUT_OFF:
         return f"{words}  {plain(call.outcome) or 'cut off'}{_told(call)}"
     if found.kind is Kind.SCOPE:
-        return f"{words}  {_scope(call)}"
+        return f"{words}  {scope_in_words(call.scope)}"
     return words
 
 

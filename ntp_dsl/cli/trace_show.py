@@ -10,12 +10,13 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from ntp_dsl.cli.calls import as_json, demonstration_frames, headline, in_words, line, plain
+from ntp_dsl.cli.calls import as_json, demonstration_frames, line
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.language.diagnostics import NtpError, nearest
 from ntp_dsl.traces import ROOT, Call, Trace, read_trace
 from ntp_dsl.traces.times import Times, with_all_below
+from ntp_dsl.traces.wording import headline, in_words, plain
 
 LINES = 160  # beyond so many, what goes well is folded away
 UNSURE = 0.5  # a decision below this is not folded away

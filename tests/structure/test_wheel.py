@@ -10,7 +10,13 @@ from pathlib import Path
 import pytest
 from sources import ROOT
 
-DATA = ("ntp_dsl/library/*.ntp", "grammar/*", "ntp_dsl/checkpoints/*", "*/py.typed")
+DATA = (
+    "ntp_dsl/library/*.ntp",
+    "ntp_dsl/traces/viewer/*",
+    "grammar/*",
+    "ntp_dsl/checkpoints/*",
+    "*/py.typed",
+)
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.cli.calls import BAR, plain, scope_bar, shown
+from ntp_dsl.cli.calls import BAR, scope_bar
 from ntp_dsl.cli.trace_show import LINES
 from ntp_dsl.traces import ROOT, Call, TraceWriter
+from ntp_dsl.traces.wording import plain, shown
 from ntp_dsl.world import Observation, Record, Thing
 
 SEEN = Observation((Thing("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)

@@ -1,0 +1,91 @@
+// Keys, buttons and the first picture.
+
+let begun = 0; // the row that was chosen when the search began: typing on looks from there again
+
+function search(again) {
+  chosen.query = byId("search").value.trim().toLowerCase();
+  const hits = [];
+  if (chosen.query) {
+    page.rows.forEach((row, number) => {
+      if (SIDES.some((side) => call(row, side) && words(call(row, side)).toLowerCase().includes(chosen.query))) hits.push(number);
+    });
+  }
+  const ahead = hits.find((number) => (again ? number > chosen.row : number >= begun)) ?? hits[0];
+  byId("found").textContent = chosen.query ? (hits.length ? `${hits.indexOf(ahead) + 1} of ${hits.length}` : "none") : "";
+  if (ahead === undefined) drawTree();
+  else reveal(ahead);
+}
+
+function turnTheme() {
+  const dark = getComputedStyle(document.documentElement).colorScheme === "dark" ||
+    (!document.documentElement.dataset.theme && matchMedia("(prefers-color-scheme: dark)").matches);
+  document.documentElement.dataset.theme = dark ? "light" : "dark";
+}
+
+const KEYS = {
+  n: () => jump(1),
+  p: () => jump(-1),
+  t: turnTheme,
+  "/": () => byId("search").focus(),
+  "?": () => byId("keys").showModal(),
+  "[": () => scrub(chosen.frame - 1),
+  "]": () => scrub(chosen.frame + 1),
+  "{": () => scrub(chosen.frame - 10),
+  "}": () => scrub(chosen.frame + 10),
+};
+
+document.addEventListener("keydown", (event) => {
+  if (event.target.id === "search") {
+    if (event.key === "Enter") search(true);
+    else if (event.key === "Escape") byId("tree").focus();
+    return;
+  }
+  if (event.ctrlKey || event.metaKey || event.altKey || byId("keys").open) return;
+  if (Object.hasOwn(KEYS, event.key)) {
+    KEYS[event.key]();
+    event.preventDefault();
+  }
+});
+
+byId("tree").addEventListener("keydown", treeKey);
+byId("tree").addEventListener("scroll", drawTree);
+byId("search").addEventListener("focus", () => {
+  begun = chosen.row;
+});
+byId("search").addEventListener("input", () => search(false));
+byId("next").addEventListener("click", () => jump(1));
+byId("previous").addEventListener("click", () => jump(-1));
+byId("theme").addEventListener("click", turnTheme);
+byId("help").addEventListener("click", KEYS["?"]);
+byId("frame").addEventListener("input", (event) => scrub(Number(event.target.value)));
+window.addEventListener("resize", drawTree);
+
+chosen.watchers.push((what) => {
+  if (what === "folding") return drawTree();
+  if (what === "row") {
+    drawDetail();
+    drawTimeline(); // first, as its height decides how much of the tree is seen
+    show();
+  }
+  byId("frame").value = chosen.frame;
+  byId("moment").textContent = `frame ${chosen.frame} of ${page.frames}, ${(chosen.frame / 10).toFixed(1)} s`;
+  drawScene();
+});
+
+document.body.classList.toggle("alone", SIDES.length === 1);
+byId("summary").textContent = page.summary;
+byId("frame").max = Math.max(0, page.frames - 1);
+for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
+byId("heads").append(...SIDES.flatMap((side, place) => [
+  ...(place ? [element("span", {})] : []),
+  element("span", { class: `side-${side}`, title: trace(side).headline }, `${letter(side)} ${trace(side).headline}`),
+]));
+prepare();
+foldTheSame();
+if (page.rows.length) {
+  unfold();
+  const first = page.divergences.find((each) => each.row >= 0);
+  reveal(first ? first.row : 0);
+}
+byId("tree").focus();
+document.body.dataset.ready = "yes";

@@ -1,0 +1,120 @@
+// Both trees, row by row; only what can be seen is in the document.
+
+const HEIGHT = 22;
+const MANY = 400; // rows, beyond which what is the same is folded at first
+
+function cell(row, side, number) {
+  const made = call(row, side);
+  const box = element("div", { role: "gridcell", class: "cell" });
+  box.style.paddingLeft = `${Math.min(row.depth, 30) * 14}px`;
+  if (!made) return box;
+  const folds = row.end > number + 1 && (side === "a" || row.a === null);
+  const twist = folds ? (chosen.folded.has(number) ? "▸" : "▾") : "";
+  box.append(element("span", { class: "twist", "aria-hidden": "true" }, twist));
+  const name = element("span", { class: made.program ? "program" : "side-" + side });
+  highlight(name, made.name);
+  const given = element("span", {});
+  highlight(given, `(${made.arguments})`);
+  const well = made.outcome === "done" || made.outcome === "achieved";
+  const outcome = element("span", { class: well ? "good" : "bad" }, well ? " ✓" : ` ✗ ${made.outcome || "cut off"}`);
+  box.append(name, given, outcome);
+  const more = [made.probability === null ? "" : `p=${probability(made.probability)}`, ...made.disturbances];
+  box.append(element("span", { class: "dim" }, ` ${more.filter(Boolean).join(" ")}`));
+  box.title = words(made);
+  return box;
+}
+
+function highlight(box, text) {
+  const at = chosen.query ? text.toLowerCase().indexOf(chosen.query) : -1;
+  if (at < 0) return box.append(text);
+  const end = at + chosen.query.length;
+  box.append(text.slice(0, at), element("mark", {}, text.slice(at, end)), text.slice(end));
+}
+
+function line(number, place) {
+  const row = page.rows[number];
+  const kind = row.mark === "same" ? "" : row.mark === "changed" ? " changed" : " only";
+  const attributes = {
+    role: "row",
+    id: `row-${number}`,
+    class: `row${kind}${number === chosen.row ? " chosen" : ""}`,
+    "aria-level": row.depth + 1,
+    "aria-rowindex": place + 1,
+    "aria-selected": number === chosen.row,
+  };
+  if (row.end > number + 1) attributes["aria-expanded"] = !chosen.folded.has(number);
+  const made = element("div", attributes, cell(row, "a", number));
+  if (SIDES.length === 2) {
+    const mark = element("div", { role: "gridcell", class: "mark", "aria-label": row.mark }, MARKS[row.mark]);
+    made.append(mark, cell(row, "b", number));
+  }
+  made.style.top = `${place * HEIGHT}px`;
+  made.addEventListener("click", (event) => {
+    if (event.target.classList.contains("twist")) fold(number, !chosen.folded.has(number));
+    choose(number);
+  });
+  return made;
+}
+
+function drawTree() {
+  const tree = byId("tree");
+  const rows = byId("rows");
+  rows.style.height = `${chosen.visible.length * HEIGHT}px`;
+  const begin = Math.max(0, Math.floor(tree.scrollTop / HEIGHT) - 10);
+  const end = Math.min(chosen.visible.length, begin + Math.ceil(tree.clientHeight / HEIGHT) + 20);
+  const present = [];
+  for (let place = begin; place < end; place += 1) present.push(line(chosen.visible[place], place));
+  rows.replaceChildren(...present);
+  tree.setAttribute("aria-rowcount", chosen.visible.length);
+  tree.setAttribute("aria-activedescendant", `row-${chosen.row}`);
+}
+
+function fold(number, folded) {
+  if (page.rows[number].end <= number + 1) return;
+  if (folded) chosen.folded.add(number);
+  else chosen.folded.delete(number);
+  unfold();
+}
+
+function show() {
+  const tree = byId("tree");
+  const top = placeOf(chosen.row) * HEIGHT;
+  if (top < tree.scrollTop) tree.scrollTop = top - 3 * HEIGHT;
+  else if (top + HEIGHT > tree.scrollTop + tree.clientHeight) tree.scrollTop = top - tree.clientHeight + 4 * HEIGHT;
+  drawTree();
+}
+
+// Where a row stands among the visible ones; they are in order, so halving finds it.
+function placeOf(number) {
+  let low = 0;
+  for (let high = chosen.visible.length; low < high; ) {
+    const middle = (low + high) >> 1;
+    if (chosen.visible[middle] < number) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+function step(by) {
+  const place = Math.max(0, Math.min(chosen.visible.length - 1, placeOf(chosen.row) + by));
+  choose(chosen.visible[place]);
+}
+
+function treeKey(event) {
+  const leap = Math.max(1, Math.floor(byId("tree").clientHeight / HEIGHT) - 1);
+  const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: leap, PageUp: -leap, Home: -Infinity, End: Infinity };
+  const row = page.rows[chosen.row];
+  if (event.key in steps) step(steps[event.key]);
+  else if (event.key === "ArrowRight" || event.key === "Enter") fold(chosen.row, false);
+  else if (event.key === "ArrowLeft" && row.end > chosen.row + 1 && !chosen.folded.has(chosen.row)) fold(chosen.row, true);
+  else if (event.key === "ArrowLeft" && row.above >= 0) choose(row.above);
+  else return;
+  event.preventDefault();
+}
+
+function foldTheSame() {
+  if (page.rows.length <= MANY) return;
+  page.rows.forEach((row, number) => {
+    if (row.depth >= 1 && row.whole && row.end > number + 1) chosen.folded.add(number);
+  });
+}

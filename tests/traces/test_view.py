@@ -1,0 +1,331 @@
+"""The page in a real browser: both trees, every key, 5,000 steps, and nothing of a file carried out."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsing import Page, browser
+from PIL import Image
+from trees import Node, written
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.traces import ROOT, Trace, TraceWriter, read_trace
+from ntp_dsl.traces.divergence import compare
+from ntp_dsl.traces.page import page
+from ntp_dsl.traces.page_rows import rows
+from ntp_dsl.world import Observation, Thing
+
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>&\"'\u2028"
+WELL = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scripted and a learned episode from one seed, and the page of both."""
+    path = tmp_path_factory.mktemp("viewed")
+    assert run([*WELL, "--expert", "--out", str(path / "a")]) == 0
+    assert run([*WELL, "--out", str(path / "b")]) == 0
+    files = [str(path / side / "episode_00000.trace.jsonl") for side in "ab"]
+    assert run(["trace", "view", *files, "--out", str(path / "both.html")]) == 0
+    assert run(["trace", "view", files[1], "--out", str(path / "one.html")]) == 0
+    return path
+
+
+@pytest.fixture
+def both(chromium: Any, folder: Path) -> Iterator[Page]:
+    found = Page(chromium, folder / "both.html")
+    yield found
+    assert found.said == [] and [url.split(":")[0] for url in found.asked] == ["file"]
+    found.close()
+
+
+def made(tmp_path: Path, comparison_of: tuple[Trace, Trace]) -> Path:
+    path = tmp_path / "made.html"
+    path.write_text(page(compare(*comparison_of), (tmp_path, tmp_path)), encoding="utf-8")
+    return path
+
+
+def test_both_trees_stand_side_by_side(both: Page) -> None:
+    heads = both.text("#heads")
+    assert "policy scripted" in heads and "policy learned" in heads
+    both.press("Home")
+    assert both.chosen().startswith("▾stack([(") and both.chosen().count("stack(") == 2
+    assert both.page.locator(".row").count() > 10
+
+
+def test_arrows_fold_unfold_and_choose(both: Page) -> None:
+    both.press("Home", "ArrowDown")
+    first = both.chosen()
+    assert "pick_and_place" in first
+    below = both.page.locator(".row").count()
+    both.press("ArrowLeft")
+    assert both.page.locator(".row").count() < below
+    assert both.run("document.querySelector('.row.chosen').getAttribute('aria-expanded')") == "false"
+    both.press("ArrowRight", "ArrowDown")
+    assert "pick(" in both.chosen()
+    both.press("ArrowDown", "ArrowLeft")
+    assert "pick(" in both.chosen()
+    both.press("End", "Home")
+    assert "stack(" in both.chosen()
+
+
+def test_the_chosen_call_is_told_with_its_alternatives_and_its_statement(both: Page) -> None:
+    both.press("Home", "ArrowDown")
+    detail = both.text("#detail")
+    for part in ("outcome", "scope", "probability", "callee", "object 1", "object 2", "or to return"):
+        assert part in detail
+    assert re.search(r"block_stacking.ntp:\d+: pick_and_place\(p.item, p.support\)", detail)
+
+
+def test_scopes_stand_over_the_demonstration(both: Page) -> None:
+    both.press("Home", "ArrowDown", "ArrowDown")
+    timeline = both.text("#timeline")
+    assert "shown" in timeline and "hand closed" in timeline
+    assert both.page.locator("#timeline .scope.side-a").count() == 3
+    assert both.page.locator("#timeline .scope.side-b").count() == 3
+
+
+def test_the_scrubber_moves_the_scene(both: Page) -> None:
+    both.press("Home")
+    assert both.text("#moment").startswith("frame 0 of")
+    hand = "[...document.querySelectorAll('.hand')].map((each) => each.getAttribute('d')).join()"
+    before = both.run(hand)
+    both.press("}", "}", "]")
+    assert both.text("#moment").startswith("frame 21 of") and both.run(hand) != before
+    both.press("{", "{", "{", "[")
+    assert both.text("#moment").startswith("frame 0 of") and both.run(hand) == before
+    assert both.page.locator("#scene svg").count() == 4
+
+
+def test_search_finds_calls_by_name_and_object(both: Page) -> None:
+    both.press("Home", "/", *"release")
+    assert re.fullmatch(r"1 of \d+", both.text("#found")) and "release()" in both.chosen()
+    both.press("Enter")
+    assert both.text("#found").startswith("2 of")
+    assert both.page.locator("mark").count() > 1
+    both.press("Escape", "ArrowUp")
+    assert "release" not in both.chosen()
+
+
+def test_the_keys_are_told_and_the_theme_turns(both: Page) -> None:
+    both.press("?")
+    assert both.page.locator("#keys").is_visible()
+    both.press("Escape")
+    assert not both.page.locator("#keys").is_visible()
+    colour = "getComputedStyle(document.body).backgroundColor"
+    before = both.run(colour)
+    both.press("t")
+    assert both.run(colour) != before
+    both.press("t")
+    assert both.run(colour) == before
+
+
+def test_everything_can_be_reached_without_a_mouse(both: Page) -> None:
+    reached = set()
+    for _ in range(12):
+        both.press("Tab")
+        reached.add(both.run("document.activeElement.id"))
+    assert {"tree", "search", "previous", "next", "theme", "help", "detail", "frame"} <= reached
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_text_stands_out_from_its_ground(chromium: Any, folder: Path, theme: str) -> None:
+    """The contrast that WCAG asks of text, 4.5 to 1, of everything that is written."""
+    found = Page(chromium, folder / "both.html", theme)
+    found.press("Home", "ArrowDown")
+    ratios = found.run(CONTRASTS)
+    found.close()
+    assert len(ratios) > 50
+    assert [each for each in ratios if each["ratio"] < 4.5] == []
+
+
+def test_one_trace_stands_alone(chromium: Any, folder: Path) -> None:
+    found = Page(chromium, folder / "one.html")
+    assert found.page.locator(".mark").count() == 0 and not found.page.locator("#next").is_visible()
+    assert "done" in found.text("#summary") and found.said == []
+    found.close()
+
+
+def parted(count: int) -> tuple[Trace, Trace]:
+    """Two traces of so many calls that part in the middle."""
+    run_a = Node("run", "run", kids=[Node("program", "build")])
+    for number in range(count // 5):
+        thing, scope = f"block_{number}", (number, number + 5)
+        kids = [Node("api", f"step_{n}", (thing,), None, "achieved") for n in range(4)]
+        run_a.kids[0].kids.append(Node("program", "part", (thing,), scope, "done", kids))
+    run_b = run_a.copy()
+    run_b.kids[0].kids[count // 10].kids[2].name = "other"
+    return written(run_a), written(run_b)
+
+
+def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(
+    chromium: Any, tmp_path: Path
+) -> None:
+    found = Page(chromium, made(tmp_path, parted(5000)))
+    assert "step_2(" in found.chosen() and found.said == []
+    row, tree = (found.page.locator(each).bounding_box() for each in (".row.chosen", "#tree"))
+    assert tree["y"] <= row["y"] and row["y"] + row["height"] <= tree["y"] + tree["height"]
+    assert "other(" in found.text("#detail .card:last-child")
+    assert found.page.locator(".row").count() < 100
+    took = found.run(
+        """() => { const begun = performance.now();
+        for (let n = 0; n < 20; n += 1) { step(1); jump(-1); unfold(); }
+        return (performance.now() - begun) / 20; }"""
+    )
+    assert took < 250  # [ms] for three changes of the page, on a machine that may be busy
+    found.press("End")
+    assert "part(block_999)" in found.chosen()
+    found.close()
+
+
+def test_n_and_p_go_from_one_divergence_to_the_next(chromium: Any, tmp_path: Path) -> None:
+    a, b = parted(100)
+    found = Page(chromium, made(tmp_path, (a, b)))
+    count = len({row for each in compare(a, b).divergences if (row := each.a) is not None})
+    assert count == 1 and "step_2(" in found.chosen()
+    found.press("Home", "n")
+    assert "step_2(" in found.chosen()
+    found.press("End", "p")
+    assert "step_2(" in found.chosen()
+    assert "≠ program" in found.text("#detail")
+    found.close()
+
+
+def hostile(path: Path) -> Trace:
+    """A file whose every text is an attack."""
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        thing = {"name": HOSTILE, "type": HOSTILE, "size": (0.05, 0.05, 0.05)}
+        shown = {"name": HOSTILE, "scope": [0, 5]}
+        writer.header(
+            task=HOSTILE,
+            library=HOSTILE,
+            policy=HOSTILE,
+            things=[thing],
+            sources={HOSTILE: HOSTILE},
+            demonstration={"file": "../x", "frames": 9, "calls": {"children": [shown]}},
+        )
+        seen = Observation((Thing(HOSTILE, HOSTILE, (0.05,) * 3),), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
+        decision = {"top": [[HOSTILE, 1]], "pointers": [[[HOSTILE, 1]], 3], "scopes": [[HOSTILE, 1]]}
+        decision |= {"source": HOSTILE, "probability": 0.5, "end_probability": HOSTILE}
+        decision |= {"answer": {"callee": HOSTILE}}
+        root = writer.call(ROOT, "program", HOSTILE, (HOSTILE,), (0, 9), 0, writer.state(seen), decision)
+        for name in ("../../secret.jpg", "/etc/hostname", "http://example.org/a.jpg", "\0", "not.jpg"):
+            writer.picture(0, name)
+        writer.returned(root, HOSTILE, 1, evidence={HOSTILE: HOSTILE}, disturbances=[HOSTILE])
+        writer.end(reason=HOSTILE, verdict=HOSTILE)
+    return read_trace(path)
+
+
+def test_nothing_of_a_hostile_file_is_carried_out(chromium: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "in" / "side"
+    folder.mkdir(parents=True)
+    Image.new("RGB", (4, 4)).save(tmp_path / "secret.jpg")
+    (folder / "not.jpg").write_text("<svg onload=alert(1)>")
+    trace = hostile(folder / "a.jsonl")
+    text = page(compare(trace, hostile(folder / "b.jsonl")), (folder, folder))
+    assert "<img" not in text and text.count("</script>") == 2 and "data:image" not in text
+    path = tmp_path / "hostile.html"
+    path.write_text(text, encoding="utf-8")
+    found = Page(chromium, path)
+    found.press("Home", "/", *"alert", "Enter", "Escape", "]", "n")
+    assert found.said == [] and len(found.asked) == 1
+    assert found.run("document.scripts.length") == 2 and found.run("document.images.length") == 0
+    assert "onerror" in found.text("#tree")
+    found.close()
+
+
+def test_a_page_is_forbidden_the_network_and_any_other_script(both: Page) -> None:
+    blocked = both.run(
+        """async () => { const names = [];
+        document.addEventListener("securitypolicyviolation", (event) => names.push(event.effectiveDirective));
+        await fetch("http://127.0.0.1:9/").catch(() => 0);
+        const script = document.createElement("script"); script.textContent = "window.ran = true";
+        document.body.append(script);
+        const image = new Image(); image.src = "http://127.0.0.1:9/a.png"; document.body.append(image);
+        await new Promise((done) => setTimeout(done, 200));
+        return [names.sort(), window.ran === true]; }"""
+    )
+    assert blocked == [["connect-src", "img-src", "script-src-elem"], False]
+    both.said.clear()  # the browser tells of each
+    both.asked[:] = both.asked[:1]
+
+
+def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> None:
+    frames = tmp_path / "frames"
+    frames.mkdir()
+    path = tmp_path / "a.jsonl"
+    thing = Thing("a", "Block", (0.05, 0.05, 0.05))
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(things=[{"name": "a", "type": "Block", "size": thing.size}])
+        for number in range(4):
+            Image.new("RGB", (40, 30), (60 * number, 0, 0)).save(frames / f"{number}.jpg")
+            seen = Observation((thing,), {"a": (0.1 * number, 0.0, 0.0)}, (0.0, 0.0, 0.5), False)
+            writer.picture(writer.frame(0.1 * number, seen), f"frames/{number}.jpg")
+        root = writer.call(ROOT, "program", "go", (), None, 0, writer.state(seen), {})
+        writer.returned(root, "done", 4)
+    trace = read_trace(path)
+    found = Page(chromium, made(tmp_path, (trace, trace)))
+    alt = "document.images[0].alt"
+    assert found.run(alt) == "what the camera saw at frame 0"
+    found.press("]", "]")
+    assert found.run(alt) == "what the camera saw at frame 2"
+    assert found.run("document.images[0].naturalWidth") == 40 and found.said == []
+    found.close()
+
+
+def test_rows_of_a_page_nest_and_say_what_differs() -> None:
+    told = rows(compare(*parted(100)))
+    assert [row["end"] for row in told][:2] == [len(told), 6]
+    for number, row in enumerate(told):
+        assert row["above"] < number < row["end"] <= len(told)
+        assert row["above"] == -1 or told[row["above"]]["depth"] == row["depth"] - 1
+    marks = [row["mark"] for row in told]
+    assert (marks.count("only a"), marks.count("only b")) == (1, 1)
+    assert not told[0]["whole"] and told[1]["whole"]
+
+
+def test_machines_are_told_where_the_page_is(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.html"
+    words = ["trace", "view", str(folder / "a" / "episode_00000.trace.jsonl"), "--out", str(out), "--json"]
+    assert run(words) == 0
+    assert json.loads(capsys.readouterr().out) == {"file": str(out), "bytes": out.stat().st_size}
+
+
+# Of every element that has text of its own: its colour against what lies behind it.
+CONTRASTS = """() => {
+  const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  const rgb = (colours) => { canvas.clearRect(0, 0, 1, 1);
+    for (const colour of colours) { canvas.fillStyle = colour; canvas.fillRect(0, 0, 1, 1); }
+    return [...canvas.getImageData(0, 0, 1, 1).data]; };
+  const light = ([r, g, b]) => [r, g, b].map((c) => c / 255)
+    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, c, place) => sum + c * [0.2126, 0.7152, 0.0722][place], 0);
+  const found = [];
+  for (const each of document.querySelectorAll("body *")) {
+    const own = [...each.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
+    if (!own || each.closest("script, svg, dialog") || !each.checkVisibility()) continue;
+    const behind = [];
+    for (let box = each; box; box = box.parentElement) behind.unshift(getComputedStyle(box).backgroundColor);
+    const ground = rgb(["white", ...behind]);
+    const text = rgb(["white", ...behind, getComputedStyle(each).color]);
+    const [dark, bright] = [light(ground), light(text)].sort((one, other) => one - other);
+    const told = `${each.className}: ${each.textContent.slice(0, 30)}`;
+    found.push({ ratio: (bright + 0.05) / (dark + 0.05), told });
+  }
+  return found;
+}"""
