@@ -1,4 +1,4 @@
-"""What was probably meant where a piece does not parse: guesses are tried, and the first that reads on is taken.
+"""What was probably meant where a piece does not parse: the first guess that reads on is offered.
 
 Guesses are words of other languages, slips of the pen, and marks that are missing, too many or taken from
 elsewhere. A guess is offered only if the text then parses as far as the next line at least.
@@ -11,14 +11,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
-from ntp_dsl.language.pieces import Piece
+from ntp_dsl.language.pieces import PARTNERS, Piece
 
 Attempt = Callable[[Piece], tuple[object, Sequence[Diagnostic]]]
 
-MOST_LETTERS = 4_000  # of a piece: it is read again for every guess
+MOST_LETTERS = 12_000  # to be read anew for all guesses at one mistake
 MOST_TRIES = 40
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
+TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
@@ -37,9 +38,9 @@ MARKS: Mapping[str, str] = {
     "&&": "and", "&": "and", "||": "or", "|": "or", "=>": "->", "<>": "!=", "=": "==", "!": "not ",
     "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
-    "–": "-", "×": "*",
+    "–": "-", "×": "*", ">": "->", "..": "=",
 }  # fmt: skip
-MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ")
+MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ", "..", "=", " and ", " == ")
 FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
@@ -47,7 +48,7 @@ def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
     """The mistake with a fix, if a guess proves right."""
     row = mistake.span.line - piece.line
     rows = piece.text.rstrip("\n").split("\n")
-    if piece.shifts or len(piece.text) > MOST_LETTERS or not 0 <= row < len(rows):
+    if piece.shifts or not 0 <= row < len(rows):
         return mistake
     if mistake.code == "E001" and row and (word := WORD.match(rows[row].strip())) and word.group() in FOREIGN:
         column = rows[row].index(word.group()) + 1
@@ -63,7 +64,7 @@ def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
         if guess in tried or guess == (guess[0], rows[guess[0]]):
             continue
         tried.add(guess)
-        if len(tried) > MOST_TRIES:
+        if len(tried) > min(MOST_TRIES, MOST_LETTERS // len(piece.text)):
             break
         left = attempt(replace(piece, text="\n".join(_with(rows, guess)) + "\n"))[1]
         if not left:
@@ -122,6 +123,10 @@ def _joins(old: str, at: int, new: str, there: int) -> bool:
     )
 
 
+def _put(text: str, place: int, mark: str) -> str:
+    return text[:place] + mark + text[place:]
+
+
 # Guesses, the likeliest first ---------------------------------------------------------------------
 
 
@@ -130,9 +135,12 @@ def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
     if text.count('"""') == 1:
         yield row, text.rstrip() + '"""'
         return
-    word = WORD.match(text, column)
-    if word and re.search(rf"\b{word.group()}\s+$", text[:column]):  # written twice
-        yield row, text[:column].rstrip() + text[word.end() :]
+    twice = TWICE.search(text)
+    if twice:
+        yield row, text[: twice.end("word")] + text[twice.end() :]
+    if text[column : column + 1] in PARTNERS:
+        for match in re.finditer(r"[\w)\]](?!\w)", text[column:]):
+            yield row, _put(text, column + match.end(), PARTNERS[text[column]])
     for new in (*_other_words(text, column), *_other_marks(text, column), *_missing(text, column)):
         yield row, new
     yield from _other_margins(rows, row)
@@ -148,10 +156,10 @@ def _other_words(text: str, column: int) -> Iterator[str]:
     for match in [*here, *before, *words[:1]]:
         is_first = match is words[0]
         known = OPENING if is_first else INNER
-        guesses = [SYNONYMS.get(match.group()), SYNONYMS.get(match.group().lower()),
-                   nearest(match.group(), known)]  # fmt: skip
-        for guess in guesses:
-            if guess is not None and guess != match.group():
+        found = match.group()
+        near = [each for each in known if nearest(found, [each])]
+        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), nearest(found, known), *near):
+            if guess is not None and guess != found:
                 yield text[: match.start()] + guess + text[match.end() :]
                 yield text[: match.start()] + guess + text[match.end() :].replace(":", "", 1)
 
@@ -186,7 +194,7 @@ def _missing(text: str, column: int) -> Iterator[str]:
     if word and before:  # `Drawer d`, as other languages have it
         yield f"{bare[: before.start()]}{word.group()}: {before.group()}{rest[word.end() :]}"
     for mark in MISSING:
-        yield bare + mark + (rest.lstrip() if mark.endswith((" ", ".", "(", "[")) else rest)
+        yield bare + mark + (rest.lstrip() if mark.endswith((" ", ".", "(", "[", "=")) else rest)
     if word:
         for mark in (")", "]"):
             yield head + word.group() + mark + rest[word.end() :]
