@@ -28,6 +28,7 @@ HOMES = {
     "torch": ["ntp_dsl.core"],
     "safetensors": ["ntp_dsl.core"],
     "lark": ["ntp_dsl.language.parser"],
+    "pygments": ["ntp_dsl.language.highlighting"],
     "typer": ["ntp_dsl.cli"],
     "rich": ["ntp_dsl.cli"],
     "pybullet": ["kinematics"],
