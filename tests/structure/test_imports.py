@@ -12,7 +12,7 @@ from sources import importers, imports, modules
 # From the bottom up; a module may import its own layer and those below. The longest prefix counts.
 LAYERS = (
     ("ntp_dsl", "ntp_dsl.files", "ntp_dsl.resources", "ntp_dsl.seeds", "ntp_dsl.workers"),
-    ("ntp_dsl.language", "ntp_dsl.registry"),
+    ("ntp_dsl.language", "ntp_dsl.registry", "ntp_dsl.graph"),
     ("ntp_dsl.world", "ntp_dsl.predicates", "ntp_dsl.state", "ntp_dsl.task_files"),
     ("ntp_dsl.worlds", "ntp_dsl.tasks", "ntp_dsl.goals"),
     ("ntp_dsl.specification", "ntp_dsl.traces", "ntp_dsl.queries", "ntp_dsl.policy"),
