@@ -26,3 +26,8 @@ def examples_folder() -> Path:
 def checkpoints_folder() -> Path:
     """The trained weights that ship with the package."""
     return PACKAGE / "checkpoints"
+
+
+def templates_folder() -> Path:
+    """What `ntp new` begins a domain with: a folder for each kind."""
+    return PACKAGE / "templates"

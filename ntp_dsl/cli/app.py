@@ -25,6 +25,7 @@ Table = Mapping[str, "str | Table"]
 COMMANDS: Table = {
     "check": "Say whether libraries are sound, and every mistake that is in them.",
     "fmt": "Put libraries into their one layout; comments stay.",
+    "new": "Make a small domain to start from.",
     "graph": "Show who calls whom in a library, as a tree or a picture.",
     "demo": "Watch the shipped checkpoint build what it was shown once.",
     "run": "Carry out a task on the arm, from one demonstration or by the expert.",

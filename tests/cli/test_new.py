@@ -1,0 +1,63 @@
+"""`ntp new`: what it makes checks, records and trains by the lines of its own README."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.language.canonical import format_text
+
+
+@pytest.fixture(params=[[], ["--python"]], ids=["plain", "python"])
+def domain(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Path:
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "pairs", *request.param, "--out", "my domains"]) == 0
+    return Path("my domains") / "pairs"
+
+
+def test_every_line_of_its_readme_works_as_printed(domain: Path) -> None:
+    lines = re.findall(r"^    (ntp .*)", (domain / "README.md").read_text(), re.MULTILINE)
+    assert [shlex.split(line)[1] for line in lines] == ["check", "run", "record", "train", "run"]
+    few = {"record": ["-n", "3"], "train": ["--iterations", "2"]}
+    for line in lines[:-1]:  # two steps of training make no program that can do the task
+        words = shlex.split(line)[1:]
+        assert run([*words, *few.get(words[0], [])]) == 0, line
+    assert (domain / "model" / "pairs.safetensors").is_file()
+    assert (domain / "model").name + "/" in (domain / ".gitignore").read_text().split()
+
+
+def test_it_is_in_canonical_layout_and_no_name_is_left_open(domain: Path) -> None:
+    text = (domain / "pairs.ntp").read_text()
+    assert format_text(text) == text
+    assert not any("$" in path.read_text() for path in domain.iterdir())
+
+
+def test_nothing_that_exists_is_written_over(
+    capsys: pytest.CaptureFixture[str], domain: Path
+) -> None:
+    before = {path: path.read_bytes() for path in domain.iterdir()}
+    assert run(["new", "pairs", "--out", str(domain.parent)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in domain.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("my domain", "for example: my_domain"),
+        ("9", "letters, digits and underscores"),
+        ("all", "word of the language"),
+        ("tabletop", "standard library"),
+    ],
+)
+def test_a_name_that_cannot_be_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, said: str
+) -> None:
+    assert run(["new", name, "--out", str(tmp_path)]) == 2
+    assert said in capsys.readouterr().err and not any(tmp_path.iterdir())
