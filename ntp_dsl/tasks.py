@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ntp_dsl.goals import Goal, Variation, draw_goal
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.diagnostics import NtpError, nearest
 from ntp_dsl.language.signatures import si
 from ntp_dsl.language.syntax import Expression, Name, Number, TaskDeclaration
 from ntp_dsl.language.tasks import GOAL
@@ -56,10 +56,19 @@ class Instance:
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
-    if name not in registry.tasks:
-        known = ", ".join(registry.tasks) or "none"
-        raise NtpError(f"no task is called '{name}'; library '{registry.name}' declares: {known}")
-    return registry.tasks[name]
+    """Raises `NtpError`, with what there is and what it is for."""
+    if name in registry.tasks:
+        return registry.tasks[name]
+    meant = nearest(name, registry.tasks)
+    guess = f"; did you mean '{meant}'?" if meant else "."
+    if not registry.tasks:
+        raise NtpError(f"no task is called '{name}': library '{registry.name}' declares none")
+    width = max(map(len, registry.tasks))
+    listing = "".join(
+        f"\n  {task.name:{width}}  {' '.join(task.docstring.split())}".rstrip()
+        for task in registry.tasks.values()
+    )
+    raise NtpError(f"no task is called '{name}'{guess} Library '{registry.name}' declares:{listing}")
 
 
 def draw(

@@ -12,6 +12,7 @@ from sources import ROOT
 
 DATA = (
     "ntp_dsl/library/*.ntp",
+    "ntp_dsl/templates/*/*",
     "ntp_dsl/traces/viewer/*",
     "grammar/*",
     "ntp_dsl/checkpoints/*",
