@@ -6,6 +6,7 @@ from ntp_dsl.language import contract_repairs, lints
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.facts import EVERY
 from ntp_dsl.language.formatter import format_expression
+from ntp_dsl.language.judgements import check_success
 from ntp_dsl.language.provisions import Contracts, Lack
 from ntp_dsl.language.signatures import head
 from ntp_dsl.language.syntax import ProgramDeclaration, TaskDeclaration
@@ -18,7 +19,7 @@ def check_contract(declaration: ProgramDeclaration | TaskDeclaration, contracts:
     What is wrong is left in the contracts' table.
     """
     if isinstance(declaration, TaskDeclaration):
-        lints.check_success(contracts, declaration)
+        check_success(contracts, declaration)
         return
     lints.check_programs(contracts, [declaration])
     if declaration.achieves is None:

@@ -13,7 +13,6 @@ from ntp_dsl.language.facts import (
     contradicts,
     facts,
     implies,
-    substitute,
     value_of,
 )
 from ntp_dsl.language.formatter import format_expression, format_statement
@@ -27,10 +26,8 @@ from ntp_dsl.language.syntax import (
     ProgramDeclaration,
     Span,
     Statement,
-    TaskDeclaration,
 )
-from ntp_dsl.language.task_repairs import said_of
-from ntp_dsl.language.walks import everything, guards, innermost, mentions
+from ntp_dsl.language.walks import conjuncts, everything, guards, innermost, mentions
 
 Contract = syntax.ApiDeclaration | ProgramDeclaration
 REFLEXIVE = {"==": True, "<=": True, ">=": True, "!=": False, "<": False, ">": False}
@@ -193,7 +190,7 @@ def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
     turned = [fact for fact in facts(program.requires) if contracts.achievers(fact)]
     spoken = spoken.union(*map(mentions, turned))
     parameters = {each.name for each in program.parameters}
-    for part in _parts(program.achieves):
+    for part in conjuncts(program.achieves):
         wanted = list(facts(part))
         if all(any(implies(have, fact, contracts.members) for have in promised) for fact in wanted):
             continue
@@ -206,10 +203,6 @@ def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
         else:
             continue
         contracts.table.report("N401", message, part.span)
-
-
-def _parts(condition: Expression) -> tuple[Expression, ...]:
-    return condition.values if isinstance(condition, syntax.And) else (condition,)
 
 
 def _spoken(statement: Statement) -> set[str]:
@@ -232,67 +225,3 @@ def _is_turned(wanted: Sequence[Expression], promised: Sequence[Expression]) -> 
 def _calls_api(program: ProgramDeclaration, contracts: Contracts) -> bool:
     """An api may change more than it promises."""
     return any(innermost(each).callee in contracts.table.apis for each in program.body)
-
-
-# Tasks -------------------------------------------------------------------------------------------
-
-
-def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
-    """What a task is judged by is what the program that it runs achieves."""
-    program = contracts.table.programs.get(task.run.callee) if task.run else None
-    faulty = contracts.is_faulty(task) or contracts.is_faulty(program)
-    if program is None or task.run is None or task.success is None or faulty:
-        return
-    told = [argument for argument in task.run.arguments if mentions(argument) & mentions(task.success)]
-    if program.achieves is None or not told:
-        return
-    promised = contracts.promised(task.run)
-    for part in _parts(task.success):
-        about = format_expression(part)
-        lacking = [fact for fact in facts(part) if not _is_promised(fact, promised, contracts)]
-        if lacking:
-            message = f"'{program.name}' does not say that it achieves this: {about}"
-            note = Note("what it achieves", program.achieves.span)
-            contracts.table.report("N501", message, part.span, "", note)
-    asked, given = _elements(task.success), _elements(said_of(program, task.run))
-    if asked is None or given is None or asked[0] != given[0]:
-        return
-    for fact in asked[1]:
-        same = [each for each in given[1] if _predicate(each) == _predicate(fact) is not None]
-        if same and fact not in same:
-            _turned_round(task, program, contracts)
-            return
-
-
-def _is_promised(
-    fact: Expression, promised: Sequence[Expression], contracts: Contracts
-) -> bool:
-    if any(implies(have, fact, contracts.members) for have in promised):
-        return True
-    parts = contracts.parts(fact)
-    return bool(parts) and all(_is_promised(part, promised, contracts) for part in parts)
-
-
-ELEMENT = syntax.Name("element")
-
-
-def _elements(condition: Expression | None) -> tuple[str, list[Expression]] | None:
-    """Of `all … for p in goal`: the list, and what is said of an element by its fields."""
-    match condition:
-        case syntax.Quantified("all", body, (syntax.Generator(variable, domain, None),)):
-            return domain.id, [substitute(fact, {variable: ELEMENT}) for fact in facts(body)]
-    return None
-
-
-def _predicate(fact: Expression) -> str | None:
-    return fact.predicate if isinstance(fact, Atom) else None
-
-
-def _turned_round(task: TaskDeclaration, program: ProgramDeclaration, contracts: Contracts) -> None:
-    assert task.success is not None and task.run is not None and program.achieves is not None
-    promised = said_of(program, task.run)
-    text = format_expression(promised) if promised is not None else ""
-    message = f"'{program.name}' achieves the like, but of other fields: {text}"
-    note = Note("what it achieves", program.achieves.span)
-    fix = Fix(task.success.span, text) if text else None
-    contracts.table.report("W503", message, task.success.span, "", note, fix=fix)

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from ntp_dsl.language import repairs, syntax
-from ntp_dsl.language.arguments import Arguments
-from ntp_dsl.language.diagnostics import Fix, Note, nearest, unknown
+from ntp_dsl.language.applications import Applications
+from ntp_dsl.language.diagnostics import Fix, nearest, unknown
 from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.names import NUMBER_TYPES, Table
-from ntp_dsl.language.signatures import Names, fits, head, measure, phrase, tail
-from ntp_dsl.language.syntax import Expression, Span, TypeName
+from ntp_dsl.language.signatures import Names, fits, measure, phrase, tail
+from ntp_dsl.language.syntax import Expression, TypeName
 from ntp_dsl.language.unknowns import report_unknown
-from ntp_dsl.language.walks import predicates
 
 CONDITIONS = (syntax.Compare, syntax.Not, syntax.And, syntax.Or, syntax.Quantified)
 ORDERED = {"<", "<=", ">", ">="}
 TRUTHS = {"true": True, "false": False}  # what other languages call them
-
-Applicable = syntax.PredicateDeclaration | syntax.ApiDeclaration | syntax.ProgramDeclaration
 
 
 class Typing:
@@ -27,7 +23,9 @@ class Typing:
 
     def __init__(self, table: Table) -> None:
         self._table = table
-        self._arguments = Arguments(table, self.value)
+        self._applications = Applications(table, self.value)
+        self.call = self._applications.call
+        self.callee = self._applications.callee
 
     # Truths
 
@@ -35,7 +33,7 @@ class Typing:
         """The expression must be true or false."""
         match expression:
             case syntax.Atom():
-                declared = self._predicate(expression, names)
+                declared = self._applications.predicate(expression, names)
                 if declared is not None and declared.result is not None:
                     self._not_a_truth(expression, f"{phrase(declared.result)}")
             case syntax.Compare():
@@ -66,7 +64,7 @@ class Typing:
         self, node: Expression, declared: syntax.PredicateDeclaration, names: Names
     ) -> None:
         atom = syntax.Atom(declared.name, (), span=node.span)
-        self._arguments.check(atom, declared, declared.parameters, names)
+        self._applications.arguments.check(atom, declared, declared.parameters, names)
         if not declared.parameters:
             message = f"'{declared.name}' is a predicate, and is written with brackets"
             fix = Fix(node.span, f"{declared.name}()")
@@ -125,7 +123,7 @@ class Typing:
             case syntax.Arithmetic(_, left, right):
                 return self._arithmetic(expression, left, right, names, expected)
             case syntax.Atom():
-                declared = self._predicate(expression, names)
+                declared = self._applications.predicate(expression, names)
                 if declared is None or declared.result is not None:
                     return declared.result if declared else None
                 message = f"'{declared.name}' is true or false; here a value is meant"
@@ -150,7 +148,7 @@ class Typing:
         if expected is None or len(atom.arguments) != 1:
             return None
         parameter = syntax.Parameter("", expected)
-        is_meant = self._arguments.takes([parameter], atom.arguments, names)
+        is_meant = self._applications.arguments.takes([parameter], atom.arguments, names)
         return Fix(atom.span, format_expression(atom.arguments[0])) if is_meant else None
 
     def _name(
@@ -300,78 +298,3 @@ class Typing:
             declared = self._table.predicates.get(side.predicate)
             return declared is not None and declared.result is None
         return isinstance(side, CONDITIONS)
-
-    # What is applied, and what is called
-
-    def _predicate(self, atom: syntax.Atom, names: Names) -> syntax.PredicateDeclaration | None:
-        declared = self._table.predicates.get(atom.predicate)
-        if declared is None:
-            self._no_predicate(atom, names)
-            self._arguments_of(atom, names)
-            return None
-        self._arguments.check(atom, declared, declared.parameters, names, wild=True)
-        return declared
-
-    def _arguments_of(self, node: syntax.Atom | syntax.Call, names: Names) -> None:
-        """What is wrong with them by themselves, where nobody knows what they are given to."""
-        for argument in node.arguments:
-            if not isinstance(argument, syntax.Wildcard):
-                self.value(argument, names, None)
-
-    def _no_predicate(self, atom: syntax.Atom, names: Names) -> None:
-        name, span = atom.predicate, head(atom.span, atom.predicate)
-        callee = self._table.callable(name)
-        if callee is None or nearest(name, self._table.predicates):
-            likely = self._that_take(self._table.predicates.values(), atom.arguments, names)
-            known = self._table.predicates
-            what = "there is no predicate"
-            report_unknown(
-                self._table, "predicate", "E102", what, name, span, known, likely=likely
-            )
-            return
-        note = Note("declared here", callee.name_span)
-        message = f"'{name}' is something to call, not a predicate"
-        self._table.report("E102", message, span, _achieved(callee), note)
-
-    def call(self, call: syntax.Call, names: Names) -> None:
-        """The callee exists and takes these arguments."""
-        callee = self._table.callable(call.callee)
-        if callee is not None:
-            self._arguments.check(call, callee, callee.parameters, names)
-            return
-        likely = self._that_take(self._table.callables(), call.arguments, names)
-        self.callee(call.callee, head(call.span, call.callee), likely)
-        self._arguments_of(call, names)
-
-    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> None:
-        """Something of that name can be called."""
-        if self._table.callable(name) is not None:
-            return
-        predicate = self._table.predicates.get(name)
-        known = [*self._table.programs, *self._table.apis]
-        if predicate is not None:
-            note = Note("declared here", predicate.name_span)
-            message = f"'{name}' is a predicate: it can be required or achieved, not called"
-            self._table.report("E104", message, span, self._achievers(name), note)
-            return
-        what = "no program or api is called"
-        report_unknown(self._table, "call", "E104", what, name, span, known, likely=likely)
-
-    def _that_take(
-        self, declared: Iterable[Applicable], given: Sequence[Expression], names: Names
-    ) -> list[str]:
-        return [
-            each.name for each in declared if self._arguments.takes(each.parameters, given, names)
-        ]
-
-    def _achievers(self, predicate: str) -> str:
-        """Which programs and apis make it true."""
-        callables = self._table.callables()
-        names = [c.name for c in callables if c.achieves and predicate in predicates(c.achieves)]
-        return f"what achieves it can be called: {', '.join(names)}" if names else ""
-
-
-def _achieved(callee: syntax.ApiDeclaration | syntax.ProgramDeclaration) -> str:
-    if callee.achieves is None:
-        return ""
-    return f"what it achieves can be asked for: {format_expression(callee.achieves)}"

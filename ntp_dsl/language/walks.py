@@ -106,5 +106,10 @@ def atoms(condition: Expression | None) -> Iterator[syntax.Atom]:
             yield from atoms(value)
 
 
+def conjuncts(condition: Expression) -> tuple[Expression, ...]:
+    """What is joined by `and`."""
+    return condition.values if isinstance(condition, syntax.And) else (condition,)
+
+
 def union(sets: Iterable[set[str]]) -> set[str]:
     return set[str]().union(*sets)
