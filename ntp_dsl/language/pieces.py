@@ -68,8 +68,11 @@ class Piece:
         return word.group() if word else ""
 
     def span(self, line: int, column: int, width: int = 1) -> Span:
-        """A stretch of one line; `line` counts from one within the piece."""
-        return self.stretch(line, column, line, column + width)
+        """A stretch of one line, as far as the line goes; `line` counts from one within the piece."""
+        rows = self.text.split("\n")
+        line = min(line, len(rows))
+        last = len(rows[line - 1]) + 1
+        return self.stretch(line, min(column, last), line, min(column + width, last))
 
     def stretch(self, line: int, column: int, end_line: int, end_column: int) -> Span:
         """The place in the whole text; lines count from one within the piece."""
@@ -124,7 +127,7 @@ def _join(above: Piece, below: Piece) -> Piece:
     width = min(indents, default=0) or 4
     added = below.text.rstrip("\n").split("\n")
     numbers = [len(rows) + index for index, row in enumerate(added, start=1) if row.strip()]
-    edits = [Edit(above.span(number, 1, 0), " " * width) for number in numbers]
+    edits = [Edit(above.stretch(number, 1, number, 1), " " * width) for number in numbers]
     if above.mistakes:
         first = above.mistakes[0]
         assert first.fix is not None

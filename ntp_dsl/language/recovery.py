@@ -36,7 +36,7 @@ def recover(piece: Piece, attempt: Attempt) -> Parsed:
     rounds = min(MOST_ROUNDS, MOST_LETTERS // len(piece.text))
     while found:
         told = [meant(each, page.piece(), attempt) for each in found]
-        mistakes |= dict.fromkeys(told)
+        mistakes |= dict.fromkeys(each for each in told if not page.is_made_up(each))
         rounds -= 1
         # A guess at marks is for the user to take; nothing more is read from it.
         known = [better if is_word(better) else each for each, better in zip(found, told, strict=True)]
@@ -68,6 +68,11 @@ class _Page:
         return replace(
             self._original, text="\n".join(self._rows) + "\n", shifts=dict(self._shifts)
         )
+
+    def is_made_up(self, mistake: Diagnostic) -> bool:
+        """Whether it is about what stands for a block, not about the user's text."""
+        row = mistake.span.line - self._original.line
+        return row < len(self._rows) and self._rows[row].strip() == STUB
 
     def mend(self, mistakes: Sequence[Diagnostic]) -> bool:
         """Take the mistakes out of the text; false where that leaves nothing to read."""
@@ -160,9 +165,9 @@ class _Page:
         rows[-1] += colon
         below = self._rows[last + 1 :] if keyword in BLOCKS else []
         filled = [*rows, *[""] * (last + 1 - len(rows)), *below]
-        if keyword in BLOCKS and not any(row.strip() for row in filled[len(rows) :]):
-            filled[len(rows) :] = [f"    {STUB}"]
         self._rows = filled
+        if keyword in BLOCKS and not any(map(self._has_text, range(len(rows), len(filled)))):
+            self._rows[len(rows) :] = [f"    {STUB}"]
         return True
 
     def _stands(self, head: str, keyword: str) -> bool:
