@@ -15,11 +15,11 @@ from lark import Lark
 from mutations import broken, edited
 from sound_libraries import sound_library
 
+from ntp_dsl.language.canonical import format_library
 from ntp_dsl.language.checker import check, link
 from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.drafts import Draft
 from ntp_dsl.language.examination import examine
-from ntp_dsl.language.formatter import format_library
 from ntp_dsl.language.memory import Memory
 from ntp_dsl.language.parser import lines, parse, read
 from ntp_dsl.language.pieces import KEYWORDS
