@@ -7,7 +7,7 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import TOO_WIDE, Observation, Vector
+from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
 
 ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
@@ -16,6 +16,7 @@ OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
 OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
 IN_HAND = 0.03  # from the tool's point to a held thing's centre, each of horizontal and vertical
+HEAPED = 0.02  # of a thing's middle above the rim, at which it still lies in a heaped bin [m]
 FREE_GAP = 0.015  # room around a held thing for the table below to count as free
 
 
@@ -23,15 +24,23 @@ def held(observation: Observation) -> str | None:
     """The thing between the closed fingers, if there is one."""
     if not observation.closed:
         return None
+    near = [
+        (distance, thing.name)
+        for thing in observation.things
+        if thing.movable and thing.name in observation.positions
+        if (distance := _from_grip(observation, thing)) < IN_HAND
+    ]
+    return min(near)[1] if near else None
+
+
+def _from_grip(observation: Observation, thing: Thing) -> float:
+    """From the tool's point to where the thing is held: its middle, or the wall of a bowl [m]."""
     gx, gy, gz = observation.gripper
-    for thing in observation.things:
-        position = observation.positions.get(thing.name)
-        if position is None or not thing.movable:
-            continue
-        x, y, z = position
-        if hypot(x - gx, y - gy) < IN_HAND and abs(z - gz) < IN_HAND:
-            return thing.name
-    return None
+    x, y, z = observation.positions[thing.name]
+    away = hypot(x - gx, y - gy)
+    if thing.cavity is not None:
+        away = abs(away - thing.size[0] / 2)
+    return max(away, abs(z - gz))
 
 
 def present(observation: Observation, target: str) -> bool:
@@ -91,6 +100,9 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     in_hand = held(observation)
     if in_hand == target:
         return False
+    container = observation.by_name[target].cavity
+    if container is not None and (in_hand is None or observation.by_name[in_hand].cavity is None):
+        return _over_container(observation, in_hand, target)
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
     surface = observation.by_name[target]
@@ -104,6 +116,35 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
     within = CENTRED if in_hand else OVER
     return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
+
+
+def _over_container(observation: Observation, in_hand: str | None, target: str) -> bool:
+    """What is held is over the hollow, ready to fall in; an empty hand is over the thing, ready to grasp."""
+    x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
+    tx, ty, tz = observation.positions[target]
+    thing = observation.by_name[target]
+    rise = observation.gripper[2] - (tz + thing.size[2] / 2)
+    if in_hand is None:
+        return hypot(x - tx, y - ty) < thing.size[0] / 2 + OVER and 0.03 < rise < 0.2
+    assert thing.cavity is not None
+    within = abs(x - tx) < thing.cavity.half_x and abs(y - ty) < thing.cavity.half_y
+    return within and z > tz and rise < 0.25
+
+
+def inside(observation: Observation, item: str, container: str) -> bool:
+    """`item` lies in the hollow of `container`, or heaped on what is there."""
+    both = present(observation, item) and present(observation, container) and item != container
+    cavity = observation.by_name[container].cavity
+    if not both or cavity is None or item == held(observation):
+        return False
+    x, y, z = observation.positions[item]
+    cx, cy, cz = observation.positions[container]
+    bottom = cz - observation.by_name[container].size[2] / 2
+    rim = bottom + observation.by_name[container].size[2]
+    within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
+    if observation.by_name[container].shape == "bowl":  # it is round: the corners are wider than the square
+        within = hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2
+    return within and bottom < z <= rim + HEAPED
 
 
 def _resting(observation: Observation, item: str, support: str) -> bool:
@@ -149,6 +190,7 @@ BUILT_IN: dict[str, Callable[..., bool]] = {
     "empty": empty,
     "on": on,
     "covers": covers,
+    "in": inside,
     "clear": clear,
     "above": above,
 }

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import Any, Protocol
+from math import sqrt
+from typing import Any, NamedTuple, Protocol
 
 Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
 
@@ -25,6 +26,17 @@ class Record:
 Argument = str | float | Record | tuple[Record | str, ...]
 TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
+
+
+WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
+
+
+class Cavity(NamedTuple):
+    """What is inside: half of its extent along x and y, and its floor above the thing's bottom [m]."""
+
+    half_x: float
+    half_y: float
+    floor: float
 
 
 @dataclass(frozen=True)
@@ -50,6 +62,16 @@ class Thing:
     def roomy(self) -> bool:
         """A surface to put things on wherever there is place, such as a table or a tray."""
         return not self.movable and min(self.size[:2]) > ROOMY
+
+    @property
+    def cavity(self) -> Cavity | None:
+        """The hollow of a bin or bowl."""
+        if self.shape == "bin":
+            return Cavity(self.size[0] / 2 - WALL, self.size[1] / 2 - WALL, WALL)
+        if self.shape == "bowl":  # a round hollow holds what fits its inscribed square
+            inner = (self.size[0] / 2 - WALL) / sqrt(2)
+            return Cavity(inner, inner, BOWL_FLOOR)
+        return None
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> Thing:

@@ -26,6 +26,8 @@ SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "box": ("length", "width", "height"),
     "cylinder": ("diameter", "height"),
     "bowl": ("diameter", "height"),
+    "bin": ("length", "width", "height"),
+    "fork": ("length",),
     "mesh": ("file", "length", "width", "height"),
     "urdf": ("file", "length", "width", "height"),
 }

@@ -32,6 +32,9 @@ FRAME = 0.1  # [s]
 REACH = 0.035  # from where the hand closes around a thing below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
+BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
+NESTED = 0.008  # of a bowl in the one below it [m]
+HEAP = 0.1  # of its height, by which a thing lies higher for each that is in the bin before it
 SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
 
 
@@ -64,6 +67,7 @@ class KinematicWorld:
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
+        self._load: list[str] = []  # what is in the bowl that is held
         self._time = 0.0
         self._speed = float(self._rng.uniform(0.2, 0.6))  # of the tool [m/s]
         self.disturbed = set()
@@ -105,7 +109,8 @@ class KinematicWorld:
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
-        if self._by_name[target].roomy and self._room_on(target) <= FREE_GAP:
+        surface = self._by_name[target]
+        if surface.roomy and surface.cavity is None and self._room_on(target) <= FREE_GAP:
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
         goal = self._off(self._hover(target))
         lost = self._held
@@ -124,7 +129,7 @@ class KinematicWorld:
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if self._held is not None:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._held})
-        x, y, z = self._positions[target]
+        x, y, z = self._grip(target)
         over = hypot(self._gripper[0] - x, self._gripper[1] - y) < REACH
         blocked = [other for other in self._items if self._on_top_of(other, target)]
         if not over or blocked:
@@ -133,9 +138,29 @@ class KinematicWorld:
         back = self._gripper
         self._travel((x, y, z))
         self._held, self._closed = target, True
+        self._load = self._contents(target)
         self._emit()
         self._travel(back)
         return ACHIEVED
+
+    def _grip(self, target: str) -> Vector:
+        """Where the hand closes: around the middle, or at the nearest place of a bowl's wall."""
+        x, y, z = self._positions[target]
+        thing = self._items[target]
+        if thing.cavity is None:
+            return x, y, z
+        dx, dy = self._gripper[0] - x, self._gripper[1] - y
+        reach = thing.size[0] / 2 / max(hypot(dx, dy), 1e-6)
+        return x + reach * dx, y + reach * dy, z + thing.size[2] / 2 - BELOW_RIM
+
+    def _contents(self, container: str) -> list[str]:
+        """What goes along where a bowl goes."""
+        if self._by_name[container].cavity is None:
+            return []
+        seen = self.truth()
+        return [
+            name for name in self._items if name != container and predicates.inside(seen, name, container)
+        ]
 
     def _release(self) -> Outcome:
         if self._held is None:
@@ -193,17 +218,32 @@ class KinematicWorld:
         shift = tool - np.array(self._gripper)
         self._gripper = (float(tool[0]), float(tool[1]), float(tool[2]))
         if self._held is not None:
-            self._positions[self._held] = _moved(self._positions[self._held], shift)
+            for name in (self._held, *self._load):
+                self._positions[name] = _moved(self._positions[name], shift)
 
     def _hover(self, target: str) -> Vector:
         surface = self._by_name[target]
-        if surface.roomy:
+        if surface.cavity is not None and self._held is None:
+            return self._over_rim(target)
+        if surface.roomy or self._takes(target):
             x, y, _ = self._clearest_place(self._held, surface)
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)
         x, y, z = self._positions[target]
         ox, oy = self._offset_in_hand()  # the held thing, not the tool, is to be over the target
         return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
+
+    def _takes(self, target: str, item: str | None = None) -> bool:
+        """Whether what is held (or an item) would be dropped into the target, rather than put on it."""
+        item = item or self._held
+        container = self._by_name[target].cavity
+        return container is not None and item is not None and self._items[item].cavity is None
+
+    def _over_rim(self, target: str) -> Vector:
+        """Above the wall of a bowl, on the side of the robot's base."""
+        x, y, _ = self._positions[target]
+        reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
+        return (x - reach * x, y - reach * y, self._top(target) + HOVER)
 
     def _room_on(self, target: str) -> float:
         """How far what is held would be from everything else on a table or tray [m]."""
@@ -245,6 +285,10 @@ class KinematicWorld:
         """(N, 2): where the centre of a thing of that size may come to rest."""
         if surface is None or surface.size[0] > TOO_WIDE:
             (x0, x1), (y0, y1) = self._region
+        elif surface.cavity is not None:
+            x, y, _ = self._positions[surface.name]
+            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
+            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
         else:
             x, y, _ = self._positions[surface.name]
             dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
@@ -253,12 +297,14 @@ class KinematicWorld:
 
     def _drop_held(self, spread: float) -> None:
         """Let go; the thing comes down within `spread` [m] of where it is."""
-        item = self._held
+        item, load = self._held, self._load
         assert item is not None
-        self._held, self._closed = None, False
+        self._held, self._closed, self._load = None, False, []
         dx, dy = self._rng.normal(0, spread, 2)
-        x, y, _ = self._positions[item]
-        self._fall(item, x + float(dx), y + float(dy))
+        before = np.array(self._positions[item])
+        self._fall(item, float(before[0] + dx), float(before[1] + dy))
+        for name in load:
+            self._positions[name] = _moved(self._positions[name], np.array(self._positions[item]) - before)
 
     def _fall(self, item: str, x: float, y: float) -> None:
         """Down to what is below; off the edge of what does not carry its centre."""
@@ -296,8 +342,8 @@ class KinematicWorld:
 
     def _carried(self, item: str, place: Vector, standing: list[tuple[str, Vector]]) -> bool:
         bottom = place[2] - self._items[item].size[2] / 2
-        if bottom < 0.005:
-            return True  # by the table
+        if bottom < 0.005 or self._container_below(item, place[0], place[1]) is not None:
+            return True  # by the table, or in a bowl
         return any(
             self._overlap(item, place, name) > 0 and abs(bottom - self._top(name)) < 0.01
             for name, _ in standing
@@ -312,7 +358,7 @@ class KinematicWorld:
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
         """The topmost thing below that overlaps without carrying the item's centre."""
         below = self._below(item, x, y)
-        if not below:
+        if not below or self._container_below(item, x, y) is not None:
             return None
         top = max(self._top(name) for name in below)
         tops = [name for name in below if self._top(name) > top - 0.01]
@@ -325,8 +371,30 @@ class KinematicWorld:
         return abs(x - px) < width / 2 and abs(y - py) < depth / 2
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
-        top = max((self._top(name) for name in self._below(item, x, y)), default=0.0)
-        return top + self._items[item].size[2] / 2
+        """Of the item's middle: on what is below, or on the heap in a container."""
+        height = self._items[item].size[2]
+        container = self._container_below(item, x, y)
+        if container is not None:
+            cavity = self._by_name[container].cavity
+            assert cavity is not None
+            floor = self._top(container) - self._by_name[container].size[2] + cavity.floor
+            heap = HEAP * height * len([n for n in self._contents(container) if n != item])
+            return min(floor + height / 2 + heap, self._top(container))
+        nested = NESTED if self._items[item].shape == "bowl" else 0.0
+        tops = (
+            self._top(name) - (nested if self._by_name[name].shape == "bowl" else 0.0)
+            for name in self._below(item, x, y)
+        )
+        return max(tops, default=0.0) + height / 2
+
+    def _container_below(self, item: str, x: float, y: float) -> str | None:
+        """The bin or bowl that an item falls into when it is let go there."""
+        for name, (px, py, _) in self._others(item):
+            cavity = self._by_name[name].cavity
+            if cavity is not None and self._takes(name, item):
+                if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y:
+                    return name
+        return None
 
     def _below(self, item: str, x: float, y: float) -> list[str]:
         return [

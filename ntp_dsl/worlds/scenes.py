@@ -17,6 +17,7 @@ from ntp_dsl.registry import Registry
 from ntp_dsl.world import Thing, Vector
 
 CUBE = 0.05  # what a thing is where the scene does not say [m]
+FORK_THICKNESS = 0.006  # [m]
 TABLE = "table"
 TABLE_SIZE = (1.5, 1.5, 0.04)
 TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the table
@@ -98,6 +99,8 @@ def _size(detail: syntax.Detail) -> Vector:
     lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, syntax.Number)]
     if detail.name == "cube":
         return (lengths[0],) * 3
+    if detail.name == "fork":
+        return lengths[0], 0.18 * lengths[0], FORK_THICKNESS
     if len(lengths) == 2:  # diameter and height
         return lengths[0], lengths[0], lengths[1]
     return lengths[0], lengths[1], lengths[2]
