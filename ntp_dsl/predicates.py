@@ -111,7 +111,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
         return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
             abs(x - ox) > (width + size[0]) / 2 + FREE_GAP
             or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
-            for (ox, oy, _), size in _footprints(observation, {in_hand, target})
+            for (ox, oy, _), size in _footprints(observation, {in_hand, target, *_load(observation, in_hand)})
         )
     rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
     within = CENTRED if in_hand else OVER
@@ -124,8 +124,8 @@ def _over_container(observation: Observation, in_hand: str | None, target: str) 
     tx, ty, tz = observation.positions[target]
     thing = observation.by_name[target]
     rise = observation.gripper[2] - (tz + thing.size[2] / 2)
-    if in_hand is None:
-        return hypot(x - tx, y - ty) < thing.size[0] / 2 + OVER and 0.03 < rise < 0.2
+    if in_hand is None:  # a bowl is grasped by its wall
+        return abs(hypot(x - tx, y - ty) - thing.size[0] / 2) < OVER and 0.03 < rise < 0.2
     assert thing.cavity is not None
     within = abs(x - tx) < thing.cavity.half_x and abs(y - ty) < thing.cavity.half_y
     return within and z > tz and rise < 0.25
@@ -141,10 +141,17 @@ def inside(observation: Observation, item: str, container: str) -> bool:
     cx, cy, cz = observation.positions[container]
     bottom = cz - observation.by_name[container].size[2] / 2
     rim = bottom + observation.by_name[container].size[2]
+    if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
+        return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
     within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
-    if observation.by_name[container].shape == "bowl":  # it is round: the corners are wider than the square
-        within = hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2
     return within and bottom < z <= rim + HEAPED
+
+
+def _load(observation: Observation, container: str | None) -> list[str]:
+    """What goes along where a bowl goes."""
+    if container is None or observation.by_name[container].cavity is None:
+        return []
+    return [thing.name for thing in observation.things if inside(observation, thing.name, container)]
 
 
 def _resting(observation: Observation, item: str, support: str) -> bool:

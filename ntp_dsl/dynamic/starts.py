@@ -10,6 +10,7 @@ import numpy as np
 from ntp_dsl.tasks import Instance
 from ntp_dsl.world import Scene, Vector
 from ntp_dsl.worlds.scenes import movable
+from ntp_dsl.worlds.starts import in_hand_at
 
 HAND_HEIGHT = 0.3  # of a thing that is in the hand at the start [m]
 
@@ -31,8 +32,9 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     scene = instance.scattered(rng)
     items = [thing.name for thing in movable(scene.things)]
     held = str(rng.choice(items))
-    place: Vector = (0.5, 0.0, HAND_HEIGHT)
-    return replace(scene, positions={**scene.positions, held: place}, gripper=place, held=held)
+    hand: Vector = (0.5, 0.0, HAND_HEIGHT)
+    place = in_hand_at(scene.by_name[held], hand)
+    return replace(scene, positions={**scene.positions, held: place}, gripper=hand, held=held)
 
 
 def buried(instance: Instance, rng: np.random.Generator) -> Scene:

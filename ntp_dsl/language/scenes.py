@@ -35,6 +35,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the things of a group may st
     "x": ("region",),
     "y": ("region",),
     "spacing": ("distance",),
+    "at": ("positions",),
 }
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
@@ -87,7 +88,25 @@ def _check_detail(
         table.mistakes.append(unknown("E111", "things have no", detail.name, span, known))
 
 
+def _check_positions(detail: Detail, table: Table) -> None:
+    """`at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`: x and y, for one thing after the other."""
+    if not detail.settings or len(detail.settings) % 2:
+        message = f"'at' takes pairs of x and y, here are {len(detail.settings)} numbers"
+        help = "for example: at(0.4 m, -0.2 m, 0.4 m, 0.2 m)"
+        table.report("E201", message, head(detail.span, detail.name), help)
+    for setting in detail.settings:
+        if not isinstance(setting, Number):
+            table.report("E504", "a position is a length", setting.span, "for example: -20 cm")
+            continue
+        found = measure(table, setting, LENGTH)
+        if found is not None and not fits(table, found, LENGTH):
+            table.report("E204", f"a position is a length, and this {phrase(found)}", setting.span)
+
+
 def _check_settings(detail: Detail, wanted: tuple[str, ...], table: Table) -> None:
+    if detail.name == "at":
+        _check_positions(detail, table)
+        return
     span = head(detail.span, detail.name)
     if len(detail.settings) != len(wanted):
         message = f"'{detail.name}' takes {len(wanted)}, here are {len(detail.settings)}"

@@ -23,7 +23,7 @@ from ntp_dsl.world import (
     Vector,
 )
 from ntp_dsl.worlds.scenes import CUBE, movable
-from ntp_dsl.worlds.starts import CENTRE, REGION, WIDE
+from ntp_dsl.worlds.starts import CENTRE, NESTED, REGION, WIDE
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
@@ -33,7 +33,6 @@ REACH = 0.035  # from where the hand closes around a thing below it, seen from a
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
 BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
-NESTED = 0.008  # of a bowl in the one below it [m]
 HEAP = 0.1  # of its height, by which a thing lies higher for each that is in the bin before it
 SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
 
@@ -297,14 +296,15 @@ class KinematicWorld:
 
     def _drop_held(self, spread: float) -> None:
         """Let go; the thing comes down within `spread` [m] of where it is."""
-        item, load = self._held, self._load
+        item = self._held
         assert item is not None
-        self._held, self._closed, self._load = None, False, []
+        self._held, self._closed = None, False
         dx, dy = self._rng.normal(0, spread, 2)
         before = np.array(self._positions[item])
         self._fall(item, float(before[0] + dx), float(before[1] + dy))
-        for name in load:
+        for name in self._load:
             self._positions[name] = _moved(self._positions[name], np.array(self._positions[item]) - before)
+        self._load = []
 
     def _fall(self, item: str, x: float, y: float) -> None:
         """Down to what is below; off the edge of what does not carry its centre."""
@@ -388,13 +388,14 @@ class KinematicWorld:
         return max(tops, default=0.0) + height / 2
 
     def _container_below(self, item: str, x: float, y: float) -> str | None:
-        """The bin or bowl that an item falls into when it is let go there."""
-        for name, (px, py, _) in self._others(item):
-            cavity = self._by_name[name].cavity
-            if cavity is not None and self._takes(name, item):
-                if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y:
-                    return name
-        return None
+        """The bin or bowl that an item falls into when it is let go there: the highest."""
+        found = [
+            name
+            for name, (px, py, _) in self._others(item)
+            if (cavity := self._by_name[name].cavity) is not None
+            if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y and self._takes(name, item)
+        ]
+        return max(found, key=self._top, default=None)
 
     def _below(self, item: str, x: float, y: float) -> list[str]:
         return [
@@ -405,7 +406,7 @@ class KinematicWorld:
 
     def _others(self, item: str | None) -> Iterator[tuple[str, Vector]]:
         for name in self._solid:
-            if name not in (item, self._held) and name in self._positions:
+            if name not in (item, self._held, *self._load) and name in self._positions:
                 yield name, self._positions[name]
 
     def _top(self, name: str) -> float:

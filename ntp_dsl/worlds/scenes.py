@@ -65,7 +65,7 @@ def layout(
         for index, name in enumerate(names):
             things.append(_thing(name, group, index, registry))
             below = groups.get(group.place, [group.place])
-            starts[name] = _start(group, below[index % len(below)])
+            starts[name] = _start(group, index, below[index % len(below)])
         groups[group.name] = names
     return Layout(with_furniture(registry, things), groups, starts)
 
@@ -116,9 +116,13 @@ def _number(setting: syntax.Setting) -> float:
     return value
 
 
-def _start(group: SceneGroup, surface: str) -> Start:
+def _start(group: SceneGroup, index: int, surface: str) -> Start:
     settings = {detail.name: detail.settings[0] for detail in group.details if detail.name in PLACING}
     spacing = settings.get("spacing")
+    at = next((detail.settings for detail in group.details if detail.name == "at"), ())
+    if at:
+        x, y = (_number(at[(2 * index + axis) % len(at)]) for axis in (0, 1))
+        return Start(surface, (x, x), (y, y))
     return Start(
         surface,
         _interval(settings.get("x")),

@@ -19,7 +19,10 @@ JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
 COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
 REDRAWS = 20_000  # of the spots, until all are far enough from each other
 GAP = 0.03  # between things of other sizes [m]
+CROWDED = 0.4  # of a region that is covered, from which things stand on a grid
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
+NESTED = 0.008  # of a bowl in the one below it [m]
+TOPPLES = 1.6  # times as wide as what is below: such a thing is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 Spot = tuple[float, float]
@@ -72,11 +75,13 @@ def _spread(
     order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
     for _ in range(RESTARTS):
         spots: dict[str, Spot] = {}
+        cells = _crowded(order, starts, rng)
         for thing in order:
             start = starts.get(thing.name, Start())
             if start.surface in by_name:
                 continue
-            spot = given.get(thing.name) or _free_spot(thing, start, spots, by_name, starts, rng)
+            spot = given.get(thing.name) or cells.get(thing.name)
+            spot = spot or _free_spot(thing, start, spots, by_name, starts, rng)
             if spot is None:
                 break
             spots[thing.name] = spot
@@ -87,6 +92,39 @@ def _spread(
         f"{len(items)} things do not fit where they are to start, among them {sizes}; "
         "take fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)"
     )
+
+
+def _crowded(
+    items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator
+) -> dict[str, Spot]:
+    """Cells of a jittered grid, for movable things too many to find room by chance."""
+    shared: dict[Start, list[Thing]] = {}
+    for thing in items:
+        if thing.movable and starts.get(thing.name, Start()).surface == TABLE:
+            start = starts.get(thing.name, Start())
+            shared.setdefault(Start(x=start.x, y=start.y), []).append(thing)
+    cells: dict[str, Spot] = {}
+    for start, things in shared.items():
+        (x0, x1), (y0, y1) = start.x or REGION[0], start.y or REGION[1]
+        width = max(max(thing.size[:2]) for thing in things)
+        if len(things) * (width + GAP) ** 2 < CROWDED * (x1 - x0) * (y1 - y0):
+            continue
+        columns, rows = _grid(len(things), x1 - x0, y1 - y0)
+        pitch = min((x1 - x0) / columns, (y1 - y0) / rows)
+        jitter = max(0.0, min(0.01, (pitch - width) / 2 - 0.007))
+        chosen = rng.permutation(columns * rows)[: len(things)]
+        for thing, cell in zip(things, chosen, strict=True):
+            dx, dy = rng.uniform(-jitter, jitter, 2)
+            x = x0 + (int(cell) // rows + 0.5) * (x1 - x0) / columns + float(dx)
+            y = y0 + (int(cell) % rows + 0.5) * (y1 - y0) / rows + float(dy)
+            cells[thing.name] = (x, y)
+    return cells
+
+
+def _grid(count: int, length: float, width: float) -> tuple[int, int]:
+    """Columns and rows with at least so many cells, as square as the region allows."""
+    columns = max(1, round((count * length / width) ** 0.5))
+    return columns, -(-count // columns)
 
 
 def _free_spot(
@@ -155,6 +193,7 @@ def scrambled(
 ) -> Scene:
     """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
     scene = scattered(things, rng, starts)
+    into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
     names = [thing.name for thing in movable(things)]
     positions = dict(scene.positions)
     bases = [names[index] for index in rng.permutation(len(names))]
@@ -163,7 +202,12 @@ def scrambled(
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
             place = _stacked(item, below, positions, rng)
-            if not below.roomy:
+            if item.size[0] > TOPPLES * below.size[0]:
+                tops.append(name)
+            elif below.cavity is not None and item.cavity is None:
+                positions[name] = place  # in the bowl, which others may still be put on
+                into[name] = below.name, _moved(place, positions[below.name], -1)
+            elif not below.roomy:
                 positions[name] = place
                 tops[tops.index(below.name)] = name
             else:
@@ -176,18 +220,36 @@ def scrambled(
     held = str(rng.choice(carried)) if rng.random() < 0.3 and in_hand else None
     gripper = _somewhere([positions[name] for name in carried if name != held], rng)
     if held is not None:
-        positions[held] = gripper
+        positions[held] = in_hand_at(scene.by_name[held], gripper)
+    for name, (container, offset) in into.items():
+        if name != held:
+            positions[name] = _moved(positions[container], offset)
     return Scene(things, positions, scene.yaws, gripper, held)
+
+
+def _moved(place: Vector, by: Vector, times: float = 1) -> Vector:
+    return place[0] + times * by[0], place[1] + times * by[1], place[2] + times * by[2]
 
 
 def _stacked(
     item: Thing, below: Thing, positions: Mapping[str, Vector], rng: np.random.Generator
 ) -> Vector:
     """On top; centred, or as far off as just carries: where decisions are closest."""
+    if below.cavity is not None and item.cavity is None:
+        dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
+        x, y, z = positions[below.name]
+        return (x + dx, y + dy, z - below.size[2] / 2 + below.cavity.floor + item.size[2] / 2)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
     dx, dy = rng.normal(0, 0.001, 2) if rng.random() < 0.6 else rng.uniform(-reach, reach, 2)
     x, y, z = positions[below.name]
-    return (x + float(dx), y + float(dy), z + (below.size[2] + item.size[2]) / 2)
+    nested = NESTED if item.shape == below.shape == "bowl" else 0.0
+    return (x + float(dx), y + float(dy), z + (below.size[2] + item.size[2]) / 2 - nested)
+
+
+def in_hand_at(thing: Thing, gripper: Vector) -> Vector:
+    """Where a thing is when the hand holds it: between the fingers, or a bowl by its wall."""
+    x, y, z = gripper
+    return (x + thing.size[0] / 2, y, z) if thing.cavity is not None else gripper
 
 
 def _is_free(
