@@ -15,7 +15,7 @@ import numpy as np
 from ntp_dsl.experts import Expert
 from ntp_dsl.files import episode_files
 from ntp_dsl.goals import Goal
-from ntp_dsl.interpreter import Interpreter, Run, Watcher
+from ntp_dsl.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.language.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policy import Policy
 from ntp_dsl.python_code import load_with_python
@@ -221,6 +221,7 @@ class Evaluator:
             policy,
             self.world,
             writer,
+            limits=Limits(primitives=max(150, 8 * len(instance.things))),
             watch=watch,
             frame_number=lambda: writer.frames,
         )

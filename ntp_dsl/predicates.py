@@ -7,7 +7,7 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.world import TOO_WIDE, Observation, Vector
 
 ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
@@ -15,32 +15,13 @@ ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
 OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
-IN_HAND = 0.03  # from the tool's point to a held thing's centre, each of horizontal and vertical
 HEAPED = 0.02  # of a thing's middle above the rim, at which it still lies in a heaped bin [m]
 FREE_GAP = 0.015  # room around a held thing for the table below to count as free
 
 
 def held(observation: Observation) -> str | None:
     """The thing between the closed fingers, if there is one."""
-    if not observation.closed:
-        return None
-    near = [
-        (distance, thing.name)
-        for thing in observation.things
-        if thing.movable and thing.name in observation.positions
-        if (distance := _from_grip(observation, thing)) < IN_HAND
-    ]
-    return min(near)[1] if near else None
-
-
-def _from_grip(observation: Observation, thing: Thing) -> float:
-    """From the tool's point to where the thing is held: its middle, or the wall of a bowl [m]."""
-    gx, gy, gz = observation.gripper
-    x, y, z = observation.positions[thing.name]
-    away = hypot(x - gx, y - gy)
-    if thing.cavity is not None:
-        away = abs(away - thing.size[0] / 2)
-    return max(away, abs(z - gz))
+    return observation.held
 
 
 def present(observation: Observation, target: str) -> bool:
@@ -154,6 +135,11 @@ def _load(observation: Observation, container: str | None) -> list[str]:
     return [thing.name for thing in observation.things if inside(observation, thing.name, container)]
 
 
+def hollow(observation: Observation, item: str) -> bool:
+    """`item` is a bin or a bowl: what is let go over it falls in."""
+    return observation.by_name[item].cavity is not None
+
+
 def _resting(observation: Observation, item: str, support: str) -> bool:
     both = present(observation, item) and present(observation, support) and item != support
     return both and observation.by_name[item].movable and item != held(observation)
@@ -198,6 +184,7 @@ BUILT_IN: dict[str, Callable[..., bool]] = {
     "on": on,
     "covers": covers,
     "in": inside,
+    "hollow": hollow,
     "clear": clear,
     "above": above,
 }

@@ -17,7 +17,7 @@ from ntp_dsl.registry import Registry
 from ntp_dsl.scripted import DemonstratedCall, ScriptedPolicy, demonstrated
 from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, Recorder
-from ntp_dsl.tasks import Instance
+from ntp_dsl.tasks import Instance, enough_primitives
 from ntp_dsl.traces import TraceWriter, parse_trace, to_json
 from ntp_dsl.world import Disturbances, World
 
@@ -91,7 +91,7 @@ def record_episode(
         policy,
         world,
         writer,
-        limits=Limits(primitives=400),
+        limits=Limits(primitives=max(400, enough_primitives(instance))),
         frame_number=lambda: len(recorder),
         interfere=_leader_astray(registry, expert, shown, rng, trouble),
     )

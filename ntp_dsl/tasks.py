@@ -55,6 +55,11 @@ class Instance:
         return scrambled(self.things, rng, in_hand, self.starts)
 
 
+def enough_primitives(instance: Instance) -> int:
+    """After which a run may be broken off: several times what any of the examples needs."""
+    return max(300, 20 * len(instance.things))
+
+
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
     """Raises `NtpError`, with what there is and what it is for."""
     if name in registry.tasks:

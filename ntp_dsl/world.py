@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import sqrt
+from math import hypot, sqrt
 from typing import Any, NamedTuple, Protocol
 
 Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
@@ -25,6 +25,7 @@ class Record:
 
 Argument = str | float | Record | tuple[Record | str, ...]
 TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
+IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
 
 
@@ -110,6 +111,28 @@ class Observation:
     @cached_property
     def by_name(self) -> Mapping[str, Thing]:
         return {thing.name: thing for thing in self.things}
+
+    @cached_property
+    def held(self) -> str | None:
+        """The thing between the closed fingers, if there is one: the nearest."""
+        if not self.closed:
+            return None
+        near = [
+            (distance, thing.name)
+            for thing in self.things
+            if thing.movable and thing.name in self.positions
+            if (distance := self._from_grip(thing)) < IN_HAND
+        ]
+        return min(near)[1] if near else None
+
+    def _from_grip(self, thing: Thing) -> float:
+        """From the tool's point to where a thing is held: its middle, or the wall of a bowl [m]."""
+        gx, gy, gz = self.gripper
+        x, y, z = self.positions[thing.name]
+        away = hypot(x - gx, y - gy)
+        if thing.cavity is not None:
+            away = abs(away - thing.size[0] / 2)
+        return max(away, abs(z - gz))
 
     def permuted(self, order: tuple[int, ...]) -> Observation:
         """The same moment with its things listed in another order."""

@@ -19,6 +19,7 @@ from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.scenes import layout
 
 Told = Callable[[str], None]
+SCENES = 6  # in which apis and programs are tried: the smallest that the tasks draw
 MOST_THINGS = 8  # of a scene for a library without tasks
 
 
@@ -29,7 +30,7 @@ def check_dynamically(
 
     Args:
         registry: with its functions in Python, or what needs them is not executed and said to be so.
-        path: of the library; tasks of those that it uses are left to their own checks.
+        path: of the library; tasks and programs of those that it uses are left to their own checks.
         told: is given, as it begins, the name of whatever is tried.
     """
     reach = Reach(registry, lacking(KinematicWorld(), registry))
@@ -49,8 +50,9 @@ def check_dynamically(
             sound.append(task)
     if not registry.tasks:
         instances = [_some_of_everything(runnable)]
+    instances = sorted(instances, key=lambda instance: len(instance.things))[:SCENES]
     if instances:
-        found += _run(runnable, sound, instances, reach, seed, told)
+        found += _run(runnable, sound, instances, reach, path, seed, told)
     return found
 
 
@@ -59,6 +61,7 @@ def _run(
     tasks: Sequence[TaskDeclaration],
     instances: Sequence[Instance],
     reach: Reach,
+    path: Path | None,
     seed: int,
     told: Told,
 ) -> Iterator[Diagnostic]:
@@ -74,7 +77,7 @@ def _run(
     steps += [
         (program.name, lambda program=program: rehearsal.check_program(program, instances))  # type: ignore[misc]
         for program in registry.programs.values()
-        if not program.takes_list
+        if not program.takes_list and path in (None, program.span.path)
     ]
     for name, step in steps:
         told(name)

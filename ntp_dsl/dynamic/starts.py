@@ -12,6 +12,7 @@ from ntp_dsl.world import Scene, Vector
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import in_hand_at
 
+PILE = 5  # things in a pile, about
 HAND_HEIGHT = 0.3  # of a thing that is in the hand at the start [m]
 
 Start = Callable[[Instance, np.random.Generator], Scene]
@@ -38,13 +39,13 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 
 
 def buried(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Two piles, so that most of what is needed has something on it."""
+    """A few piles, so that most of what is needed has something on it."""
     scene = instance.scattered(rng)
     items = movable(scene.things)
     order = [items[index] for index in rng.permutation(len(items))]
     positions = dict(scene.positions)
-    tops = order[:2]
-    for number, item in enumerate(order[2:]):
+    tops = order[: max(2, len(order) // PILE)]
+    for number, item in enumerate(order[len(tops) :]):
         below = tops[number % len(tops)]
         x, y, z = positions[below.name]
         positions[item.name] = (x, y, z + (below.size[2] + item.size[2]) / 2)
@@ -53,9 +54,10 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 
 
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Something on which nothing stands has left the scene: the expert may fail, and must come to an end."""
+    """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
     scene = instance.scrambled(rng, in_hand=False)
-    order = rng.permutation([thing.name for thing in movable(scene.things)])
+    solid = [thing.name for thing in movable(scene.things) if thing.cavity is None]
+    order = rng.permutation(solid or [thing.name for thing in movable(scene.things)])
     missing = str(max(order, key=lambda name: scene.positions[name][2]))
     positions = {name: place for name, place in scene.positions.items() if name != missing}
     return replace(scene, positions=positions)

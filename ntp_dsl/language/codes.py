@@ -91,6 +91,7 @@ CODES: Mapping[str, str] = {
     "E608": "a scene cannot be made",
     "W602": "part of a goal holds before anything is done",
     "W603": "the world refuses what an expert asks for",
+    "W604": "a program as the root goes round in a circle",
     "W605": "a program does not achieve its contract",
     "N601": "not executed: left to Python",
     "N602": "not executed: no world has it",

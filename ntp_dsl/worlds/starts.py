@@ -19,6 +19,7 @@ JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
 COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
 REDRAWS = 20_000  # of the spots, until all are far enough from each other
 GAP = 0.03  # between things of other sizes [m]
+TIGHT = 0.007  # between things on a grid, at least [m]
 CROWDED = 0.4  # of a region that is covered, from which things stand on a grid
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
 NESTED = 0.008  # of a bowl in the one below it [m]
@@ -111,7 +112,9 @@ def _crowded(
             continue
         columns, rows = _grid(len(things), x1 - x0, y1 - y0)
         pitch = min((x1 - x0) / columns, (y1 - y0) / rows)
-        jitter = max(0.0, min(0.01, (pitch - width) / 2 - 0.007))
+        if pitch < width + TIGHT:
+            continue
+        jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
         chosen = rng.permutation(columns * rows)[: len(things)]
         for thing, cell in zip(things, chosen, strict=True):
             dx, dy = rng.uniform(-jitter, jitter, 2)

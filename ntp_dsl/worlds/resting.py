@@ -1,0 +1,210 @@
+"""How things rest in the kinematic world: on the table, on each other, in bowls; what carries them or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import hypot
+
+import numpy as np
+
+from ntp_dsl import predicates
+from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.worlds.scenes import CUBE
+from ntp_dsl.worlds.starts import CENTRE, NESTED
+
+BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
+HEAP = 0.1  # of its height, by which a thing lies higher for each that is in the bin before it
+SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
+
+
+class RestingThings:
+    """Positions, and the rules by which things come to rest. The hand's doings are the world's."""
+
+    _positions: dict[str, Vector]
+    _items: dict[str, Thing]  # what can be moved
+    _solid: dict[str, Thing]  # what stands on the table, movable or not
+    _by_name: Mapping[str, Thing]
+    _region: tuple[tuple[float, float], tuple[float, float]]
+    _held: str | None
+    _load: list[str]  # what is in the bowl that is held
+    _gripper: Vector
+    _rng: np.random.Generator
+    disturbed: set[str]
+
+    def truth(self) -> Observation:
+        raise NotImplementedError
+
+    def _fall(self, item: str, x: float, y: float) -> None:
+        """Down to what is below; off the edge of what does not carry its centre."""
+        if self._unsteady_edge(item, x, y) is not None:
+            self.disturbed.add(item)
+        for _ in range(20):
+            x, y = self._within_reach(x, y)
+            edge = self._unsteady_edge(item, x, y)
+            if edge is None:
+                break
+            ex, ey, _ = self._positions[edge]
+            angle = np.arctan2(y - ey, x - ex) + self._rng.normal(0, 0.3)
+            reach = BESIDE + max(self._solid[edge].size[:2]) / 2
+            x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
+        else:
+            x, y, _ = self._clearest_place(item)
+        self._positions[item] = (x, y, self._resting_height(item, x, y))
+
+    def _within_reach(self, x: float, y: float) -> tuple[float, float]:
+        (x0, x1), (y0, y1) = self._region
+        return min(max(x, x0 - 0.05), x1 + 0.05), min(max(y, y0 - 0.05), y1 + 0.05)
+
+    def _resting_height(self, item: str, x: float, y: float) -> float:
+        """Of the item's middle: on what is below, or on the heap in a container."""
+        height = self._items[item].size[2]
+        container = self._container_below(item, x, y)
+        if container is not None:
+            cavity = self._by_name[container].cavity
+            assert cavity is not None
+            floor = self._top(container) - self._by_name[container].size[2] + cavity.floor
+            heap = HEAP * height * len([n for n in self._contents(container) if n != item])
+            return min(floor + height / 2 + heap, self._top(container))
+        nested = NESTED if self._items[item].shape == "bowl" else 0.0
+        tops = (
+            self._top(name) - (nested if self._by_name[name].shape == "bowl" else 0.0)
+            for name in self._below(item, x, y)
+        )
+        return max(tops, default=0.0) + height / 2
+
+    def _below(self, item: str, x: float, y: float) -> list[str]:
+        return [
+            name
+            for name, _ in self._others(item)
+            if self._overlap(item, (x, y), name) > SLIVER
+        ]
+
+    def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
+        """How far two things overlap seen from above, along the axis where they do least [m]."""
+        px, py, _ = self._positions[other]
+        a, b = self._solid[item].size, self._solid[other].size
+        return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
+
+    def _container_below(self, item: str, x: float, y: float) -> str | None:
+        """The bin or bowl that an item falls into when it is let go there: the highest."""
+        found = [
+            name
+            for name, (px, py, _) in self._others(item)
+            if (cavity := self._by_name[name].cavity) is not None
+            if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y and self._takes(name, item)
+        ]
+        return max(found, key=self._top, default=None)
+
+    def _takes(self, target: str, item: str | None = None) -> bool:
+        """Whether what is held (or an item) would be dropped into the target, rather than put on it."""
+        item = item or self._held
+        container = self._by_name[target].cavity
+        return container is not None and item is not None and self._items[item].cavity is None
+
+    def _contents(self, container: str) -> list[str]:
+        """What goes along where a bowl goes."""
+        if self._by_name[container].cavity is None:
+            return []
+        seen = self.truth()
+        return [
+            name for name in self._items if name != container and predicates.inside(seen, name, container)
+        ]
+
+    def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
+        """The topmost thing below that overlaps without carrying the item's centre."""
+        below = self._below(item, x, y)
+        if not below or self._container_below(item, x, y) is not None:
+            return None
+        top = max(self._top(name) for name in below)
+        tops = [name for name in below if self._top(name) > top - 0.01]
+        return None if any(self._carries(name, x, y) for name in tops) else tops[0]
+
+    def _carries(self, name: str, x: float, y: float) -> bool:
+        """Whether a point lies over the thing."""
+        px, py, _ = self._positions[name]
+        width, depth, _ = self._solid[name].size
+        return abs(x - px) < width / 2 and abs(y - py) < depth / 2
+
+    def _drop_unsupported(self) -> None:
+        """What leant on something that is gone comes down as well, the lowest first."""
+        standing: list[tuple[str, Vector]] = []
+        loose: dict[str, Vector] = {}
+        for name, place in sorted(self._others(None), key=lambda each: each[1][2]):
+            if name not in self._items or self._carried(name, place, standing):
+                standing.append((name, place))
+            else:
+                loose[name] = self._positions.pop(name)
+        for name, (x, y, _) in loose.items():
+            self.disturbed.add(name)
+            self._fall(name, x, y)
+
+    def _carried(self, item: str, place: Vector, standing: list[tuple[str, Vector]]) -> bool:
+        bottom = place[2] - self._items[item].size[2] / 2
+        if bottom < 0.005 or self._container_below(item, place[0], place[1]) is not None:
+            return True  # by the table, or in a bowl
+        return any(
+            self._overlap(item, place, name) > 0 and abs(bottom - self._top(name)) < 0.01
+            for name, _ in standing
+        )
+
+    def _clearest_place(
+        self, item: str | None, surface: Thing | None = None
+    ) -> tuple[float, float, float]:
+        """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
+
+        On a tray it lies within the tray; on the table, within the arm's region.
+        """
+        size = self._items[item].size if item else (CUBE, CUBE, CUBE)
+        lattice = self._lattice(surface, size)
+        except_for = {item, surface.name if surface else None}
+        others = []
+        for name, (x, y, _) in self._others(item):
+            if name not in except_for:
+                width, depth, _ = self._solid[name].size
+                others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
+        if not others:
+            x, y = CENTRE if surface is None or surface.size[0] > TOO_WIDE else lattice.mean(0)
+            return float(x), float(y), np.inf
+        table = np.array(others)
+        apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
+        room = apart.max(-1).min(1)
+        liked = np.minimum(room + CUBE, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
+        best = int(liked.argmax())
+        return float(lattice[best, 0]), float(lattice[best, 1]), float(room[best])
+
+    def _lattice(self, surface: Thing | None, size: Vector) -> np.ndarray:
+        """(N, 2): where the centre of a thing of that size may come to rest."""
+        if surface is None or surface.size[0] > TOO_WIDE:
+            (x0, x1), (y0, y1) = self._region
+        elif surface.cavity is not None:
+            x, y, _ = self._positions[surface.name]
+            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
+            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
+        else:
+            x, y, _ = self._positions[surface.name]
+            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
+            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
+        return np.array([(x, y) for x in np.arange(x0, x1, 0.02) for y in np.arange(y0, y1, 0.02)])
+
+    def _on_top_of(self, item: str, support: str) -> bool:
+        if item in (support, self._held):
+            return False
+        return predicates.covers(self.truth(), item, support)
+
+    def _tower_below(self, item: str) -> list[str]:
+        """The item and what it stands on, from the top down."""
+        x, y, z = self._positions[item]
+        tower = [
+            (pz, name)
+            for name, (px, py, pz) in self._others(None)
+            if name in self._items and hypot(px - x, py - y) < CUBE / 2 and pz <= z
+        ]
+        return [name for _, name in sorted(tower, reverse=True)]
+
+    def _others(self, item: str | None) -> Iterator[tuple[str, Vector]]:
+        for name in self._solid:
+            if name not in (item, self._held, *self._load) and name in self._positions:
+                yield name, self._positions[name]
+
+    def _top(self, name: str) -> float:
+        return self._positions[name][2] + self._by_name[name].size[2] / 2
