@@ -97,22 +97,32 @@ def _match(
     pattern: Expression, fact: Expression, parameters: set[str]
 ) -> dict[str, Expression] | None:
     """What the parameters stand for where a promise becomes the fact."""
-    if isinstance(pattern, syntax.Not) and isinstance(fact, syntax.Not):
-        return _match(pattern.value, fact.value, parameters)
-    if not isinstance(pattern, Atom) or not isinstance(fact, Atom):
-        return None
-    if (pattern.predicate, len(pattern.arguments)) != (fact.predicate, len(fact.arguments)):
-        return None
-    bound: dict[str, Expression] = {}
-    for term, value in zip(pattern.arguments, fact.arguments, strict=True):
-        free = isinstance(term, syntax.Name) and term.id in parameters
-        if isinstance(value, syntax.Wildcard) or value == EVERY:
-            return None
-        if not free and term != value:
-            return None
-        if isinstance(term, syntax.Name) and free and bound.setdefault(term.id, value) != value:
-            return None
-    return bound
+    match pattern, fact:
+        case syntax.Not(left), syntax.Not(right):
+            return _match(left, right, parameters)
+        case (Atom(), Atom()) | (syntax.Compare(), syntax.Compare()):
+            bound: dict[str, Expression] = {}
+            return bound if _bind_term(pattern, fact, parameters, bound) else None
+    return None
+
+
+def _bind_term(
+    term: Expression, value: Expression, parameters: set[str], bound: dict[str, Expression]
+) -> bool:
+    """Whether the term becomes the value, with what its parameters then stand for."""
+    if isinstance(value, syntax.Wildcard) or value == EVERY:
+        return False
+    match term, value:
+        case syntax.Name(id), _ if id in parameters:
+            return bound.setdefault(id, value) == value
+        case Atom(name, terms), Atom(other, values):
+            pairs = zip(terms, values, strict=False)
+            same = name == other and len(terms) == len(values)
+            return same and all(_bind_term(a, b, parameters, bound) for a, b in pairs)
+        case syntax.Compare(sign, left, right), syntax.Compare(other, one, two):
+            sides = ((left, one), (right, two))
+            return sign == other and all(_bind_term(a, b, parameters, bound) for a, b in sides)
+    return term == value
 
 
 def _replaced(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:

@@ -158,12 +158,10 @@ class Contracts:
             return some(self._holds(each, known, call, variables, depth) for each in fact.values)
         if isinstance(fact, Compare) and not self._is_reading(fact):
             return True  # of numbers that a caller gives: its own affair
-        if self._is_given(fact, variables):
-            return True
         parts = self.parts(fact) if depth else []
-        return bool(parts) and all(
-            self._holds(part, known, call, variables, depth - 1) for part in parts
-        )
+        if not parts:
+            return self._is_given(fact, variables)
+        return all(self._holds(part, known, call, variables, depth - 1) for part in parts)
 
     def _is_given(self, fact: Expression, variables: Set[str]) -> bool:
         """What nobody achieves is taken as given of what every scene has; and a loop passes over the

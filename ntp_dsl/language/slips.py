@@ -40,7 +40,7 @@ MARKS: Mapping[str, str] = {
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
     "–": "-", "×": "*", ">": "->", "..": "=",
 }  # fmt: skip
-MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ", "..", "=", " and ", " == ")
+MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ", " is ", "..", "=", " and ", " == ")
 FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
@@ -144,8 +144,8 @@ def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
     for new in (*_other_words(text, column), *_other_marks(text, column), *_missing(text, column)):
         yield row, new
     yield from _other_margins(rows, row)
-    rest = WORD.match(text, column)
-    yield row, text[:column].rstrip() + text[rest.end() if rest else column + 1 :]
+    if not WORD.match(text, column):
+        yield row, text[:column].rstrip() + text[column + 1 :]
 
 
 def _other_words(text: str, column: int) -> Iterator[str]:
@@ -171,6 +171,8 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
             if start >= 0 and text.startswith(mark, start):
                 rest = text[start + len(mark) :]
                 yield text[:start] + ours + rest
+                if mark == "-":
+                    yield text[:start] + "->" + rest
                 if mark == "!":
                     yield text[:start] + ours + rest.lstrip()
                 if mark in {"=", ":"}:
