@@ -47,7 +47,7 @@ soak-diff: install
 # The stamp holds what was installed by, so that nothing is installed twice.
 install: $(BIN)/python
 	@cat pyproject.toml constraints.txt | cmp -s - $(STAMP) || { \
-		$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[test]" && \
+		$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[test,viz]" && \
 		cat pyproject.toml constraints.txt > $(STAMP); }
 
 $(BIN)/python:

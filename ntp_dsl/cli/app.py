@@ -37,6 +37,8 @@ COMMANDS: Table = {
         "diff": "Say where one trace leaves another, and who is to blame.",
         "view": "Look at one trace, or two side by side, in a browser.",
         "replay": "Ask a policy at every state of a trace what it would do.",
+        "coverage": "Show a library's source with what many traces did at each line.",
+        "export": "Write traces for Perfetto, speedscope or rerun.",
     },
     "import-vat": "Turn a task file of the paper's authors into our own format.",
 }

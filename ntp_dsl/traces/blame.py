@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ntp_dsl.traces.schema import Call
+from ntp_dsl.traces.schema import ROOT, Call, Trace
 from ntp_dsl.world import Failure
 
 DECISION, PLANNER, GRASP, PHYSICS, DISTURBANCE = "decision", "planner", "grasp", "physics", "disturbance"
@@ -29,3 +29,18 @@ def of_call(call: Call) -> str:
     if call.disturbances:
         return DISTURBANCE
     return OF_FAILURE.get(call.outcome, DECISION)  # type: ignore[call-overload,no-any-return]
+
+
+def of_all(trace: Trace) -> list[str]:
+    """By the calls' numbers. For a program that gave up, that of the last primitive below that failed."""
+    blamed = [of_call(call) for call in trace.calls]
+    last: list[str] = [""] * len(blamed)  # of the primitives below each call
+    for call in reversed(trace.calls):
+        if call.is_program:
+            if blamed[call.id]:
+                blamed[call.id] = last[call.id] or blamed[call.id]
+        else:
+            last[call.id] = blamed[call.id]
+        if call.parent != ROOT and not last[call.parent]:
+            last[call.parent] = last[call.id]
+    return blamed

@@ -18,7 +18,7 @@ from ntp_dsl.traces.comparing import Kind
 from ntp_dsl.traces.found import Comparison, Divergence
 from ntp_dsl.traces.page_calls import call_row, motion, number
 from ntp_dsl.traces.page_rows import rows
-from ntp_dsl.traces.pictures import embedded
+from ntp_dsl.traces.pictures import pictures
 from ntp_dsl.traces.schema import ROOT, Trace
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import with_all_below
@@ -100,7 +100,7 @@ def _trace(trace: Trace, folder: Path) -> dict[str, Any]:
         "calls": [call_row(trace, call, times[call.id]) for call in trace.calls],
         "motion": motion(trace),
         "sizes": {thing.name: thing.size for thing in trace.things},
-        "pictures": embedded(trace, folder),
+        "pictures": [(each.frame, each.uri) for each in pictures(trace, folder)],
         "frames": max([len(trace.motions), *frames], default=0) + 1,
     }
 

@@ -50,7 +50,7 @@ class Call:
     def probability(self) -> float | None:
         """Of the decision to make this call; None where a script made it."""
         value = self.decision.get("probability")
-        return float(value) if isinstance(value, int | float) else None
+        return float(value) if isinstance(value, int | float) and isfinite(value) else None
 
     @property
     def disturbances(self) -> tuple[str, ...]:

