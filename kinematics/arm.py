@@ -14,7 +14,6 @@ from kinematics.gripper import gripper_of
 from kinematics.inverse import InverseKinematics
 from kinematics.planning import Path, Planner
 from kinematics.robot import Robot
-from kinematics.shapes import Shape
 from kinematics.simulation import Workcell
 
 LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
@@ -48,7 +47,7 @@ class Arm:
         self.inverse = InverseKinematics(robot)
         self.lines = StraightLines(robot)
         self.planner = Planner(robot)
-        self._scenes: dict[tuple[tuple[str, Shape], ...], CollisionScene] = {}
+        self._scenes: dict[tuple[object, ...], CollisionScene] = {}
         self.scene = CollisionScene(robot, {})
         self.near: set[str] = set()  # what stood in the way since the last look
 
@@ -98,11 +97,12 @@ class Arm:
 
     def _scene(self, cell: Workcell) -> CollisionScene:
         shapes = {name: body.shape for name, body in cell.bodies.items()}
-        key = tuple(shapes.items())
+        fixed = frozenset(name for name, body in cell.bodies.items() if body.is_fixed)
+        key = (*shapes.items(), fixed)
         if key not in self._scenes:
             if len(self._scenes) >= 8:
                 self._scenes.clear()
-            self._scenes[key] = CollisionScene(self.robot, shapes)
+            self._scenes[key] = CollisionScene(self.robot, shapes, fixed)
         return self._scenes[key]
 
 

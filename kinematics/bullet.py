@@ -23,6 +23,8 @@ def output_silenced() -> Iterator[None]:
             os.dup2(nowhere, descriptor)
         yield
     finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
         flush_c(None)  # what C has printed is still in its own buffer
         for descriptor, original in zip((1, 2), kept, strict=True):
             os.dup2(original, descriptor)

@@ -92,26 +92,28 @@ class BulletRobot:
     def drive_fingers(self, opening: float, force: float) -> None:
         """Each finger this far from the middle, pressing at most so hard [m], [N]."""
         values = self.gripper.values(opening).values()
-        for finger, value, rate in zip(self._fingers, values, self._rates, strict=True):
+        forces = self._joint_forces(force)
+        for finger, value, rate, share in zip(self._fingers, values, self._rates, forces, strict=True):
             self._world.setJointMotorControl2(
                 self.id,
                 finger,
                 self._world.POSITION_CONTROL,
                 targetPosition=value,
-                force=self._joint_force(force),
+                force=share,
                 maxVelocity=CLOSING_SPEED * abs(rate),
                 physicsClientId=self._client,
             )
 
     def close_fingers(self) -> None:
         """Close, and keep pressing."""
-        for finger, rate in zip(self._fingers, self._rates, strict=True):
+        forces = self._joint_forces(GRIP_FORCE)
+        for finger, rate, share in zip(self._fingers, self._rates, forces, strict=True):
             self._world.setJointMotorControl2(
                 self.id,
                 finger,
                 self._world.VELOCITY_CONTROL,
                 targetVelocity=-CLOSING_SPEED * rate,
-                force=self._joint_force(GRIP_FORCE),
+                force=share,
                 physicsClientId=self._client,
             )
 
@@ -157,8 +159,7 @@ class BulletRobot:
             origin,
             physicsClientId=client,
         )
-        slides = self.robot.finger_joints[0].type == "prismatic"
-        stiffness = SLIDING_GEAR if slides else SWINGING_GEAR
+        stiffness = SLIDING_GEAR if self.gripper.slides else SWINGING_GEAR
         world.changeConstraint(gear, gearRatio=-1 / ratio, **stiffness, physicsClientId=client)
 
     def _finger_rates(self) -> list[float]:
@@ -167,9 +168,13 @@ class BulletRobot:
         low, high = gripper.values(0.0), gripper.values(gripper.maximum_opening)
         return [(high[name] - low[name]) / gripper.maximum_opening for name in low]
 
-    def _joint_force(self, of_finger: float) -> float:
-        """Of each finger joint, such that each finger presses as hard as that [N] or [N m]."""
-        return of_finger * 2.0 / abs(self._rates[0]) / len(self._fingers)
+    def _joint_forces(self, of_finger: float) -> list[float]:
+        """Of every finger joint, such that each finger presses as hard as that [N] or [N m].
+
+        Fingers that slide push alike; of hinges in a row the first drives, and the gears do the rest.
+        """
+        total, count = of_finger * 2.0 / abs(self._rates[0]), len(self._fingers)
+        return [total / count] * count if self.gripper.slides else [total, *[0.0] * (count - 1)]
 
     def _pressing(self, links: frozenset[str]) -> dict[int, float]:
         forces: dict[int, float] = {}

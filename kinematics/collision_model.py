@@ -1,4 +1,8 @@
-"""From a robot and the shapes of a cell to one MuJoCo model for all the checker's questions."""
+"""From a robot and the shapes of a cell to the two MuJoCo models of the checker.
+
+One is small and is asked thousands of times: is this configuration free? The other answers what is
+asked now and then: does a hand alone fit there, how far is this from that.
+"""
 
 from collections.abc import Mapping
 from functools import cache
@@ -32,13 +36,47 @@ ALWAYS = 0.95  # of random configurations in which two links that touch are buil
 SAMPLES = 200
 
 
-def in_hand_names(shapes: Mapping[str, Shape]) -> dict[Shape, str]:
+def in_hand_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[Shape, str]:
     """One body of the model for each shape that can be in the hand."""
-    return {shape: f"held_{i}" for i, shape in enumerate(dict.fromkeys(shapes.values()))}
+    loose = dict.fromkeys(shape for name, shape in shapes.items() if name not in fixed)
+    return {shape: f"held_{i}" for i, shape in enumerate(loose)}
 
 
-def compiled(robot: Robot, shapes: Mapping[str, Shape], margin: float, slimmer: float) -> Any:
-    """Arm, a ghost of its hand, the table, every body, and every shape once more in the hand."""
+def for_planning(
+    robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float
+) -> Any:
+    """Arm, table, every body, and every shape that can be held once more in the hand."""
+    spec = _with_bodies(robot, shapes, margin)
+    for first, second in always_touching(robot):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    tool = spec.body(robot.tool_frame)
+    for shape, name in in_hand.items():
+        held = tool.add_body(name=name)
+        for piece in pieces_of(shape):
+            _add(spec, held, piece, contype=ROBOT, conaffinity=ROBOT | SCENE, margin=margin)
+    return spec.compile()
+
+
+def for_questions(
+    robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float, slimmer: float
+) -> Any:
+    """A ghost of the hand, the table, every body, and every shape that can be held, slimmer, in the hand."""
+    spec = _with_bodies(robot, shapes, margin)
+    for geom in spec.geoms:
+        if geom.contype == ROBOT:
+            geom.contype = geom.conaffinity = 0
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    spec.worldbody.add_geom(name=f"{TABLE}_top", type=plane, size=[0, 0, 1], contype=0, conaffinity=0)
+    _add_ghost(spec, robot, margin)
+    tool = spec.body(robot.tool_frame)
+    for shape, name in in_hand.items():
+        held = tool.add_body(name=name)
+        for piece in pieces_of(shape):
+            _add(spec, held, _slimmed(piece, slimmer), contype=0, conaffinity=0)
+    return spec.compile()
+
+
+def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> Any:
     spec = models.mujoco_spec(robot)
     spec.compiler.discardvisual = False  # what only measures distances collides with nothing, but stays
     for geom in spec.geoms:
@@ -48,21 +86,11 @@ def compiled(robot: Robot, shapes: Mapping[str, Shape], margin: float, slimmer: 
     world.add_geom(
         name=TABLE, type=plane, size=[0, 0, 1], pos=[0, 0, -LOWER_TABLE], contype=SCENE, conaffinity=0
     )
-    world.add_geom(name=f"{TABLE}_top", type=plane, size=[0, 0, 1], contype=0, conaffinity=0)
-    for first, second in always_touching(robot):
-        spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, shape in shapes.items():
         body = world.add_body(name=f"body_{name}", mocap=True)
         for piece in pieces_of(shape):
             _add(spec, body, piece, contype=SCENE, conaffinity=0)
-    _add_ghost(spec, robot, margin)
-    tool = spec.body(robot.tool_frame)
-    for shape, name in in_hand_names(shapes).items():
-        full, thin = tool.add_body(name=name), tool.add_body(name=f"thin_{name}")
-        for piece in pieces_of(shape):
-            _add(spec, full, piece, contype=ROBOT, conaffinity=ROBOT | SCENE, margin=margin)
-            _add(spec, thin, _slimmed(piece, slimmer), contype=0, conaffinity=0)
-    return spec.compile()
+    return spec
 
 
 @cache

@@ -104,7 +104,8 @@ def _raised(grip: Grip, approach: Array, bottom: float, gripper: Gripper) -> flo
     is_flat = not isinstance(grip.piece, Box) or float(np.abs(own).max()) > 0.999
     middle = float((np.array(grip.piece_pose.position) - grip.centre) @ -approach)
     top = middle + support(grip.piece, -own) if is_flat else FINGER_DEPTH
-    tips = float(grip.centre[2]) - gripper.beyond_tool  # world height, were the tool in the centre
+    beyond = gripper.beyond_tool(grip.width / 2, grip.width / 2 + FINGER_ROOM)
+    tips = float(grip.centre[2]) - beyond  # world height, were the tool in the centre
     return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + ABOVE_SUPPORT - tips)
 
 

@@ -28,7 +28,7 @@ class Gripper:
     robot: Robot
     openings: Array  # (SAMPLES,) rising from nearly nothing [m]
     driven: Array  # (SAMPLES, d) of the driven joints
-    beyond_tool: float  # of the fingertips, along the approach, when closed [m]
+    tips: Array  # (SAMPLES,) of the fingertips beyond the tool, along the approach [m]
     half_sizes: tuple[float, float]  # of the closed fingers along the tool's x and y [m]
     sides: tuple[frozenset[str], frozenset[str]]  # links on either side of the middle
 
@@ -36,6 +36,16 @@ class Gripper:
     def maximum_opening(self) -> float:
         """[m]"""
         return float(self.openings[-1])
+
+    def beyond_tool(self, narrow: float, wide: float) -> float:
+        """How far the fingertips reach beyond the tool between two openings: they may swing [m]."""
+        at = np.linspace(narrow, wide, 9)
+        return float(np.interp(at, self.openings, self.tips).max())
+
+    @property
+    def slides(self) -> bool:
+        """Whether the fingers slide; else they swing on hinges."""
+        return self.robot.finger_joints[0].type == "prismatic"
 
     def values(self, opening: float) -> dict[str, float]:
         """Of every finger joint at an opening [m]."""
@@ -76,11 +86,12 @@ def gripper_of(robot: Robot) -> Gripper:
             f"the tool's closing direction (gaps of {1000 * gaps.min():.1f} to {1000 * gaps.max():.1f} mm); "
             "check 'closing', 'approach' and the place of the tool under [tool]"
         )
-    tips = bench.tips(driven[0])
+    reaches = np.array([float(bench.tips(values)[:, 2].max()) for values in driven])
+    closed_tips = bench.tips(driven[0])
     sides = bench.sides(driven[-1])
     if not all(sides):
         raise UnusableRobot(f"{robot.name}: all fingers are on one side of the tool; check [tool]")
-    return Gripper(robot, openings, driven, float(tips[:, 2].max()), _half_sizes(tips), sides)
+    return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), sides)
 
 
 def _ends(bench: "_Bench", k: int) -> tuple[float, float]:

@@ -2,32 +2,28 @@
 carried out.
 """
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from kinematics import inverse, motion
+from kinematics import differential, inverse, motion
 from kinematics.approach import (
     Approach,
-    grasp_approaches,
     line_to_grasp,
 )
 from kinematics.arm import Arm, Look
 from kinematics.geometry import Array, angle_between
 from kinematics.grasps import grasps_by_trouble
-from kinematics.nudge import Nudge, nudges
 from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
 from kinematics.shapes import Shape
 from kinematics.simulation import Workcell
 from kinematics.trajectory import Trajectory, round_corners, time_parameterise
 
-NUDGES = 4  # before a grasp is given up
-NUDGE_SPEED = 0.1  # of the tool [m/s]
 LINE_SPEED = 0.35  # of the tool on straight lines [m/s]
 WIDTH_TOLERANCE = 0.006  # between the fingers and the body's width [m]
+SWINGING_TOLERANCE = 0.012  # the same for fingers on hinges, which give way [m]
 APPROACHES = 4  # that are planned to before a skill gives up
 OFF_CENTRE = 0.025  # from where it should be in the hand, for a grasp to count [m]
 NOTICEABLE = 1e-3  # of a finger's way [m]
@@ -70,7 +66,7 @@ class Attempt:
             if look.held is None:  # room for wider fingers is not promised there
                 opening = min(opening, approach.opening)
             try:
-                trajectory = self._plan(look, approach.above, opening)
+                trajectory = self.plan_to(look, approach.above, opening)
             except KinematicsError as found:
                 failure = found
                 continue
@@ -81,7 +77,7 @@ class Attempt:
             return approach
         raise failure or self._no_approach()
 
-    def _plan(self, look: Look, goal: Array, opening: float) -> Trajectory:
+    def plan_to(self, look: Look, goal: Array, opening: float) -> Trajectory:
         arm = self.arm
         arm.scene.open_fingers(opening)
         arm.show_held(look)
@@ -137,23 +133,6 @@ class Attempt:
                     return approach
         return None
 
-    def approach_anew(self, target: str) -> Approach:
-        """Move to where the way down is free; where none is, push things apart until one is."""
-        for attempt in range(NUDGES + 1):
-            look = self.look()
-            found = grasp_approaches(self.arm, look, target, self.shape(target), self.seed)
-            free = (approach for approach in found if approach.is_free)
-            first = next(free, None)
-            if first is not None:
-                return self.go_above(look, itertools.chain([first], free))
-            nudge = next(nudges(self.arm, look, target, self.cell.bodies, self.seed), None)
-            if nudge is None or attempt == NUDGES:
-                break
-            self.evidence["nudges"] = self.evidence.get("nudges", 0) + 1
-            self.carry_out(look, nudge)
-        count = self.evidence.get("nudges", 0)
-        raise Obstructed(Reason.NO_GRASP, f"no grasp of '{target}' is free", nudges=count)
-
     def take(self, target: str, approach: Approach) -> None:
         """Down, close, and up again by the same way backwards."""
         cell, down = self.cell, self.along(approach.line)
@@ -189,7 +168,9 @@ class Attempt:
         moved = motion.measure_grip(self.cell, target).offset - approach.grasp.offset
         off = float(np.linalg.norm(moved))
         self.evidence.update(finger_width=width, held=held, off_centre=off)
-        fits = abs(width - approach.grasp.width) < WIDTH_TOLERANCE
+        tolerance = WIDTH_TOLERANCE if self.arm.gripper.slides else SWINGING_TOLERANCE
+        widths = approach.grasp.width, 2 * self.arm.scene.closed_on(approach.grasp.tool, target)
+        fits = min(abs(width - each) for each in widths) < tolerance
         if fits and held == target and off < OFF_CENTRE + motion.doubt(self.cell):
             return None
         return KinematicsError(
@@ -201,24 +182,19 @@ class Attempt:
         chain = np.array([self.cell.joint_positions(), above])
         motion.follow(self.cell, time_parameterise(chain, self.arm.robot.limits))
 
-    # -- pushes ----------------------------------------------------------------------------------
-
-    def carry_out(self, look: Look, nudge: Nudge) -> None:
-        """Down beside the body, along, back off, and up to where the hand was."""
-        motion.open_hand(self.cell, nudge.opening)
-        ready = self.look()
-        motion.follow(self.cell, self._plan(ready, nudge.above, ready.opening))
-        motion.follow(self.cell, self.along(nudge.down))
-        motion.follow(self.cell, self.along(nudge.sweep, NUDGE_SPEED))
-        motion.follow(self.cell, self.along(nudge.sweep[::-1][:3]))  # back off, then up
-        raised = self.arm.inverse.forward(nudge.sweep[-3])
-        raised[2, 3] = look.tool[2, 3]
-        up = self.arm.lines.follow(nudge.sweep[-3], [raised])
-        if up is not None:
-            motion.follow(self.cell, self.along(up))
-        self.open_wide()
-
     # -- straight lines -----------------------------------------------------------------------
+
+    def lift(self, look: Look, height: float) -> None:
+        """Straight up [m]; what is held must still be held there."""
+        raised = look.tool.copy()
+        raised[2, 3] += height
+        self.solved_by(differential.SOLVER)
+        line = self.arm.lines.follow(look.q, [raised])
+        if line is None:
+            raise Unreachable(Reason.UNREACHABLE, "no straight line leads up there")
+        if not self.arm.chain_is_free(line[1:], margin=0.0):
+            raise Obstructed(Reason.GOAL_IN_COLLISION, "something is in the way up")
+        self._travel(look, self.along(line), None)
 
     def along(self, line: Array, speed: float = LINE_SPEED) -> Trajectory:
         """A straight line of the tool, at its own speed [m/s]."""

@@ -4,19 +4,27 @@ restarts.
 
 import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pinocchio
+from scipy.linalg.lapack import dposv
 
 from kinematics import models
 from kinematics.geometry import Array
+from kinematics.postures import Postures
 from kinematics.robot import Robot
 
 SOLVER = "pinocchio_lm"
 POSITION_TOLERANCE = 1e-4  # [m]
 ANGLE_TOLERANCE = 1e-3  # [rad]
 MAXIMUM_ITERATIONS = 30
-PATIENCE = 6  # iterations that do not halve the squared error
+PATIENCE = 3  # iterations that do not halve the squared error
+LARGEST_STEP = 0.7  # of a joint: beyond this the linearisation says nothing [rad]
+POSTURES = 20_000  # that are remembered, drawn at random
+NEIGHBOURS = 12  # remembered postures that are started from, before random ones
+FIRST = 3  # of these are looked up at once, since one of them nearly always serves
+ALIKE = math.cos(0.5)  # of the approach: then the usual posture is a good start
 DAMPING = 0.01  # times the squared error
 
 
@@ -47,21 +55,24 @@ class InverseKinematics:
 
     def solve(self, target: Array, start: Array) -> Array | None:
         """The solution that the iteration reaches from `start`, or None."""
+        model, data, frame = self._model, self._data, self._frame
         wanted = pinocchio.SE3(target)
-        q = start.copy()
+        q = start
         before, stalled = math.inf, 0
         for _ in range(MAXIMUM_ITERATIONS):
-            pinocchio.computeJointJacobians(self._model, self._data, q)
-            placement = pinocchio.updateFramePlacement(self._model, self._data, self._frame)
+            pinocchio.computeJointJacobians(model, data, q)
+            placement = pinocchio.updateFramePlacement(model, data, frame)
             error = pinocchio.log6(placement.actInv(wanted)).vector  # (6,)
-            if _is_small(error):
+            x, y, z, u, v, w = error.tolist()
+            linear, angular = x * x + y * y + z * z, u * u + v * v + w * w
+            if linear < POSITION_TOLERANCE**2 and angular < ANGLE_TOLERANCE**2:
                 return q
-            squared = float(error @ error)
+            squared = linear + angular
             stalled = stalled + 1 if squared > 0.5 * before else 0
             if stalled == PATIENCE:
                 return None
             before = squared
-            jacobian = pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL)
+            jacobian = pinocchio.getFrameJacobian(model, data, frame, pinocchio.LOCAL)
             q = self._step(q, jacobian, error, squared)
         return None
 
@@ -77,11 +88,22 @@ class InverseKinematics:
                 yield q
 
     def starts(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
-        """Where to start from: the usual posture, facing the target; here; then at random."""
-        yield self.usual_posture(target)
-        yield current
+        """Where to start from: the usual posture, facing the target; here; remembered postures that put
+        the tool near the target; then at random.
+
+        Args:
+            restarts: how many of the last two kinds.
+        """
+        if float(target[:3, 2] @ self._home_tool[:3, 2]) > ALIKE:
+            yield self.usual_posture(target)
+            yield current
+        near = min(NEIGHBOURS, restarts)
+        if near:
+            yield from _postures_of(self.robot).near(target, FIRST)[:near]
+        if near > FIRST:
+            yield from _postures_of(self.robot).near(target, near)[FIRST:]
         generator = np.random.default_rng(seed)
-        for _ in range(restarts):
+        for _ in range(restarts - near):
             yield generator.uniform(self._limits.lower, self._limits.upper)
 
     def usual_posture(self, target: Array) -> Array:
@@ -117,19 +139,32 @@ class InverseKinematics:
         return shoulder, sum(float(np.linalg.norm(way)) for way in (*placements, tool)) + 1e-3
 
     def _step(self, q: Array, jacobian: Array, error: Array, squared: float) -> Array:
-        normal = jacobian @ jacobian.T
-        normal[np.diag_indices(6)] += DAMPING * squared + 1e-9
-        step = jacobian.T @ np.linalg.solve(normal, error)
+        lower, upper = self._limits.lower, self._limits.upper
+        step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
+        stuck = ((q >= upper) & (step > 0)) | ((q <= lower) & (step < 0))
+        if stuck.any():  # the other joints have to do without those that are at their limit
+            jacobian[:, stuck] = 0.0
+            step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
         largest = float(np.abs(step).max())
-        if largest > 0.7:  # beyond this the linearisation says nothing
-            step *= 0.7 / largest
-        moved: Array = np.minimum(np.maximum(q + step, self._limits.lower), self._limits.upper)
+        if largest > LARGEST_STEP:
+            step *= LARGEST_STEP / largest
+        moved: Array = np.minimum(np.maximum(q + step, lower), upper)
         return moved
 
 
-def _is_small(error: Array) -> bool:
-    linear, angular = error[:3], error[3:]
-    return float(linear @ linear) < POSITION_TOLERANCE**2 and float(angular @ angular) < ANGLE_TOLERANCE**2
+def _least_squares(jacobian: Array, error: Array, damping: float) -> Array:
+    normal = jacobian @ jacobian.T
+    normal.flat[::7] += damping
+    step: Array = jacobian.T @ dposv(normal, error)[1]
+    return step
+
+
+@cache
+def _postures_of(robot: Robot) -> Postures:
+    """Made once a process, in a tenth of a second."""
+    solver, limits = InverseKinematics(robot), robot.limits
+    joints = np.random.default_rng(0).uniform(limits.lower, limits.upper, (POSTURES, robot.dof))
+    return Postures(joints, np.array([solver.forward(q) for q in joints]))
 
 
 def usual_tool(x: float, y: float, z: float) -> Array:

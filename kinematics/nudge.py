@@ -26,6 +26,8 @@ DISTANCES = (0.03, 0.045, 0.06)  # that the body is pushed [m]
 DIRECTIONS = 16
 GRIP_FROM_TOP = 0.02  # of the fingertips below the top of a body that is to be toppled [m]
 ROOM = 0.004  # that a pushed body keeps from the others [m]
+HELD_BACK = 0.03  # of a push, for a second look [m]
+SPREAD = 0.5  # of half a body's width: where two fingertips push it without turning it
 FINGER_SPARE = 0.0017  # beyond the closed fingers' own size [m]
 
 
@@ -58,6 +60,30 @@ def nudges(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iter
             yield nudge
     if tilt_of(look, target, bodies[target].shape) > TILTED:
         yield from _topples(arm, look, target, bodies, seed)
+
+
+def asked_push(
+    arm: Arm, look: Look, target: str, bodies: Bodies, shift: Array, seed: int
+) -> Nudge | None:
+    """The push of a body by that much, with both fingertips as far apart as the body carries [m].
+
+    A part of the way is held back, since the body may turn against the fingers meanwhile. None where
+    something is in the way of the hand, or of the body where it would go.
+    """
+    if not _has_room(arm, target, shift):
+        return None
+    body, pose = bodies[target], look.poses[target]
+    across = np.array([-shift[1], shift[0], 0.0]) / float(np.linalg.norm(shift))
+    rotation = rotation_from_quaternion(pose.quaternion_xyzw)
+    half_width = min(support(body.shape, rotation.T @ across), support(body.shape, -rotation.T @ across))
+    opening = min(SPREAD * half_width, arm.gripper.maximum_opening)
+    distance = float(np.linalg.norm(shift))
+    first = max(distance - HELD_BACK, distance / 2) / distance * shift
+    for spread in (opening, 0.0):
+        nudge = _nudge(arm, look, target, body, first, seed, opening=spread)
+        if nudge is not None:
+            return nudge
+    return None
 
 
 def _topples(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
@@ -128,6 +154,7 @@ def _nudge(
     shift: Array,
     seed: int,
     tips: float | None = None,
+    opening: float = 0.0,
 ) -> Nudge | None:
     """The push, with the fingertips at a height, or just above what the body stands on."""
     pose = look.poses[target]
@@ -137,12 +164,12 @@ def _nudge(
     radius = support(body.shape, -rotation.T @ direction)
     bottom = pose.position[2] - height_below(body.shape, rotation)
     tips = bottom + ABOVE_TABLE if tips is None else tips
-    arm.scene.open_fingers(0.0)
+    arm.scene.open_fingers(opening)
     for turn, half_size in zip((0.0, math.pi / 2), arm.gripper.half_sizes, strict=True):
         depth = half_size + FINGER_SPARE
         low = _hand_facing(direction, turn)
         low[:3, 3] = np.array(pose.position) - direction * (radius + depth + RUN_UP)
-        low[2, 3] = tips + arm.gripper.beyond_tool
+        low[2, 3] = tips + arm.gripper.beyond_tool(opening, opening)
         above, end = low.copy(), low.copy()
         above[2, 3] = height_above(body.shape, pose) + CLEARANCE
         end[:3, 3] += direction * (RUN_UP + distance)
@@ -152,7 +179,7 @@ def _nudge(
                 continue
             sweep = arm.lines.follow(down[-1], [end])
             if sweep is not None and _sweep_is_free(arm, look, target, sweep):
-                return Nudge(q, down, sweep)
+                return Nudge(q, down, sweep, opening)
     return None
 
 

@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,11 @@ from kinematics.geometry import Array
 from kinematics.reasons import NoPathFound, Obstructed, Reason
 from kinematics.robot import Robot
 
-RESOLUTION = 1 / 40  # between two checks, Euclidean over the joints [rad]
+RESOLUTION = 1 / 32  # between two checks, Euclidean over the joints [rad]
 RANGE = 1.0  # of one extension of a tree [rad]
 MAXIMUM_CHECKS = 20_000
 BACKSTOP = 20.0  # [s]
-SHORTCUTS = 40
+SHORTCUTS = 20
 
 Validity = Callable[[Array], bool]
 
@@ -98,6 +99,7 @@ class Planner:
 
     def _shorten(self, corners: list[Array], generator: np.random.Generator) -> list[Array]:
         """Replace stretches between two random points of the chain by free straight edges."""
+        corners = self._without_needless(corners)
         for _ in range(SHORTCUTS):
             if len(corners) <= 2:
                 break
@@ -123,8 +125,8 @@ class Planner:
 
     def _edge_is_free(self, a: Array, b: Array) -> bool:
         steps = max(1, math.ceil(float(np.linalg.norm(b - a)) / RESOLUTION))
-        order = _bisecting(steps)
-        return all(self._check(a + (b - a) * (k / steps)) for k in order)
+        points = a + _bisecting(steps)[:, None] * (b - a)
+        return all(map(self._check, points))
 
     def _check(self, q: Array) -> bool:
         self._checks += 1
@@ -146,18 +148,15 @@ class Planner:
         return state
 
 
-def _bisecting(steps: int) -> list[int]:
-    """1..steps with the far-apart ones first, since an obstacle is rarely at an end."""
+@lru_cache(maxsize=1024)
+def _bisecting(steps: int) -> Array:
+    """1/steps .. 1 with the far-apart ones first, since an obstacle is rarely at an end."""
     stride = 1 << max(0, steps.bit_length() - 1)
-    order: list[int] = []
-    seen: set[int] = set()
+    order: dict[int, None] = {}
     while stride:
-        for k in range(stride, steps + 1, stride):
-            if k not in seen:
-                seen.add(k)
-                order.append(k)
+        order |= dict.fromkeys(range(stride, steps + 1, stride))
         stride //= 2
-    return order
+    return np.array(list(order)) / steps
 
 
 def _point(corners: list[Array], at: float) -> Array:

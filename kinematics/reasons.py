@@ -38,6 +38,7 @@ class Reason(StrEnum):
     GRASP_SLIPPED = "grasp_slipped"
     OBJECT_DROPPED = "object_dropped"
     PLACEMENT_FAILED = "placement_failed"
+    PUSH_FAILED = "push_failed"
     NOT_ARRIVED = "not_arrived"
     STOPPED = "stopped"
 

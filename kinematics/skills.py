@@ -4,13 +4,16 @@ A skill looks, plans, moves and looks again. What cannot be done is a `Motion` w
 an exception, and what fails before the arm moves leaves the world as it was.
 """
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from kinematics import containers, differential, inverse, letting_go
+import numpy as np
+
+from kinematics import containers, differential, inverse, letting_go, pushing
 from kinematics.approach import (
     CLEARANCE,
     TILTED,
@@ -98,7 +101,7 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
             raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{look.held}'", held=look.held)
         if not still_above(look, target, attempt.shape(target)):
             raise KinematicsError(Reason.NOT_ABOVE, f"the tool is not above '{target}'")
-        approach = attempt.approach_from_here(look, target) or attempt.approach_anew(target)
+        approach = attempt.approach_from_here(look, target) or pushing.approach_anew(attempt, target)
         attempt.solved_by(differential.SOLVER)
         attempt.take(target, approach)
 
@@ -117,6 +120,42 @@ def release(cell: Workcell, seed: int) -> Motion:
             attempt.open_wide()
         else:
             letting_go.release(attempt, look, look.held)
+
+    return _perform(cell, seed, skill)
+
+
+def open_hand(cell: Workcell, seed: int) -> Motion:
+    """The fingers as wide as they go, where the hand is: what is held falls."""
+
+    def skill(attempt: Attempt) -> None:
+        attempt.open_wide()
+
+    return _perform(cell, seed, skill)
+
+
+def lift(cell: Workcell, height: float, seed: int) -> Motion:
+    """Straight up by a height [m], with or without something in the hand."""
+
+    def skill(attempt: Attempt) -> None:
+        attempt.lift(attempt.look(), height)
+
+    return _perform(cell, seed, skill)
+
+
+def push(
+    cell: Workcell, target: str, direction: tuple[float, float], distance: float, seed: int
+) -> Motion:
+    """Move a body over the table with the fingertips, by a distance [m] along x and y of the world."""
+
+    def skill(attempt: Attempt) -> None:
+        cell.pose(target)
+        length = math.hypot(*direction)
+        if not (math.isfinite(length + distance) and length > 0 and distance > 0):
+            raise KinematicsError(Reason.UNUSABLE_POSE, f"no push: {distance} m towards {direction}")
+        look = attempt.look()
+        if look.held is not None:
+            raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{look.held}'", held=look.held)
+        pushing.push(attempt, look, target, distance / length * np.array([*direction, 0.0]))
 
     return _perform(cell, seed, skill)
 

@@ -32,6 +32,7 @@ COMMANDS: Table = {
     "record": "Record demonstrations and labelled traces from the scripted expert.",
     "train": "Train a core to dispatch over a library, from the traces of its expert.",
     "eval": "Run many episodes and count, with who is to blame for every failure.",
+    "bench": "Measure the arm: inverse kinematics, planning, execution, beside its peers.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
         "diff": "Say where one trace leaves another, and who is to blame.",

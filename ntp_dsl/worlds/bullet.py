@@ -70,6 +70,7 @@ FAILURES: Mapping[Reason, Failure] = {
     Reason.GRASP_SLIPPED: Failure.GRASP_FAILED,
     Reason.OBJECT_DROPPED: Failure.OBJECT_DROPPED,
     Reason.PLACEMENT_FAILED: Failure.PLACE_FAILED,
+    Reason.PUSH_FAILED: Failure.PLACE_FAILED,
     Reason.NOT_ARRIVED: Failure.NO_PATH,
     Reason.STOPPED: Failure.TIME_OUT,
 }

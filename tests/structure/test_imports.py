@@ -39,7 +39,9 @@ HOMES = {
     "pinocchio": ["kinematics"],
     "ompl": ["kinematics"],
     "coal": ["kinematics"],
-    "kinematics": ["kinematics", "ntp_dsl.worlds.bullet"],
+    "kinematics": ["kinematics", "ntp_dsl.worlds.bullet", "ntp_dsl.cli.bench"],
+    "pink": ["kinematics.bench"],
+    "pybullet_planning": ["kinematics.bench"],
 }
 
 

@@ -1,0 +1,65 @@
+"""Random cells for the benchmarks: cubes on a jittered grid, a bin beside them, a pillar among them."""
+
+import math
+
+import numpy as np
+
+from kinematics.bodies import Body
+from kinematics.catalogue import tub
+from kinematics.robot import Robot
+from kinematics.shapes import Box
+
+HALF = 0.025  # of a cube [m]
+PITCH, JITTER, SPACING = 0.1, 0.03, 0.08  # of the grid, and between centres [m]
+PILLAR = Box((0.025, 0.025, 0.16))
+COLOURS = (
+    (0.85, 0.2, 0.2, 1.0),
+    (0.2, 0.65, 0.25, 1.0),
+    (0.2, 0.35, 0.85, 1.0),
+    (0.95, 0.8, 0.15, 1.0),
+    (0.6, 0.25, 0.7, 1.0),
+    (0.15, 0.7, 0.8, 1.0),
+    (0.95, 0.5, 0.1, 1.0),
+    (0.5, 0.35, 0.2, 1.0),
+)
+
+
+def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tuple[float, float]]:
+    """Places on the table in the workspace, at least `SPACING` apart, world frame [m]."""
+    axes = [
+        [low + PITCH / 2 + PITCH * k for k in range(int((high - low) / PITCH + 1e-9))]
+        for low, high in robot.workspace
+    ]
+    grid = [(x, y) for x in axes[0] for y in axes[1]]
+    while True:
+        chosen = [grid[k] for k in generator.permutation(len(grid))[:count]]
+        places = np.array(chosen) + generator.uniform(-JITTER, JITTER, (count, 2))
+        gaps = np.linalg.norm(places[:, None] - places[None], axis=2) + np.eye(count)
+        if gaps.min() >= SPACING:
+            return [(float(x), float(y)) for x, y in places]
+
+
+def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0) -> Body:
+    """On the table, turned about the vertical."""
+    turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    shape = Box((HALF, HALF, HALF))
+    return Body(name, shape, (*place, HALF), turn, colour=COLOURS[number % len(COLOURS)])
+
+
+def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
+    """Named cube0, cube1 …"""
+    places = spots(robot, generator, count)
+    yaws = generator.uniform(-math.pi, math.pi, count).tolist()
+    return [
+        cube(f"cube{k}", place, yaw, k) for k, (place, yaw) in enumerate(zip(places, yaws, strict=True))
+    ]
+
+
+def crowded(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
+    """Cubes, a bin beside the workspace, and a pillar that stands among the cubes."""
+    places = spots(robot, generator, count + 1)
+    yaws = generator.uniform(-math.pi, math.pi, count).tolist()
+    bodies = [cube(f"cube{k}", places[k], yaws[k], k) for k in range(count)]
+    (x0, x1), (_, y1) = robot.workspace
+    pillar = Body("pillar", PILLAR, (*places[-1], PILLAR.half_extents[2]), mass=0.0)
+    return [*bodies, pillar, Body("bin", tub(), ((x0 + x1) / 2, y1 + 0.13, 0.0425), mass=0.0)]

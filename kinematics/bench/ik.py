@@ -1,0 +1,89 @@
+"""Inverse kinematics: top-down and general poses, ours and the peers', judged by one forward kinematics."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kinematics.bench import ik_peers
+from kinematics.bench.measuring import Tally, machine
+from kinematics.geometry import Array, angle_between, rotation_about
+from kinematics.inverse import InverseKinematics
+from kinematics.robot import Robot, panda
+
+POSITION = 1e-3  # [m]
+ANGLE = 0.01  # [rad]
+RESTARTS = 20
+HEIGHTS = (0.02, 0.4)  # of top-down poses [m]
+
+Solve = Callable[[Array, int], Array | None]  # tool transform and seed to joint positions
+
+
+def bench(queries: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
+    """`ours`, `peers` and `machine`; each solver with `topdown` and `general`."""
+    robot = robot or panda()
+    sets = {"topdown": top_down(robot, queries, seed), "general": general(robot, queries, seed)}
+    judge = _Judge(robot)
+    peers = {name: make(robot) for name, make in ik_peers.INSTALLED.items()}
+    return {
+        "ours": judge.figures(ours(robot), sets),
+        "peers": {name: judge.figures(solve, sets) for name, solve in peers.items()},
+        "machine": machine(),
+    }
+
+
+def ours(robot: Robot) -> Solve:
+    """The first solution, from the usual starts."""
+    solver = InverseKinematics(robot)
+
+    def solve(target: Array, seed: int) -> Array | None:
+        starts = solver.starts(target, robot.home, seed, RESTARTS)
+        return next(solver.solutions(target, starts), None)
+
+    return solve
+
+
+def top_down(robot: Robot, count: int, seed: int) -> list[Array]:
+    """Grasps from straight above over the workspace, any yaw: tool transforms that can be reached."""
+    generator = np.random.default_rng((seed, 1))
+    (x0, x1), (y0, y1) = robot.workspace
+    poses = []
+    for _ in range(count):
+        turn = rotation_about(np.array([0.0, 0.0, 1.0]), generator.uniform(-math.pi, math.pi))
+        pose = np.eye(4)
+        pose[:3, :3] = turn @ np.diag([1.0, -1.0, -1.0])
+        pose[:3, 3] = generator.uniform((x0, y0, HEIGHTS[0]), (x1, y1, HEIGHTS[1]))
+        poses.append(pose)
+    return poses
+
+
+def general(robot: Robot, count: int, seed: int) -> list[Array]:
+    """Wherever random joint positions put the tool."""
+    generator, solver = np.random.default_rng((seed, 2)), InverseKinematics(robot)
+    limits = robot.limits
+    return [solver.forward(q) for q in generator.uniform(limits.lower, limits.upper, (count, robot.dof))]
+
+
+class _Judge:
+    def __init__(self, robot: Robot) -> None:
+        self._limits = robot.limits
+        self._model = InverseKinematics(robot)
+
+    def figures(self, solve: Solve, sets: dict[str, list[Array]]) -> dict[str, Any]:
+        return {name: self._tally(solve, targets).figures() for name, targets in sets.items()}
+
+    def _tally(self, solve: Solve, targets: list[Array]) -> Tally:
+        tally = Tally()
+        solve(targets[0], 0)  # the first call of a library pays for its imports
+        for number, target in enumerate(targets):
+            q = tally.timed(partial(solve, target, number))
+            tally.solved.append(q is not None and self._is_right(q, target))
+        return tally
+
+    def _is_right(self, q: Array, target: Array) -> bool:
+        reached = self._model.forward(q)
+        near = float(np.linalg.norm(reached[:3, 3] - target[:3, 3])) <= POSITION
+        turned = angle_between(reached[:3, :3], target[:3, :3]) <= ANGLE
+        return near and turned and self._limits.contains(q, 1e-6)

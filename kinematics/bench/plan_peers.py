@@ -1,0 +1,133 @@
+"""The peers of our planner: OMPL as it comes, and pybullet_planning."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ompl import base, geometric, util
+
+from kinematics import bullet, models
+from kinematics.bench.cells import HALF
+from kinematics.bench.measuring import version
+from kinematics.bench.plan_queries import Query, Referee
+from kinematics.bullet_bodies import Solids
+from kinematics.collision import CollisionScene
+from kinematics.collision_model import always_touching
+from kinematics.geometry import Array, pose_of
+from kinematics.gripper import gripper_of
+from kinematics.planning import RANGE, RESOLUTION
+from kinematics.robot import Robot
+
+TIME_OUT = 5.0  # [s]
+FINGERS_OFF = 0.003  # a held cube, for a checker that takes touching for a collision [m]
+
+
+class OmplWithSimplification:
+    """RRTConnect, then OMPL's own simplification, on our checker."""
+
+    def __init__(self, robot: Robot, referee: Referee) -> None:
+        util.setLogLevel(util.LOG_NONE)
+        self._robot, self._referee = robot, referee
+        bounds = base.RealVectorBounds(robot.dof)
+        for joint in range(robot.dof):
+            bounds.setLow(joint, float(robot.limits.lower[joint]))
+            bounds.setHigh(joint, float(robot.limits.upper[joint]))
+        self._space = base.RealVectorStateSpace(robot.dof)
+        self._space.setBounds(bounds)
+        self._setup = geometric.SimpleSetup(self._space)
+        self._scene: CollisionScene = referee.scene_of_nothing
+        self._setup.setStateValidityChecker(lambda state: self._scene.is_free(np.array(state[0 : robot.dof])))
+        information = self._setup.getSpaceInformation()
+        information.setStateValidityCheckingResolution(RESOLUTION / self._space.getMaximumExtent())
+        planner = geometric.RRTConnect(information)
+        planner.setRange(RANGE)
+        self._setup.setPlanner(planner)
+        self._setup.setup()
+
+    def plan(self, query: Query) -> Array | None:
+        self._scene = self._referee.scene(query)
+        util.RNG.setSeed(query.seed)
+        self._setup.clear()
+        self._setup.setStartAndGoalStates(self._state(query.start), self._state(query.goal))
+        self._setup.solve(base.timedPlannerTerminationCondition(TIME_OUT))
+        if not self._setup.haveExactSolutionPath():
+            return None
+        self._setup.simplifySolution()
+        states = self._setup.getSolutionPath().getStates()
+        return np.array([list(state[0 : self._robot.dof]) for state in states])
+
+    def _state(self, q: Array) -> Any:
+        state = self._space.allocState()
+        for joint, value in enumerate(q):
+            state[joint] = float(value)
+        return state
+
+
+class PybulletPlanning:
+    """Its bidirectional RRT with smoothing, as its documentation calls it."""
+
+    def __init__(self, robot: Robot, referee: Referee) -> None:
+        bullet.load()
+        import pybullet_planning
+
+        self._pp: Any = pybullet_planning
+        self._robot = robot
+        self._pp.connect(use_gui=False)
+        self._client = self._pp.get_client()
+        self._folder = tempfile.TemporaryDirectory()
+        path = Path(self._folder.name) / "robot.urdf"
+        path.write_text(models.for_bullet(robot, visuals=False))
+        self._world: Any = bullet.load()
+        with bullet.output_silenced():
+            self._body = self._world.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
+        self._joints = [self._pp.joint_from_name(self._body, name) for name in robot.arm_joints]
+        self._tool = self._pp.link_from_name(self._body, robot.tool_frame)
+        self._built = {
+            tuple(self._pp.link_from_name(self._body, name) for name in pair)
+            for pair in always_touching(robot)
+            if "world" not in pair
+        }
+        self._hand = [self._pp.link_from_name(self._body, name) for name in robot.hand_links]
+        self._built |= {(a, b) for a in self._hand for b in self._hand if a != b}
+        self._solids = Solids(self._world, self._client, Path(self._folder.name))
+
+    def plan(self, query: Query) -> Array | None:
+        pp = self._pp
+        bodies = {body.name: self._solids.add(body) for body in query.bodies}
+        try:
+            return self._planned(query, bodies)
+        finally:
+            for body in bodies.values():
+                pp.remove_body(body)
+            self._solids.forget()
+
+    def _planned(self, query: Query, bodies: dict[str, int]) -> Array | None:
+        pp = self._pp
+        opening = HALF + FINGERS_OFF if query.held else gripper_of(self._robot).maximum_opening
+        for name, value in gripper_of(self._robot).values(opening).items():
+            pp.set_joint_position(self._body, pp.joint_from_name(self._body, name), value)
+        pp.set_joint_positions(self._body, self._joints, query.start)
+        attachments, touching = [], set()
+        if query.held:
+            pose = pose_of(query.held_to_tool)
+            attachments.append(pp.Attachment(self._body, self._tool, pose, bodies[query.held]))
+            attachments[0].assign()
+            touching = {((self._body, link), (bodies[query.held], pp.BASE_LINK)) for link in self._hand}
+        obstacles = [body for name, body in bodies.items() if name != query.held]
+        path = pp.plan_joint_motion(
+            self._body,
+            self._joints,
+            query.goal,
+            obstacles=obstacles,
+            attachments=attachments,
+            self_collisions=True,
+            disabled_collisions=self._built,
+            extra_disabled_collisions=touching,
+        )
+        return None if path is None else np.array(path)
+
+
+INSTALLED: dict[str, Any] = {"ompl_with_simplification": OmplWithSimplification}
+if version("pybullet_planning"):
+    INSTALLED["pybullet_planning"] = PybulletPlanning

@@ -1,0 +1,106 @@
+"""Pick and place queries in crowded cells, with and without a held cube, and who judges the answers."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinematics.bench.cells import HALF, crowded
+from kinematics.bodies import Body
+from kinematics.collision import CollisionScene
+from kinematics.geometry import Array, inverse, transform_of
+from kinematics.grasps import grasps_by_trouble
+from kinematics.gripper import gripper_of
+from kinematics.inverse import InverseKinematics
+from kinematics.robot import Robot
+
+FINE = 1 / 160  # rad, Euclidean over the joints: how finely a path is checked once more
+CUBES = 8
+ABOVE = 2 * HALF + 0.1  # the tool, over a cube that stands on the table [m]
+RESTARTS = 8
+OPENING = 0.04  # of each finger, when nothing is held [m]
+
+
+@dataclass(frozen=True)
+class Query:
+    """From above one cube to above another, in a cell."""
+
+    bodies: tuple[Body, ...]
+    start: Array  # (dof,) [rad]
+    goal: Array  # (dof,) [rad]
+    held: str | None
+    held_to_tool: Array  # (4, 4)
+    seed: int
+
+
+class Referee:
+    """The checker as it stands for a query, and what a path must pass."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.scene_of_nothing = CollisionScene(robot, {})
+        self._scenes: dict[tuple[Any, ...], CollisionScene] = {}
+
+    def scene(self, query: Query) -> CollisionScene:
+        """All bodies where they are, the held one in the hand."""
+        shapes = {body.name: body.shape for body in query.bodies}
+        key = tuple(shapes.items())
+        if key not in self._scenes:
+            fixed = frozenset(body.name for body in query.bodies if body.is_fixed)
+            self._scenes[key] = CollisionScene(self.robot, shapes, fixed)
+        scene = self._scenes[key]
+        absent = frozenset([query.held]) if query.held else frozenset()
+        scene.place({body.name: body.pose for body in query.bodies}, absent)
+        scene.hold(query.held, query.held_to_tool)
+        scene.open_fingers(HALF if query.held else min(OPENING, gripper_of(self.robot).maximum_opening))
+        return scene
+
+    def is_clear(self, query: Query, corners: Array) -> bool:
+        """Whether nothing is touched anywhere on a chain, looked at every `FINE`."""
+        scene = self.scene(query)
+        return all(scene.is_free(q, margin=0.0) for q in finely(corners))
+
+
+def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
+    """Queries whose ends are free, without end; every second one holds a cube."""
+    solver = InverseKinematics(robot)
+    number = 0
+    while True:
+        generator = np.random.default_rng((seed, number))
+        number += 1
+        bodies = tuple(crowded(robot, generator, CUBES))
+        first, second = generator.permutation(CUBES)[:2]
+        held = f"cube{first}" if number % 2 else None
+        tools = [_above(robot, bodies[k]) for k in (first, second)]
+        in_hand = np.eye(4)
+        if held:
+            in_hand = inverse(tools[0]) @ transform_of(bodies[first].pose)
+            in_hand[:3, 3] = 0.0
+        blank = Query(bodies, robot.home, robot.home, held, in_hand, number)
+        scene = referee.scene(blank)
+        ends = [_free_end(solver, scene, tool, number) for tool in tools]
+        if ends[0] is not None and ends[1] is not None:
+            yield Query(bodies, ends[0], ends[1], held, in_hand, number)
+
+
+def finely(corners: Array) -> Iterator[Array]:
+    """Points of a chain at most `FINE` apart."""
+    yield corners[0]
+    for a, b in zip(corners, corners[1:], strict=False):
+        steps = max(1, math.ceil(float(np.linalg.norm(b - a)) / FINE))
+        for k in range(1, steps + 1):
+            yield a + (b - a) * (k / steps)
+
+
+def _above(robot: Robot, body: Body) -> Array:
+    grasp = next(grasps_by_trouble(body.pose, body.shape, gripper_of(robot)))[0]
+    tool = grasp.tool.copy()
+    tool[2, 3] = ABOVE
+    return tool
+
+
+def _free_end(solver: InverseKinematics, scene: CollisionScene, tool: Array, seed: int) -> Array | None:
+    starts = solver.starts(tool, solver.robot.home, seed, RESTARTS)
+    return next((q for q in solver.solutions(tool, starts) if scene.is_free(q)), None)
