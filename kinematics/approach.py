@@ -20,8 +20,8 @@ HELD_CLEARANCE = 0.04  # of a long held body above it [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
 ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
 TILTED = math.radians(8)  # more than this, and nothing can stand on a body
-RETRIED_TROUBLE = 2.0  # of the grasps for which the inverse kinematics starts again
 RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
+PASSES = ((0, 0.0), (RESTARTS, 2.0), (0, math.inf))  # restarts, and up to which trouble of the grasps
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def grasp_approaches(
     """Feasible approaches to grasps, plainest and nearest first; then those that are obstructed."""
     pose = look.poses[target]
     height = height_above(shape, pose) + CLEARANCE
-    for restarts, most_trouble in ((0, math.inf), (RESTARTS, RETRIED_TROUBLE)):
+    for restarts, most_trouble in PASSES:
         for group in grasps_by_trouble(pose, shape, arm.gripper):
             if group[0].trouble > most_trouble:
                 break

@@ -46,6 +46,11 @@ class BulletRobot:
         states = self._world.getJointStates(self.id, self._arm, physicsClientId=self._client)
         return np.array([state[0] for state in states])
 
+    def joint_torques(self) -> Array:
+        """Of the arm's motors, as last applied [N m]."""
+        states = self._world.getJointStates(self.id, self._arm, physicsClientId=self._client)
+        return np.array([state[3] for state in states])
+
     def all_joints(self) -> dict[str, float]:
         """Of the arm and of the fingers, by the URDF's names [rad] or [m]."""
         states = self._world.getJointStates(

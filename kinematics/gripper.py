@@ -90,7 +90,10 @@ def gripper_of(robot: Robot) -> Gripper:
     closed_tips = bench.tips(driven[0])
     sides = bench.sides(driven[-1])
     if not all(sides):
-        raise UnusableRobot(f"{robot.name}: all fingers are on one side of the tool; check [tool]")
+        raise UnusableRobot(
+            f"{robot.name}: the fingers are not on either side of the tool along its closing direction; "
+            "check 'closing', 'approach' and the place of the tool under [tool]"
+        )
     return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), sides)
 
 
@@ -146,13 +149,18 @@ class _Bench:
         return float(nearest) + _BEAD
 
     def sides(self, driven: Array) -> tuple[frozenset[str], frozenset[str]]:
-        """The finger links with positive, and with negative, y in the tool frame."""
+        """The finger links with positive, and with negative, y in the tool frame.
+
+        None where they are farther apart along x: then they do not close along y.
+        """
         self.place(driven)
         tool = self.data.body(self.robot.tool_frame)
         left: set[str] = set()
         right: set[str] = set()
         for geom in self.geoms:
-            y = float((self.data.geom_xpos[geom] - tool.xpos) @ tool.xmat.reshape(3, 3)[:, 1])
+            x, y, _ = (self.data.geom_xpos[geom] - tool.xpos) @ tool.xmat.reshape(3, 3)
+            if abs(y) < abs(x):
+                return frozenset(), frozenset()
             (left if y > 0 else right).add(self.model.body(self.model.geom_bodyid[geom]).name)
         return frozenset(left), frozenset(right)
 

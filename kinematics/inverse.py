@@ -19,12 +19,12 @@ SOLVER = "pinocchio_lm"
 POSITION_TOLERANCE = 1e-4  # [m]
 ANGLE_TOLERANCE = 1e-3  # [rad]
 MAXIMUM_ITERATIONS = 30
-PATIENCE = 3  # iterations that do not halve the squared error
+PATIENCE = 4  # iterations that do not halve the squared error
 LARGEST_STEP = 0.7  # of a joint: beyond this the linearisation says nothing [rad]
 POSTURES = 20_000  # that are remembered, drawn at random
 NEIGHBOURS = 12  # remembered postures that are started from, before random ones
 FIRST = 3  # of these are looked up at once, since one of them nearly always serves
-ALIKE = math.cos(0.5)  # of the approach: then the usual posture is a good start
+ALIKE = math.cos(1.0)  # of the approach and home's: then the usual posture is a good start
 DAMPING = 0.01  # times the squared error
 
 
@@ -94,7 +94,7 @@ class InverseKinematics:
         Args:
             restarts: how many of the last two kinds.
         """
-        if float(target[:3, 2] @ self._home_tool[:3, 2]) > ALIKE:
+        if not restarts or float(target[:3, 2] @ self._home_tool[:3, 2]) > ALIKE:
             yield self.usual_posture(target)
             yield current
         near = min(NEIGHBOURS, restarts)

@@ -12,6 +12,7 @@ from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
 STAYED = 0.005  # how far a body may be from where it was let go [m]
 STAYS = 0.1  # how fast it may be then [m/s]
 MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
+GENTLE = 0.06  # of a descent that feels its way [m/s]
 DROP = 0.01  # that a body falls into a container [m]
 
 
@@ -83,20 +84,48 @@ def _straight_down(attempt: Attempt, look: Look, drop: float) -> Array:
 
 def _put(attempt: Attempt, held: str, line: Array, opening: float) -> None:
     """Down, open, and up again by the same way; then see that the body stayed."""
-    cell, down = attempt.cell, attempt.along(line)
-    drop = motion.carry(cell, down, motion.measure_grip(cell, held))
-    if drop is not None:
-        raise attempt.dropped(drop)
-    put_at = np.array(cell.pose(held).position)
+    cell = attempt.cell
+    line = _felt_for(attempt, held, line) if cell.noise.position else line
+    down = attempt.along(line)
+    if not cell.noise.position:
+        drop = motion.carry(cell, down, motion.measure_grip(cell, held))
+        if drop is not None:
+            raise attempt.dropped(drop)
+    put_at = np.array(cell.observed_pose(held).position)
     motion.open_hand(cell, opening)
     motion.follow(cell, down.reversed())
-    moved = float(np.linalg.norm(np.array(cell.pose(held).position) - put_at))
+    moved = float(np.linalg.norm(np.array(cell.observed_pose(held).position) - put_at))
     attempt.evidence.update(moved=moved, speed=cell.speed(held))
-    if moved > STAYED or cell.speed(held) > STAYS:
+    if moved > STAYED + motion.doubt(cell) or cell.speed(held) > STAYS:
         cell.settle_until_still([held], motion.WAIT_FOR_FALL)
         raise KinematicsError(
             Reason.PLACEMENT_FAILED, f"'{held}' did not stay where it was put", moved=moved
         )
+
+
+def _felt_for(attempt: Attempt, held: str, line: Array) -> Array:
+    """Go down where the support may be higher than it was told, or lower, until it resists.
+
+    The way that led there is returned.
+    """
+    cell, arm = attempt.cell, attempt.arm
+    heights = np.array([arm.inverse.forward(q)[2, 3] for q in line])
+    doubt = motion.doubt(cell)
+    sure = max(1, int((heights > heights[-1] + doubt).sum()))
+    if sure > 1:
+        drop = motion.carry(cell, attempt.along(line[:sure]), motion.measure_grip(cell, held))
+        if drop is not None:
+            raise attempt.dropped(drop)
+    lowest = arm.inverse.forward(line[-1])
+    lowest[2, 3] -= doubt
+    slow = arm.lines.follow(line[sure - 1], [lowest])
+    if slow is None:
+        raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to where the support may be")
+    gentle = attempt.along(slow, GENTLE)
+    reached = gentle.positions[motion.lower(cell, gentle)]
+    way = arm.inverse.forward(reached)[2, 3]
+    passed = [q for q in slow if arm.inverse.forward(q)[2, 3] > way]
+    return np.concatenate([line[: sure - 1], np.array(passed), reached[None]])
 
 
 def _drop(attempt: Attempt, held: str, container: str, line: Array, opening: float) -> None:

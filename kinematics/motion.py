@@ -19,7 +19,8 @@ SLIPPED = 0.012  # how far a held body may move in the hand [m]
 SLIPPED_WIDTH = 0.006  # how much the fingers may come together or apart [m]
 WAIT_FOR_FALL = 1.0  # [s]
 CERTAIN = 4.0  # standard deviations of a look beyond which it is no error of the look
-RESISTED = 0.006  # of a joint behind its set point: something is in the way [rad]
+RESISTANCE = 8.0  # of a joint's torque to change within `FELT_STEPS` [N m]
+FELT_STEPS = 4  # free motion changes it by less than 2 N m meanwhile
 
 
 @dataclass(frozen=True)
@@ -93,28 +94,24 @@ def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | N
 
 
 def lower(cell: Workcell, trajectory: Trajectory) -> int:
-    """Drive down until something resists, and stop there. The step at which the arm came to rest.
+    """Drive down until something resists, and stay there: the step of the trajectory where that was.
 
-    For a descent to a support whose height is not certain.
+    For a descent to a support whose height is not certain. Felt in the torques of the joints, which
+    change slowly in free motion.
     """
-    positions = trajectory.positions
+    felt: list[Array] = []
 
     def resisted(step: int) -> bool:
-        behind = np.abs(cell.joint_positions() - positions[max(0, step - 1)])
-        return step % 2 == 0 and float(behind.max()) > RESISTED + _lag(trajectory, step)
+        felt.append(cell.joint_torques())
+        before = felt[max(0, step - FELT_STEPS)]
+        return float(np.abs(felt[step] - before).max()) > RESISTANCE
 
     stopped = _drive(cell, trajectory, resisted)
     if stopped is None:
         return len(trajectory) - 1
-    back = max(0, stopped - 4)
-    cell.drive_arm(positions[back].tolist(), [0.0] * positions.shape[1])
-    cell.settle(20 * TIME_STEP)
-    return back
-
-
-def _lag(trajectory: Trajectory, step: int) -> float:
-    """What a joint is behind its set point in free motion [rad]."""
-    return float(np.abs(trajectory.velocities[step]).max()) * 2 * TIME_STEP
+    cell.drive_arm(trajectory.positions[stopped].tolist(), [0.0] * trajectory.positions.shape[1])
+    cell.settle(10 * TIME_STEP)
+    return stopped
 
 
 def open_hand(cell: Workcell, opening: float) -> None:

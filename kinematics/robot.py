@@ -80,11 +80,7 @@ class Robot:
     @cached_property
     def chain(self) -> tuple[Joint, ...]:
         """All joints from the base to the tool link, fixed ones too."""
-        found, link = [], self.tool_link
-        while link in self.urdf.parent_joint:
-            found.append(self.urdf.parent_joint[link])
-            link = found[-1].parent
-        return tuple(reversed(found))
+        return self.urdf.chain_to(self.tool_link)
 
     @property
     def flange(self) -> str:
@@ -163,6 +159,7 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
         raise UnusableRobot(
             f"{path}: no link of the URDF is called '{link}'; there are {', '.join(description.links)}"
         )
+    _check_chain(path, description, arm, link)
     limits = _limits(path, [description.joints[name] for name in arm], told.get("limits", {}))
     home = np.array(told["home"], dtype=float)
     if home.shape != (len(arm),) or not limits.contains(home):
@@ -178,7 +175,7 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
         _tool(path, told["tool"]),
         tuple(map(tuple, told.get("workspace", WORKSPACE))),  # type: ignore[arg-type]
     )
-    _check_chain(path, made)
+    _check_fingers(path, made)
     return made
 
 
@@ -194,14 +191,17 @@ def _check_keys(path: Path, told: Mapping[str, Any]) -> None:
             raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{table}]' if table else ''}")
 
 
-def _check_chain(path: Path, made: Robot) -> None:
+def _check_chain(path: Path, description: Urdf, arm: tuple[str, ...], tool_link: str) -> None:
     """The arm's joints are those that lead to the tool, in this order."""
-    moving = tuple(joint.name for joint in made.chain if joint.type != "fixed")
-    if moving != made.arm_joints:
+    moving = tuple(joint.name for joint in description.chain_to(tool_link) if joint.type != "fixed")
+    if moving != arm:
         raise UnusableRobot(
-            f"{path}: from the base to '{made.tool_link}' the URDF has the joints {list(moving)}, "
-            f"'arm' says {list(made.arm_joints)}; it must name the same in the same order"
+            f"{path}: from the base to '{tool_link}' the URDF has the joints {list(moving)}, "
+            f"'arm' says {list(arm)}; it must name the same in the same order"
         )
+
+
+def _check_fingers(path: Path, made: Robot) -> None:
     for joint in made.finger_joints:
         if joint.child not in made.hand_links:
             raise UnusableRobot(f"{path}: the gripper joint '{joint.name}' is not on the arm's last link")

@@ -140,6 +140,10 @@ class Workcell:
         """Of the arm [rad]."""
         return self._robot.joint_positions()
 
+    def joint_torques(self) -> Array:
+        """Of the arm's motors, as last applied [N m]."""
+        return self._robot.joint_torques()
+
     def all_joints(self) -> dict[str, float]:
         """Of the arm and of the fingers, by the URDF's names [rad] or [m]."""
         return self._robot.all_joints()

@@ -65,6 +65,14 @@ class Urdf:
         """Of each link, the joint that carries it."""
         return {joint.child: joint for joint in self.joints.values()}
 
+    def chain_to(self, link: str) -> tuple[Joint, ...]:
+        """All joints from the base to a link, fixed ones too."""
+        found, carriers = [], self.parent_joint
+        while link in carriers:
+            found.append(carriers[link])
+            link = found[-1].parent
+        return tuple(reversed(found))
+
 
 def read(path: Path) -> Urdf:
     """A URDF file; `UnusableRobot` where it is missing, is no XML, or names a mesh that is not there."""

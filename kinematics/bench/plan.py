@@ -1,4 +1,4 @@
-"""Planning: ours and the peers' on the same queries, every path checked again at five times the resolution."""
+"""Planning: ours and the peers' on the same queries; every path is checked again, five times as finely."""
 
 from functools import partial
 from typing import Any
