@@ -54,6 +54,7 @@ def scan(text: str) -> list[Token]:
     """The words and comments of a stretch of text that begins at a line's start."""
     found: list[Token] = []
     depth, newlines, line_start = 0, 1, 0
+    carried = False  # an empty line above brackets is one above the word that they open before
     for match in TOKEN.finditer(text):
         kind, written = str(match.lastgroup), match.group()
         if kind == "newline":
@@ -63,10 +64,11 @@ def scan(text: str) -> list[Token]:
             depth = depth + 1 if kind == "open" else max(0, depth - 1)
             if kind == "close":
                 _mark_closing(found)
+            carried = kind == "open" and (newlines > 1 or carried)
             newlines = 0
         else:
             column = match.start() - line_start
-            spaced = newlines > 1
+            spaced, carried = newlines > 1 or carried, False
             found.append(Token(kind, written.rstrip(), column, newlines > 0, spaced, depth))
             newlines = 0
     return found
@@ -122,7 +124,8 @@ def lines_of(comments: Iterable[Token]) -> list[str]:
 
 def _place(token: Token, row: Row, index: int, follows: bool) -> None:
     if token.closes:
-        row.within.append(Comment(token.text, -1, is_above=True))
+        following = index + 1 if index + 1 < len(_words(row.text)) else -1
+        row.within.append(Comment(token.text, following, is_above=True))
     elif follows and index == 0:
         row.above += lines_of([token])
     elif follows:

@@ -12,6 +12,7 @@ WORD = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+
 MARK = re.compile(r'"[^"\n]*"|\w+|[()\[\],]')
 # What stands before an expression that runs to the end of the line, or to the colon there.
 HEAD = re.compile(r"requires |achieves |success: +|when |for \w+ in \w+ if |")
+GROUP = re.compile(r"(?:scene: +)?\w+: +[0-9.]+ [\w\[\]]+ on \w+ with ")
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,12 @@ def _wrapped(text: str, indent: int, force: bool) -> Iterator[str]:
         return
     if not force and indent + len(text) <= WIDTH:
         yield " " * indent + text
+        return
+    if group := GROUP.match(text):
+        yield " " * indent + group.group() + "("
+        for detail in _elements(text[group.end() :]):
+            yield from _broken(f"{detail},", indent + STEP)
+        yield " " * indent + ")"
         return
     head = HEAD.match(text)
     assert head is not None

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, Verbosity, given, settings
 from hypothesis import strategies as st
 from language_samples import libraries
 
@@ -24,7 +24,8 @@ slow = settings(
     max_examples=40,
     deadline=None,
     derandomize=True,
-    phases=[Phase.generate],  # a large text is soon found, and takes minutes to make small
+    phases=[Phase.generate],  # a large text is soon found, and takes minutes to make small or print
+    verbosity=Verbosity.quiet,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 
@@ -222,3 +223,12 @@ def test_no_line_is_too_long_where_brackets_can_be_broken(line: str) -> None:
     text = format_text(f"library a\n\napi go()\n    {line}\n")
     assert len(line) > WIDTH >= max(map(len, text.split("\n")))
     check_layout(text)
+
+
+def test_what_the_things_of_a_scene_look_like_is_broken_one_by_one() -> None:
+    said = ", ".join(f"x({n} m .. {n} m)" for n in range(7))
+    text = f"library a\ntask t:\n    scene: a: 2..4 Block on table with {said} # c\n"
+    formatted = format_text(text)
+    assert "on table with (\n        x(0 m .. 0 m),\n" in formatted and "\n    )  # c\n" in formatted
+    check_layout(text)
+    check_layout(text.replace("x(3", "# in\n x(3").replace("with ", "with (").replace(" # c", ") # c"))
