@@ -91,6 +91,18 @@ def move_above_free_place(
     return _perform(cell, seed, skill)
 
 
+def move_above_place(
+    cell: Workcell, x: float, y: float, seed: int, slip_at: float | None = None
+) -> Motion:
+    """The tool to 10 cm above a place of the table [m, world frame]; what is held is then over it."""
+
+    def skill(attempt: Attempt) -> None:
+        look = attempt.look()
+        attempt.go_above(look, _approaches_over_places(attempt, look, [(x, y)]), slip_at)
+
+    return _perform(cell, seed, skill)
+
+
 def grasp(cell: Workcell, target: str, seed: int) -> Motion:
     """Straight down, close, and straight up with the body; verified by finger width and pose."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ntp_dsl.experts import Expert, Return
 from ntp_dsl.queries import Answer, Query, Sample
-from ntp_dsl.registry import Program
+from ntp_dsl.registry import Parameter, Program, bounds
 from ntp_dsl.scripted import DemonstratedCall, counterpart, shown_anywhere
 from ntp_dsl.specification import Demonstration
 from ntp_dsl.state import State
@@ -32,9 +32,9 @@ def labelled(
             yield _off_stack(expert, demonstration, shown, observation, rng)
 
 
-def objects(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
-    """The arguments that a learned program is given: the objects; lists it must read from its scope."""
-    return tuple(argument for argument in arguments if isinstance(argument, str))
+def given(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
+    """The arguments that a learned program is given: all but lists, which it must read from its scope."""
+    return tuple(argument for argument in arguments if isinstance(argument, str | float))
 
 
 def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
@@ -42,7 +42,7 @@ def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Ite
     for call in trace.calls:
         if call.parent != ROOT:
             query = _query(calls[call.parent], trace.states[call.state], demonstration)
-            yield Sample(query, Answer(call.name, objects(call.arguments), call.scope))
+            yield Sample(query, Answer(call.name, given(call.arguments), call.scope))
     for call in trace.calls:
         if call.kind == "program" and call.outcome in ("done", "unfinished"):
             assert call.end_state is not None
@@ -52,7 +52,7 @@ def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Ite
 
 
 def _query(call: Call, state: Observation, demonstration: Demonstration) -> Query:
-    return Query(call.name, objects(call.arguments), call.scope, state, demonstration)
+    return Query(call.name, given(call.arguments), call.scope, state, demonstration)
 
 
 def _off_stack(
@@ -65,12 +65,12 @@ def _off_stack(
     program, arguments = random_call(expert, observation, shown, rng)
     node = shown_anywhere(shown, program.name, arguments)
     scope = node.scope if node else None
-    query = Query(program.name, objects(arguments), scope, observation, demonstration)
+    query = Query(program.name, given(arguments), scope, observation, demonstration)
     decision = expert.decide(program.name, arguments, State(expert.registry, observation))
     if isinstance(decision, Return):
         return Sample(query, Answer(None, done=decision.done))
     child = counterpart(node, decision.callee, decision.arguments)
-    answer = Answer(decision.callee, objects(decision.arguments), child.scope if child else None)
+    answer = Answer(decision.callee, given(decision.arguments), child.scope if child else None)
     return Sample(query, answer)
 
 
@@ -90,6 +90,18 @@ def random_call(
     state = State(expert.registry, observation)
     arguments: list[Argument] = []
     for parameter in program.parameters:
-        things = [t for t in state.things(parameter.type) if t not in arguments]
-        arguments.append(things[int(rng.integers(len(things)))])
+        arguments.append(_random_argument(parameter, state, arguments, rng))
     return program, tuple(arguments)
+
+
+def _random_argument(
+    parameter: Parameter, state: State, before: Sequence[Argument], rng: np.random.Generator
+) -> Argument:
+    """A thing that is not given yet, a member of an enumeration, or a number of the range."""
+    if parameter.type in state.registry.enums:
+        members = state.registry.enums[parameter.type]
+        return members[int(rng.integers(len(members)))]
+    if parameter.type not in state.registry.parents:
+        return float(rng.uniform(*bounds(parameter)))
+    things = [thing for thing in state.things(parameter.type) if thing not in before]
+    return things[int(rng.integers(len(things)))]

@@ -10,10 +10,10 @@ from ntp_dsl.world import Observation
 
 @dataclass(frozen=True)
 class Query:
-    """All that a learned program is given: what is observed, which program runs, its scope and objects."""
+    """All that a learned program is given: what is observed, which program runs, its scope and arguments."""
 
     program: str
-    objects: tuple[str, ...]  # the arguments that its caller predicted; lists are never given
+    arguments: tuple[str | float, ...]  # that its caller predicted; lists are never given
     scope: Scope | None
     observation: Observation = field(repr=False)
     demonstration: Demonstration = field(repr=False)
@@ -24,7 +24,7 @@ class Answer:
     """The next call, or the end of the program where `callee` is None: done, or unfinished."""
 
     callee: str | None
-    objects: tuple[str, ...] = ()
+    arguments: tuple[str | float, ...] = ()
     scope: Scope | None = None
     done: bool = True
 

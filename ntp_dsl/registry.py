@@ -22,6 +22,16 @@ class Parameter:
     high: float | None = None
 
 
+UNBOUNDED = (0.0, 1.0)  # taken for the range of a number that declares none, in SI units
+
+
+def bounds(parameter: Parameter) -> tuple[float, float]:
+    """Between what a number lies."""
+    if parameter.low is None or parameter.high is None:
+        return UNBOUNDED
+    return parameter.low, parameter.high
+
+
 @dataclass(frozen=True)
 class Callable:
     """What programs and apis share: a signature and a contract."""

@@ -75,15 +75,20 @@ def counterpart(
     """The caller's last child of the same program and the same objects that returned done."""
     if caller is None:
         return None
-    same = [c for c in caller.children if (c.name, c.arguments) == (callee, arguments) and c.done]
+    same = [c for c in caller.children if c.name == callee and alike(c.arguments, arguments) and c.done]
     return same[-1] if same else _hull(caller, callee, arguments)
+
+
+def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
+    """The same but for numbers, which depend on where things are."""
+    return [a for a in some if not isinstance(a, float)] == [a for a in others if not isinstance(a, float)]
 
 
 def shown_anywhere(
     root: DemonstratedCall, program: str, arguments: tuple[Argument, ...]
 ) -> DemonstratedCall | None:
     """For a program that is not on the stack: the last done call of it, wherever it was made."""
-    same = [c for c in root.walk() if (c.name, c.arguments) == (program, arguments) and c.done]
+    same = [c for c in root.walk() if c.name == program and alike(c.arguments, arguments) and c.done]
     return same[-1] if same else None
 
 

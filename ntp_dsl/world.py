@@ -202,6 +202,9 @@ class World(Protocol):
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome: ...
 
+    def move_over(self, x: float, y: float) -> Outcome:
+        """For skills in Python: what is held, or the hand, to hover over a point of the table [m]."""
+
     def settle(self, seconds: float) -> None:
         """Let time pass [s]."""
 

@@ -41,6 +41,7 @@ class States:
     types: Tensor  # (queries, things, types)
     things: Tensor  # (queries, things)
     arguments: Tensor  # (queries, things, arity) one-hot
+    values: Tensor  # (queries, value_arity * choices) members one-hot, and numbers scaled
     rows: Tensor  # (queries,)
     spec: Tensor  # (queries,) index into `Frames`, or -1 without a scope
 
@@ -56,6 +57,9 @@ class Answers:
     lost: Tensor  # (queries,) 1 where the callee's scope is none: a recovery that was never shown
     pointers: Tensor  # (queries, arity)
     candidates: Tensor  # (queries, arity, things) of the declared types
+    members: Tensor  # (queries, value_arity) of the enumerations among its values
+    numbers: Tensor  # (queries, value_arity) scaled; NaN where there is none
+    choosable: Tensor  # (queries, value_arity, choices - 1) which members there are
     weight: Tensor  # (queries,)
     told: Tensor  # (queries,) whether the decision is made from the true start, or from what was read
 
@@ -73,6 +77,7 @@ def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> St
     types = torch.zeros(size, count, len(memory.types))
     there = torch.zeros(size, count, dtype=torch.bool)
     arguments = torch.zeros(size, count, memory.arity)
+    values = torch.zeros(size, memory.value_arity, memory.choices)
     for index, query in enumerate(queries):
         seen = query.observation
         relative, visible = relative_positions(seen)
@@ -81,14 +86,22 @@ def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> St
         there[index, :n] = visible
         types[index, :n] = type_rows(memory, tuple(seen.things))
         names = [thing.name for thing in seen.things]
-        for place, name in enumerate(query.objects):
+        signature = memory.signature(query.program)
+        objects, others = signature.split(query.arguments)
+        for place, name in enumerate(objects):
             arguments[index, names.index(name), place] = 1.0
+        for place, (value, given) in enumerate(zip(signature.values, others, strict=True)):
+            if value.members:
+                values[index, place, value.members.index(str(given))] = 1.0
+            else:
+                values[index, place, -1] = value.scaled(float(given))
     return States(
         positions,
         torch.tensor([float(query.observation.closed) for query in queries]),
         types,
         there,
         arguments,
+        values.flatten(1),
         torch.tensor([memory.index(query.program) for query in queries]),
         torch.tensor(list(specs)),
     )
@@ -144,6 +157,9 @@ def answers(
     start, last = torch.full((size,), IGNORE), torch.full((size,), IGNORE)
     pointers = torch.full((size, memory.arity), IGNORE)
     lost = torch.full((size,), IGNORE)
+    members = torch.full((size, memory.value_arity), IGNORE)
+    numbers = torch.full((size, memory.value_arity), float("nan"))
+    choosable = torch.zeros(size, memory.value_arity, memory.choices - 1, dtype=torch.bool)
     for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
         if answer.callee is None:
             start[index] = NOTHING if answer.done else IGNORE
@@ -151,8 +167,16 @@ def answers(
         lost[index] = int(answer.scope is None)
         slot[index] = memory.row(query.program).callees.index(answer.callee)
         names = [thing.name for thing in query.observation.things]
-        for place, name in enumerate(answer.objects):
+        signature = memory.signature(answer.callee)
+        objects, others = signature.split(answer.arguments)
+        for place, name in enumerate(objects):
             pointers[index, place] = names.index(name)
+        for place, (value, given) in enumerate(zip(signature.values, others, strict=True)):
+            if value.members:
+                members[index, place] = value.members.index(str(given))
+                choosable[index, place, : len(value.members)] = True
+            else:
+                numbers[index, place] = value.scaled(float(given))
         if query.scope is not None and answer.scope is not None:
             shown = keyframes.within(query.demonstration, query.scope)
             start[index] = keyframes.first_from(shown, answer.scope[0])
@@ -165,6 +189,9 @@ def answers(
         lost,
         pointers,
         _candidates(memory, queries, right, things),
+        members,
+        numbers,
+        choosable,
         torch.tensor(list(weights), dtype=torch.float32),
         torch.ones(size, dtype=torch.bool),
     )

@@ -9,10 +9,11 @@ from torch.nn.functional import (
     cross_entropy,
     logsigmoid,
     one_hot,
+    smooth_l1_loss,
 )
 
 from ntp_dsl.core.batches import IGNORE, NOTHING, Answers, Frames, States
-from ntp_dsl.core.model import Core, Hint, silent_hint
+from ntp_dsl.core.model import Core, Hint, Thought, silent_hint
 from ntp_dsl.core.reader import Reading
 
 
@@ -42,7 +43,24 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
         scores.transpose(1, 2), right.pointers, ignore_index=IGNORE, reduction="none"
     )  # (queries, arity)
     parts["arguments"] = _mean(pointing.sum(1), right.weight)
+    if core.memory.value_arity:
+        parts["values"] = _values_loss(core, thought, states, hint, right)
     return parts
+
+
+def _values_loss(
+    core: Core, thought: Thought, states: States, hint: Hint, right: Answers
+) -> Tensor:
+    """Members by their likelihood, numbers by their distance in tenths of their range."""
+    scores, numbers = core.evaluate(thought, states, hint, right.slot.clamp(min=0))
+    scores = scores.masked_fill(~right.choosable, -1e4)
+    chosen = cross_entropy(
+        scores.transpose(1, 2), right.members, ignore_index=IGNORE, reduction="none"
+    )  # (queries, value_arity)
+    known = ~right.numbers.isnan()
+    wanted = torch.where(known, right.numbers, numbers.detach())
+    away = smooth_l1_loss(10 * numbers, 10 * wanted, reduction="none")
+    return _mean((chosen + away).sum(1), right.weight)
 
 
 def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers) -> Hint:
@@ -57,7 +75,8 @@ def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: A
     chosen = torch.where(right.told & (start != IGNORE), true, read)
     weights = one_hot(chosen, frames + 1)[:, :frames].float()
     pointers = torch.einsum("qt,qtnh->qnh", weights, reading.pointers[states.spec])
-    return Hint(pointers, (chosen == frames).float(), torch.ones_like(none))
+    relations = torch.einsum("qt,qtr->qr", weights, reading.relations[states.spec])
+    return Hint(pointers, (chosen == frames).float(), torch.ones_like(none), relations)
 
 
 def _scope_losses(

@@ -12,16 +12,52 @@ from functools import cached_property
 from typing import Any
 
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.registry import Callable, Parameter, Registry
+from ntp_dsl.registry import Callable, Registry, bounds
+
+
+@dataclass(frozen=True)
+class Value:
+    """An argument that is no object: a member of an enumeration, or a number of a range."""
+
+    place: int  # among all arguments that are no lists
+    members: tuple[str, ...] = ()
+    low: float = 0.0
+    high: float = 1.0
+
+    def scaled(self, number: float) -> float:
+        """Where in its range a number lies, from 0 to 1."""
+        return (number - self.low) / max(self.high - self.low, 1e-9)
+
+    def number(self, scaled: float) -> float:
+        """The inverse of `scaled`; what lies outside of the range is brought into it."""
+        return self.low + min(max(scaled, 0.0), 1.0) * (self.high - self.low)
 
 
 @dataclass(frozen=True)
 class Signature:
-    """Names and types of the arguments that point at objects; lists are not among them."""
+    """What the arguments are, by their types; lists are not among them."""
 
     name: str
     hash: str
-    object_types: tuple[str, ...]
+    object_types: tuple[str, ...]  # of those that point at objects
+    values: tuple[Value, ...] = ()  # the others
+
+    def split(
+        self, arguments: Sequence[str | float]
+    ) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
+        """The objects among the arguments, and the values, each in their order."""
+        places = {value.place for value in self.values}
+        objects = tuple(str(a) for n, a in enumerate(arguments) if n not in places)
+        return objects, tuple(a for n, a in enumerate(arguments) if n in places)
+
+    def join(
+        self, objects: Sequence[str], values: Sequence[str | float]
+    ) -> tuple[str | float, ...]:
+        """The inverse of `split`."""
+        arguments: list[str | float] = list(objects)
+        for value, given in zip(self.values, values, strict=True):
+            arguments.insert(value.place, given)
+        return tuple(arguments)
 
 
 @dataclass(frozen=True)
@@ -64,6 +100,17 @@ class Memory:
     @cached_property
     def arity(self) -> int:
         return max(1, *(len(s.object_types) for s in self.signatures()))
+
+    @cached_property
+    def value_arity(self) -> int:
+        """The most values that a call takes."""
+        return max(len(s.values) for s in self.signatures())
+
+    @cached_property
+    def choices(self) -> int:
+        """The most members of an enumeration, and one for numbers: what a value's head yields."""
+        members = (len(v.members) for s in self.signatures() for v in s.values)
+        return 1 + max(members, default=0)
 
     def signatures(self) -> Iterable[Signature]:
         yield from (row.signature for row in self.rows)
@@ -116,21 +163,28 @@ class Memory:
 
 
 def signature(registry: Registry, row: Callable) -> Signature:
-    return Signature(row.name, row.hash, tuple(object_types(registry, row.parameters)))
-
-
-def object_types(registry: Registry, parameters: Sequence[Parameter]) -> Iterable[str]:
-    """Types of the parameters that are pointers; the type of each chooses its output head."""
-    for parameter in parameters:
-        if parameter.is_list:
-            continue
-        if parameter.type not in registry.parents:
+    """The type of each argument chooses its output head: a pointer, a choice, or a number."""
+    object_types: list[str] = []
+    values: list[Value] = []
+    given = [parameter for parameter in row.parameters if not parameter.is_list]
+    for place, parameter in enumerate(given):
+        if parameter.type in registry.parents:
+            object_types.append(parameter.type)
+        elif parameter.type in registry.enums:
+            values.append(Value(place, registry.enums[parameter.type]))
+        elif parameter.type in registry.records:
             raise NtpError(
-                f"'{parameter.name}: {parameter.type}': the core points at objects only, and has no head "
-                f"for numbers or enumerations yet; --expert runs such programs"
+                f"'{parameter.name}: {parameter.type}': a core gives objects, members and numbers, and no "
+                f"records; pass their fields, or run '{row.name}' with --expert"
             )
-        yield parameter.type
+        else:
+            values.append(Value(place, (), *bounds(parameter)))
+    return Signature(row.name, row.hash, tuple(object_types), tuple(values))
 
 
 def _signature(data: dict[str, Any]) -> Signature:
-    return Signature(data["name"], data["hash"], tuple(data["object_types"]))
+    values = tuple(
+        Value(each["place"], tuple(each["members"]), each["low"], each["high"])
+        for each in data.get("values", ())
+    )
+    return Signature(data["name"], data["hash"], tuple(data["object_types"]), values)

@@ -25,6 +25,7 @@ class Hint:
     pointers: Tensor  # (queries, things, hops); zero where the demonstration is silent
     silent: Tensor  # (queries,) 1 where there is a scope and nothing in it is left to do
     scoped: Tensor  # (queries,) 1 where there is a scope
+    relations: Tensor  # (queries, relations) how what it points at stands there; zero where it is silent
 
 
 def silent_hint(core: Core, states: States) -> Hint:
@@ -32,7 +33,8 @@ def silent_hint(core: Core, states: States) -> Hint:
     count, things = states.positions.shape[:2]
     nothing = torch.zeros(count, device=states.positions.device)
     pointers = torch.zeros(count, things, core.config.hops, device=states.positions.device)
-    return Hint(pointers, nothing, nothing)
+    relations = torch.zeros(count, core.reader.relations, device=states.positions.device)
+    return Hint(pointers, nothing, nothing, relations)
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Thought:
     end: Tensor  # (queries,) logit of end-of-program
     slots: Tensor  # (queries, slots) scores; what the row does not declare is masked
     lost: Tensor  # (queries, slots) logits: the callee does what the demonstration never showed
+    summary: Tensor  # (queries, width) of all that was seen
 
 
 class Core(nn.Module):
@@ -55,7 +58,8 @@ class Core(nn.Module):
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         self.reader = Reader(config, memory)
-        context = config.row_width + 2  # the program's row, silent, scoped
+        given = memory.value_arity * memory.choices
+        context = config.row_width + 2 + given  # the program's row, silent, scoped, its values
         thing = features.WIDTH + 1 + config.type_width + memory.arity + config.hops
         self.see = nn.Sequential(
             nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
@@ -70,6 +74,9 @@ class Core(nn.Module):
         self.pointer = nn.Sequential(
             nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity)
         )
+        if given:
+            asked = width + memory.slots + config.row_width + self.reader.relations
+            self.values = nn.Sequential(nn.Linear(asked, width), nn.ReLU(), nn.Linear(width, given))
         self.register_buffer("keys", torch.eye(memory.slots), persistent=False)
         self.register_buffer("declared", _declared(memory), persistent=False)
         self.keys: Tensor
@@ -77,7 +84,13 @@ class Core(nn.Module):
 
     def consider(self, states: States, hint: Hint) -> Thought:
         context = torch.cat(
-            [self.rows(states.rows), hint.silent.unsqueeze(-1), hint.scoped.unsqueeze(-1)], -1
+            [
+                self.rows(states.rows),
+                hint.silent.unsqueeze(-1),
+                hint.scoped.unsqueeze(-1),
+                states.values,
+            ],
+            -1,
         )
         count = states.positions.shape[1]
         parts = [
@@ -97,7 +110,8 @@ class Core(nn.Module):
         thought = self.think(torch.cat([hidden.amax(1), called_with, context], -1))
         scores = self.key(thought) @ self.keys.T  # (queries, slots)
         scores = scores.masked_fill(~self.declared[states.rows], -1e4)
-        return Thought(things, self.end(thought).squeeze(-1), scores, self.lost(thought))
+        end = self.end(thought).squeeze(-1)
+        return Thought(things, end, scores, self.lost(thought), thought)
 
     def point(self, thought: Thought, states: States, slots: Tensor) -> Tensor:
         """Scores (queries, arity, things) of what each argument of the callee in a slot points at."""
@@ -106,6 +120,19 @@ class Core(nn.Module):
         scores = self.pointer(torch.cat([thought.things, context], -1)).transpose(1, 2)
         visible: Tensor = scores.masked_fill(~states.things[:, None], -1e4)
         return visible
+
+
+    def evaluate(
+        self, thought: Thought, states: States, hint: Hint, slots: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """For the values of the callee in a slot: scores of members, and numbers from 0 to 1.
+
+        (queries, value_arity, choices - 1) and (queries, value_arity).
+        """
+        asked = [thought.summary, self.keys[slots], self.rows(states.rows), hint.relations]
+        size = len(slots), self.memory.value_arity, self.memory.choices
+        answer = self.values(torch.cat(asked, -1)).reshape(size)
+        return answer[..., :-1], answer[..., -1]
 
 
 class Message(nn.Module):

@@ -41,11 +41,11 @@ class LearnedPolicy:
         return Frame(program, (), (0, len(self.demonstration)))
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
-        objects = tuple(a for a in frame.arguments if isinstance(a, str))
+        arguments = tuple(a for a in frame.arguments if isinstance(a, str | float))
         seen = world.observe()
-        query = Query(frame.program, objects, frame.scope, seen, self.demonstration)
+        query = Query(frame.program, arguments, frame.scope, seen, self.demonstration)
         answer, details = self.answer(query, barred)
-        return Choice(answer.callee, answer.objects, answer.scope, details=details, seen=seen)
+        return Choice(answer.callee, answer.arguments, answer.scope, details=details, seen=seen)
 
     @torch.inference_mode()
     def answer(
@@ -73,9 +73,34 @@ class LearnedPolicy:
         objects, certainty, pointers = self._objects(
             query.observation, states, thought, slot, callees[slot]
         )
-        probability = float(probabilities[slot]) * (1 - end) * certainty
+        values, surely, others = self._values(thought, states, hint, slot, callees[slot])
+        probability = float(probabilities[slot]) * (1 - end) * certainty * surely
         details |= {"probability": round(probability, 4), "pointers": pointers, "scopes": scopes}
-        return Answer(callees[slot], objects, scope), details
+        if others:
+            details["values"] = others
+        arguments = memory.signature(callees[slot]).join(objects, values)
+        return Answer(callees[slot], arguments, scope), details
+
+    def _values(
+        self, thought: Thought, states: States, hint: Hint, slot: int, callee: str
+    ) -> tuple[tuple[str | float, ...], float, list[Ranking]]:
+        """Members and numbers, how certain they are together, and what else each might have been."""
+        signature = self.core.memory.signature(callee)
+        if not signature.values:
+            return (), 1.0, []
+        scores, numbers = self.core.evaluate(thought, states, hint, torch.tensor([slot]))
+        chosen: list[str | float] = []
+        certainty, others = 1.0, []
+        for place, value in enumerate(signature.values):
+            if not value.members:
+                chosen.append(value.number(float(numbers[0, place])))
+                others.append([(chosen[-1], 1.0)])
+                continue
+            chances = torch.softmax(scores[0, place, : len(value.members)], -1)
+            chosen.append(value.members[int(chances.argmax())])
+            certainty *= float(chances.max())
+            others.append(ranked(value.members, chances))
+        return tuple(chosen), certainty, others
 
     def _objects(
         self, seen: Observation, states: States, thought: Thought, slot: int, callee: str
@@ -111,7 +136,8 @@ class LearnedPolicy:
         scopes = ranked(parts, torch.cat([none, likely.values]).exp())
         if float(none[0]) > float(hits[0, best]):
             return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None, scopes
-        return Hint(reading.pointers[:1, best], torch.zeros(1), scoped), part(best), scopes
+        hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped, reading.relations[:1, best])
+        return hint, part(best), scopes
 
     def _reading(self, query: Query) -> Reading:
         """Kept: a part of a demonstration is read once for a program."""

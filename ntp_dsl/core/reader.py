@@ -27,7 +27,8 @@ class Reading:
     """
 
     pointers: Tensor  # (specs, frames, things, hops) at the objects of the next event
-    shown: Tensor  # (specs, frames, width) how these stood to each other at that event
+    relations: Tensor  # (specs, frames, relations) how these stood to each other at that event
+    shown: Tensor  # (specs, frames, width) the same, as it is compared with the present
     events: Tensor  # (specs, frames) logits: something ends with this frame
     following: Tensor  # (specs, frames) number of the most probable next event
     mask: Tensor  # (specs, frames)
@@ -85,7 +86,7 @@ class Reader(nn.Module):
             pointers, relations = pointers[spec, following], relations[spec, following]
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
         shown = self.shown(torch.cat([relations, rows], -1))
-        return Reading(pointers, shown, events, following, frames.mask)
+        return Reading(pointers, relations, shown, events, following, frames.mask)
 
     def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
         """First-hit over frames of the first event that the present does not meet yet.

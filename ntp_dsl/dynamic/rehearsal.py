@@ -15,7 +15,7 @@ from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.syntax import Span, TaskDeclaration
 from ntp_dsl.registry import Program, Registry
-from ntp_dsl.state import Fact, State
+from ntp_dsl.state import Fact, Literal, State
 from ntp_dsl.tasks import Instance, draw, enough_primitives
 from ntp_dsl.world import World
 
@@ -88,7 +88,11 @@ class Rehearsal:
         if start == "scattered":
             lacking = self._lacking(instance)
             shown.append(bool(lacking))
-            untold |= {str(fact) for fact in self._facts(instance) if fact not in lacking}
+            untold |= {
+                str(fact)
+                for fact in self._facts(instance)
+                if fact not in lacking and _is_of_an_element(fact, instance)
+            }
         policy = WatchedPolicy(self.expert)
         limits = Limits(primitives=limit or enough_primitives(instance), retries=1)
         interpreter = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch)
@@ -160,6 +164,14 @@ def _affordable(count: int, start: str, things: int) -> int:
     if things > CROWD:
         return int(start == "scrambled")
     return max(1, round(count * min(1.0, (USUAL / things) ** 2)))
+
+
+def _is_of_an_element(fact: Fact, instance: Instance) -> bool:
+    """Whether a fact says of the things of one element of the goal how they stand to each other."""
+    if not isinstance(fact, Literal):
+        return False
+    rows = [{value for _, value in row.fields} for row in instance.goal]
+    return any(len(row & set(fact.arguments)) >= min(2, len(row)) for row in rows)
 
 
 def _judged(task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnostic]:

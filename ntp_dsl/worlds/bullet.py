@@ -154,15 +154,21 @@ class BulletWorld:
         self._emit()
         return outcome
 
+    def move_over(self, x: float, y: float) -> Outcome:
+        return self._go(lambda seed, slip: skills.move_above_place(self._cell, x, y, seed, slip))
+
     def _move_to(self, target: str) -> Outcome:
+        if target in self._furniture:
+            return self._go(lambda seed, slip: skills.move_above_free_place(self._cell, seed, slip))
+        return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))
+
+    def _go(self, move: Callable[[int, float | None], skills.Motion]) -> Outcome:
+        """A motion during which what is held may slip."""
         held = self._cell.held()
         slips = held is not None and self._rng.random() < self._disturbances.slips
         slip_at = float(self._rng.uniform(0.1, 0.9)) if slips else None
         before = self._cell.poses()
-        if target in self._furniture:
-            motion = skills.move_above_free_place(self._cell, self._call_seed(), slip_at)
-        else:
-            motion = skills.move_above(self._cell, target, self._call_seed(), slip_at)
+        motion = move(self._call_seed(), slip_at)
         if slip_at is None or motion.reason is not Reason.OBJECT_DROPPED:
             return _outcome(motion)
         self.disturbed |= {str(held), *self._displaced(before)}

@@ -109,7 +109,20 @@ class KinematicWorld(RestingThings):
         surface = self._by_name[target]
         if surface.roomy and surface.cavity is None and self._room_on(target) <= FREE_GAP:
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
-        goal = self._off(self._hover(target))
+        return self._go(self._hover(target))
+
+    def move_over(self, x: float, y: float) -> Outcome:
+        outcome = self._go(self._over_point(x, y))
+        self._emit()
+        return outcome
+
+    def _over_point(self, x: float, y: float) -> Vector:
+        ox, oy = self._offset_in_hand()
+        return (x + ox, y + oy, HOVER)
+
+    def _go(self, place: Vector) -> Outcome:
+        """The tool to a place, if what it holds does not slip on the way."""
+        goal = self._off(place)
         lost = self._held
         if lost is None or self._rng.random() >= self._disturbances.slips:
             self._travel(goal)

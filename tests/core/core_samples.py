@@ -52,7 +52,7 @@ def renamed(query: Query, names: dict[str, str]) -> Query:
     seen = query.observation
     return replace(
         query,
-        objects=tuple(names[name] for name in query.objects),
+        arguments=tuple(names[str(name)] for name in query.arguments),
         observation=replace(
             seen,
             things=_renamed_things(seen.things, names),

@@ -33,7 +33,7 @@ def test_names_of_things_do_not_matter(stacking: Registry, shipped: Checkpoint, 
     for query in queries(stacking, seed):
         names = {t.name: f"thing {n}" for n, t in enumerate(query.observation.things)}
         plain, other = ask(shipped, query), ask(shipped, renamed(query, names))
-        assert other == replace(plain, objects=tuple(names[name] for name in plain.objects))
+        assert other == replace(plain, arguments=tuple(names[str(name)] for name in plain.arguments))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -112,13 +112,13 @@ def test_a_learned_program_calls_only_what_its_declaration_names_on_things_of_th
         assert answer.callee in stacking.programs[query.program].callees
         types = {thing.name: thing.type for thing in query.observation.things}
         parameters = [p for p in stacking[answer.callee].parameters if not p.is_list]
-        for name, parameter in zip(answer.objects, parameters, strict=True):
+        for name, parameter in zip(answer.arguments, parameters, strict=True):
             assert stacking.is_a(types[name], parameter.type)
 
 
 def test_the_query_of_a_learned_program_has_no_room_for_a_goal() -> None:
     given = set(Query.__dataclass_fields__)
-    assert given == {"program", "objects", "scope", "observation", "demonstration"}
+    assert given == {"program", "arguments", "scope", "observation", "demonstration"}
 
 
 def test_a_demonstration_that_lacks_a_thing_of_the_scene_is_refused(
@@ -140,9 +140,9 @@ def test_the_core_agrees_with_the_expert_in_scrambled_states(
             if query.scope is not None:
                 continue  # what its list says only the demonstration shows
             state = State(stacking, query.observation)
-            wanted = expert.decide(query.program, query.objects, state)
+            wanted = expert.decide(query.program, query.arguments, state)
             answer = ask(shipped, query)
             expected = getattr(wanted, "callee", None), getattr(wanted, "arguments", ())
-            right += (answer.callee, answer.objects) == expected
+            right += (answer.callee, answer.arguments) == expected
             asked += 1
     assert right / asked > 0.97, f"{right} of {asked}"
