@@ -20,7 +20,7 @@ from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.training import Trainer, use_threads
 from ntp_dsl.dataset import read_manifest, samples
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.loader import load
+from ntp_dsl.python_code import load_with_python
 from ntp_dsl.queries import Sample
 from ntp_dsl.registry import Registry
 
@@ -46,7 +46,7 @@ def command(
     Example: ntp train block_stacking --data runs/data --out runs/model
     """
     use_threads(threads)
-    registry = load(library)
+    registry = load_with_python(library)
     started = perf_counter()
     manifests = [read_manifest(folder, registry) for folder in data]
     labelled = _labelled(registry, data, manifests, seed)

@@ -19,7 +19,7 @@ from ntp_dsl.registry import Callable, Registry, bounds
 class Value:
     """An argument that is no object: a member of an enumeration, or a number of a range."""
 
-    place: int  # among all arguments that are no lists
+    index: int  # among all arguments that are no lists
     members: tuple[str, ...] = ()
     low: float = 0.0
     high: float = 1.0
@@ -46,7 +46,7 @@ class Signature:
         self, arguments: Sequence[str | float]
     ) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
         """The objects among the arguments, and the values, each in their order."""
-        places = {value.place for value in self.values}
+        places = {value.index for value in self.values}
         objects = tuple(str(a) for n, a in enumerate(arguments) if n not in places)
         return objects, tuple(a for n, a in enumerate(arguments) if n in places)
 
@@ -56,7 +56,7 @@ class Signature:
         """The inverse of `split`."""
         arguments: list[str | float] = list(objects)
         for value, given in zip(self.values, values, strict=True):
-            arguments.insert(value.place, given)
+            arguments.insert(value.index, given)
         return tuple(arguments)
 
 
@@ -184,7 +184,7 @@ def signature(registry: Registry, row: Callable) -> Signature:
 
 def _signature(data: dict[str, Any]) -> Signature:
     values = tuple(
-        Value(each["place"], tuple(each["members"]), each["low"], each["high"])
+        Value(each["index"], tuple(each["members"]), each["low"], each["high"])
         for each in data.get("values", ())
     )
     return Signature(data["name"], data["hash"], tuple(data["object_types"]), values)
