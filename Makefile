@@ -9,7 +9,7 @@ NEEDED := Python 3.11 is needed and was not found: install it, or say where it i
 RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo score test lint check-tests install soak soak-experts soak-fuzz soak-one-shot clean
+.PHONY: demo score test lint check-tests install soak soak-experts soak-fuzz soak-grasp soak-one-shot soak-plan clean
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -30,7 +30,7 @@ score: install
 	@$(BIN)/python tests/corpus/score.py
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
-soak: soak-experts soak-one-shot soak-diff soak-fuzz
+soak: soak-experts soak-one-shot soak-diff soak-fuzz soak-grasp soak-plan
 
 soak-one-shot: install
 	$(BIN)/pytest -n 2 -q --soak tests/evaluation
@@ -40,6 +40,12 @@ soak-experts: install
 
 soak-fuzz: install
 	$(BIN)/pytest -n 2 -q --soak tests/language/test_fuzz.py tests/language/test_session.py
+
+soak-grasp: install
+	$(BIN)/pytest -n 2 -q --soak tests/kinematics/test_execution_figures.py tests/kinematics/test_shapes.py
+
+soak-plan: install
+	$(BIN)/pytest -n 2 -q --soak tests/kinematics/test_planning_figures.py tests/kinematics/test_checker.py
 
 soak-diff: install
 	$(BIN)/pytest -n 2 -q --soak tests/traces/test_divergence.py

@@ -13,6 +13,7 @@ STAYED = 0.005  # how far a body may be from where it was let go [m]
 STAYS = 0.1  # how fast it may be then [m/s]
 MAXIMUM_DROP = 1.0  # of a held body to what is below [m]
 GENTLE = 0.06  # of a descent that feels its way [m/s]
+SHAKES = 3  # of what does not fall
 DROP = 0.01  # that a body falls into a container [m]
 
 
@@ -135,6 +136,11 @@ def _drop(attempt: Attempt, held: str, container: str, line: Array, opening: flo
     if drop is not None:
         raise attempt.dropped(drop)
     motion.open_hand(cell, opening)
+    for _ in range(SHAKES):
+        if held not in cell.touched():
+            break
+        motion.close_hand(cell)  # it hangs on one finger: take it anew, and let go once more
+        motion.open_hand(cell, opening)
     motion.follow(cell, down.reversed())
     cell.settle_until_still([held], motion.WAIT_FOR_FALL)
     position = cell.pose(held).position

@@ -169,6 +169,11 @@ class Workcell:
         both = {self._names[each]: min(left[each], right[each]) for each in squeezed}
         return min(both, key=lambda name: (-both[name], name), default=None)
 
+    def touched(self) -> frozenset[str]:
+        """The bodies that either finger presses on."""
+        left, right = self._robot.pressing()
+        return frozenset(self._names[each] for each in left.keys() | right.keys() if each in self._names)
+
     # -- what is done ----------------------------------------------------------------------
 
     def step(self) -> None:

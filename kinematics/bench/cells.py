@@ -24,13 +24,22 @@ COLOURS = (
 )
 
 
-def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tuple[float, float]]:
-    """Places on the table in the workspace, at least `SPACING` apart, world frame [m]."""
+def _grid(robot: Robot) -> list[tuple[float, float]]:
     axes = [
         [low + PITCH / 2 + PITCH * k for k in range(int((high - low) / PITCH + 1e-9))]
         for low, high in robot.workspace
     ]
-    grid = [(x, y) for x in axes[0] for y in axes[1]]
+    return [(x, y) for x in axes[0] for y in axes[1]]
+
+
+def capacity(robot: Robot) -> int:
+    """How many things the workspace takes."""
+    return len(_grid(robot))
+
+
+def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tuple[float, float]]:
+    """Places on the table in the workspace, at least `SPACING` apart, world frame [m]."""
+    grid = _grid(robot)
     while True:
         chosen = [grid[k] for k in generator.permutation(len(grid))[:count]]
         places = np.array(chosen) + generator.uniform(-JITTER, JITTER, (count, 2))

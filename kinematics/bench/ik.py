@@ -25,11 +25,10 @@ def bench(queries: int, seed: int, robot: Robot | None = None) -> dict[str, Any]
     """`ours`, `peers` and `machine`; each solver with `topdown` and `general`."""
     robot = robot or panda()
     sets = {"topdown": top_down(robot, queries, seed), "general": general(robot, queries, seed)}
-    judge = _Judge(robot)
     peers = {name: make(robot) for name, make in ik_peers.INSTALLED.items()}
     return {
-        "ours": judge.figures(ours(robot), sets),
-        "peers": {name: judge.figures(solve, sets) for name, solve in peers.items()},
+        "ours": judged(robot, ours(robot), sets),
+        "peers": {name: judged(robot, solve, sets) for name, solve in peers.items()},
         "machine": machine(),
     }
 
@@ -64,6 +63,11 @@ def general(robot: Robot, count: int, seed: int) -> list[Array]:
     generator, solver = np.random.default_rng((seed, 2)), InverseKinematics(robot)
     limits = robot.limits
     return [solver.forward(q) for q in generator.uniform(limits.lower, limits.upper, (count, robot.dof))]
+
+
+def judged(robot: Robot, solve: Solve, sets: dict[str, list[Array]]) -> dict[str, Any]:
+    """Figures of a solver for each set of tool transforms."""
+    return _Judge(robot).figures(solve, sets)
 
 
 class _Judge:

@@ -1,6 +1,8 @@
 """The peers of our planner: OMPL as it comes, and pybullet_planning."""
 
+import shutil
 import tempfile
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +77,9 @@ class PybulletPlanning:
         self._robot = robot
         self._pp.connect(use_gui=False)
         self._client = self._pp.get_client()
-        self._folder = tempfile.TemporaryDirectory()
-        path = Path(self._folder.name) / "robot.urdf"
+        folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        path = folder / "robot.urdf"
         path.write_text(models.for_bullet(robot, visuals=False))
         self._world: Any = bullet.load()
         with bullet.output_silenced():
@@ -90,7 +93,7 @@ class PybulletPlanning:
         }
         self._hand = [self._pp.link_from_name(self._body, name) for name in robot.hand_links]
         self._built |= {(a, b) for a in self._hand for b in self._hand if a != b}
-        self._solids = Solids(self._world, self._client, Path(self._folder.name))
+        self._solids = Solids(self._world, self._client, folder)
 
     def plan(self, query: Query) -> Array | None:
         pp = self._pp

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.bench.cells import HALF, crowded
+from kinematics.bench.cells import HALF, capacity, crowded
 from kinematics.bodies import Body
 from kinematics.collision import CollisionScene
 from kinematics.geometry import Array, inverse, transform_of
@@ -66,12 +66,12 @@ class Referee:
 def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
     """Queries whose ends are free, without end; every second one holds a cube."""
     solver = InverseKinematics(robot)
-    number = 0
+    number, count = 0, min(CUBES, capacity(robot) - 1)
     while True:
         generator = np.random.default_rng((seed, number))
         number += 1
-        bodies = tuple(crowded(robot, generator, CUBES))
-        first, second = generator.permutation(CUBES)[:2]
+        bodies = tuple(crowded(robot, generator, count))
+        first, second = generator.permutation(count)[:2]
         held = f"cube{first}" if number % 2 else None
         tools = [_above(robot, bodies[k]) for k in (first, second)]
         in_hand = np.eye(4)

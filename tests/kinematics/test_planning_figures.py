@@ -1,0 +1,59 @@
+"""The figures of inverse kinematics and planning: a few of each here, with `--soak` as many as are claimed."""
+
+import resource
+
+import pytest
+
+from kinematics.bench import ik, plan
+from kinematics.bench.plan_queries import Query, Referee, drawn
+from kinematics.robot import SHIPPED, Robot, load
+
+
+@pytest.fixture(params=SHIPPED)
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load(request.param)
+
+
+def test_inverse_kinematics_solves_every_pose_within_reach(robot: Robot, soak: bool) -> None:
+    count = 1000 if soak else 60
+    sets = {"topdown": ik.top_down(robot, count, 0), "general": ik.general(robot, count, 0)}
+    for name, figures in ik.judged(robot, ik.ours(robot), sets).items():
+        assert figures["solved"] == 1.0, name
+
+
+def queries(robot: Robot, referee: Referee, count: int) -> list[Query]:
+    return [query for query, _ in zip(drawn(robot, referee, 0), range(count), strict=False)]
+
+
+def test_every_query_is_planned_and_no_path_grazes(robot: Robot, soak: bool) -> None:
+    referee = Referee(robot)
+    planner = plan.Ours(robot, referee)
+    asked = queries(robot, referee, 1000 if soak else 10)
+    figures = plan.measured(referee, planner, asked)
+    assert (figures["solved"], figures["grazing"]) == (1.0, 0)
+    for query in asked[:: 5 if soak else 3]:
+        corners = planner.plan(query)
+        assert corners is not None and referee.is_clear(query, plan.rounded(referee, query, corners))
+
+
+def test_many_queries_in_one_process_need_no_more_memory(soak: bool) -> None:
+    robot = load("panda")
+    referee = Referee(robot)
+    planner = plan.Ours(robot, referee)
+    asked = queries(robot, referee, 100 if soak else 10)
+    for query in asked:
+        planner.plan(query)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(100 if soak else 10):
+        for query in asked:
+            planner.plan(query)
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    assert grown < 50_000  # kB
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of the peers
+@pytest.mark.parametrize(("bench", "keys"), [(ik, {"topdown", "general"}), (plan, {"solved", "grazing"})])
+def test_a_benchmark_says_ours_the_peers_and_the_machine(bench, keys: set[str], capfd) -> None:
+    figures = bench.bench(2, 0)
+    assert keys <= figures["ours"].keys() and figures["peers"] and figures["machine"]["libraries"]
+    assert all(keys <= peer.keys() for peer in figures["peers"].values())

@@ -1,0 +1,116 @@
+"""Skills beyond pick and place: pushing, lifting, opening, stopping; and what cannot be done is named."""
+
+import math
+
+import numpy as np
+import pytest
+from kinematics_scenes import HALF, cube, scattered
+
+from kinematics.bodies import Body
+from kinematics.geometry import transform_of
+from kinematics.noise import Noise
+from kinematics.reasons import NoDisplay, Reason
+from kinematics.routines import pick, place
+from kinematics.shapes import Box, Cylinder
+from kinematics.simulation import Workcell
+from kinematics.skills import lift, move_above, open_hand, push, release
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_body_is_pushed_where_it_was_to_go(cell: Workcell, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    angle, distance = generator.uniform(-math.pi, math.pi), generator.uniform(0.03, 0.12)
+    can = Body("can", Cylinder(0.03, 0.06), (0.45, 0.0, 0.03))
+    cell.reset([can if seed % 2 else cube("can", 0.45, 0.0, yaw=0.4)], seed)
+    before = np.array(cell.pose("can").position)
+    motion = push(cell, "can", (math.cos(angle), math.sin(angle)), distance, seed)
+    assert motion.achieved, motion
+    moved = np.array(cell.pose("can").position) - before
+    there = distance * np.array([math.cos(angle), math.sin(angle), 0.0])
+    assert float(np.linalg.norm(moved - there)) < 0.015
+
+
+def test_nothing_is_pushed_into_its_neighbour(cell: Workcell) -> None:
+    cell.reset([cube("a", 0.5, 0.0), cube("b", 0.5, 0.06)], 0)
+    before = cell.time
+    assert push(cell, "a", (0.0, 1.0), 0.1, 0).reason is Reason.GOAL_IN_COLLISION
+    assert push(cell, "a", (0.0, 0.0), 0.1, 0).reason is Reason.UNUSABLE_POSE
+    assert push(cell, "a", (math.nan, 1.0), 0.1, 0).reason is Reason.UNUSABLE_POSE
+    assert cell.time == before
+
+
+def test_what_is_held_is_lifted_and_falls_when_the_hand_opens(cell: Workcell) -> None:
+    cell.reset([cube("a", 0.5, 0.0)], 0)
+    assert pick(cell, "a", 0).achieved
+    before = cell.pose("a").position[2]
+    assert lift(cell, 0.1, 0).achieved
+    assert cell.pose("a").position[2] == pytest.approx(before + 0.1, abs=2e-3)
+    assert lift(cell, 3.0, 0).reason is Reason.UNREACHABLE
+    assert open_hand(cell, 0).achieved and cell.held() is None
+    cell.settle(0.5)
+    assert cell.pose("a").position[2] < 0.06
+
+
+def test_a_motion_that_is_told_to_stop_brakes_and_holds_what_it_carries(cell: Workcell) -> None:
+    cell.reset(scattered(3), 3)
+    assert pick(cell, "b0", 0).achieved
+    started = cell.time
+
+    def stop() -> None:
+        if cell.time > started + 0.25:
+            cell.stop()
+
+    cell.on_frame = stop
+    motion = move_above(cell, "b1", 0)
+    cell.on_frame = None
+    assert motion.reason is Reason.STOPPED and 0 < motion.evidence["at_fraction"] < 1
+    here = cell.joint_positions()
+    cell.settle(0.5)
+    assert float(np.abs(cell.joint_positions() - here).max()) < 2e-3
+    assert cell.held() == "b0"
+    assert move_above(cell, "b1", 0).achieved and release(cell, 0).achieved  # and it goes on from there
+
+
+def test_noise_is_in_what_skills_are_told_and_not_in_what_is_so(cell: Workcell) -> None:
+    cell.reset(scattered(2), 2, Noise(0.002, math.radians(2)))
+    exact, told = cell.poses(), cell.observed_poses()
+    assert exact == cell.poses() and told != cell.observed_poses()
+    offs = [np.subtract(told[name].position, exact[name].position) for name in exact]
+    assert 2e-4 < float(np.std(offs)) < 5e-3
+    assert transform_of(told["b0"])[2, 2] == pytest.approx(1.0, abs=1e-6)
+    with pytest.raises(ValueError, match="noise is two numbers"):
+        Noise(-1.0)
+
+
+def test_a_cube_is_put_by_feel_on_a_support_of_uncertain_height(cell: Workcell) -> None:
+    cell.reset(scattered(5), 5, Noise(0.005, math.radians(2)))
+    for motion in (pick(cell, "b0", 5), place(cell, "b1", 5)):
+        assert motion.achieved, motion
+    cell.settle(0.3)
+    assert cell.contacts("b0", "b1")
+    assert cell.pose("b0").position[2] == pytest.approx(3 * HALF, abs=2e-3)
+
+
+def test_a_buried_body_is_a_named_failure_and_nothing_moves(cell: Workcell) -> None:
+    lid = Body("lid", Box((0.1, 0.1, 0.02)), (0.5, 0.0, 0.07), mass=2.0)
+    cell.reset([cube("low", 0.5, 0.0), lid], 0)
+    before, joints = cell.poses(), cell.joint_positions()
+    motion = move_above(cell, "low", 0)
+    if motion.achieved:  # above it, it can be; down to it, it cannot
+        assert motion.evidence["descent_free"] is False
+    else:
+        assert motion.reason is Reason.GOAL_IN_COLLISION and "lid" in motion.evidence["near"]
+        assert np.array_equal(cell.joint_positions(), joints)
+    assert np.allclose(cell.pose("lid").position, before["lid"].position, atol=1e-3)
+
+
+def test_a_window_without_a_display_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(NoDisplay, match="no display"):
+        Workcell(gui=True)
+
+
+def test_frames_come_in_the_size_that_was_asked_for(cell: Workcell) -> None:
+    cell.reset([cube("a", 0.5, 0.0)], 0)
+    for width, height in ((64, 64), (200, 120)):
+        assert cell.render(width, height).shape == (height, width, 3)

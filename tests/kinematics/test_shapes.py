@@ -1,0 +1,123 @@
+"""Things of many shapes are picked up, put down, stacked and dropped into what has a hollow."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kinematics.bodies import Body
+from kinematics.catalogue import bowl, fork, hull_from_mesh, prism, tub
+from kinematics.containers import is_inside
+from kinematics.reasons import Reason
+from kinematics.routines import drop_into, pick, place, put_down
+from kinematics.shapes import (
+    Box,
+    Cylinder,
+    Hull,
+    Shape,
+    Sphere,
+    half_extents_of,
+    reach_of,
+    support,
+)
+from kinematics.simulation import Workcell
+from kinematics.urdf import located
+
+DUCK = located("package://pybullet_data/duck_vhacd.obj", __import__("pathlib").Path())
+SHAPES: dict[str, tuple[Shape, float]] = {
+    "cube": (Box((0.015, 0.015, 0.015)), 0.05),
+    "tall box": (Box((0.02, 0.03, 0.07)), 0.2),
+    "flat box": (Box((0.03, 0.04, 0.006)), 0.05),
+    "cylinder": (Cylinder(0.014, 0.036), 0.05),
+    "can": (Cylinder(0.03, 0.09), 0.2),
+    "ball": (Sphere(0.015), 0.03),
+    "hexagon": (prism(6, 0.018, 0.03), 0.05),
+    "triangle": (prism(3, 0.025, 0.04), 0.05),
+    "bowl": (bowl(), 0.12),
+    "fork": (fork(), 0.02),
+    "thin fork": (fork(thickness=0.004), 0.02),
+    "mesh": (hull_from_mesh(DUCK, 0.04), 0.08),
+}
+BIN = Body("bin", tub(), (0.5, 0.3, 0.0425), mass=0.0)
+BASE = Body("base", Box((0.04, 0.04, 0.02)), (0.5, 0.12, 0.02), mass=0.5)
+
+
+def standing(name: str, shape: Shape, mass: float, x: float, y: float, yaw: float) -> Body:
+    """On the table, as the shape usually stands."""
+    height = support(shape, np.array([0.0, 0.0, -1.0])) + 1e-4
+    return Body(name, shape, (x, y, height), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), mass)
+
+
+def scene(cell: Workcell, shape: Shape, mass: float, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    x, y = generator.uniform((0.38, -0.15), (0.62, -0.05))
+    item = standing("item", shape, mass, x, y, generator.uniform(-math.pi, math.pi))
+    cell.reset([item, BIN, BASE], seed)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_shape_is_picked_up_and_dropped_into_a_bin(cell: Workcell, name: str, soak: bool) -> None:
+    shape, mass = SHAPES[name]
+    for seed in range(20 if soak else 1):
+        scene(cell, shape, mass, seed)
+        for motion in (pick(cell, "item", seed), drop_into(cell, "bin", seed)):
+            assert motion.achieved, (seed, motion)
+        assert is_inside(BIN.shape, BIN.pose, cell.pose("item").position)
+
+
+@pytest.mark.parametrize("name", ["cylinder", "bowl", "fork", "hexagon"])
+def test_a_shape_is_put_down_free_of_everything(cell: Workcell, name: str, soak: bool) -> None:
+    shape, mass = SHAPES[name]
+    for seed in range(20 if soak else 1):
+        scene(cell, shape, mass, 100 + seed)
+        for motion in (pick(cell, "item", seed), put_down(cell, seed)):
+            assert motion.achieved, (seed, motion)
+        assert cell.contacts("item", "table") and not cell.contacts("item", "base")
+
+
+def test_a_can_is_placed_on_a_base(cell: Workcell) -> None:
+    scene(cell, *SHAPES["can"], seed=3)
+    for motion in (pick(cell, "item", 3), place(cell, "base", 3)):
+        assert motion.achieved, motion
+    assert cell.contacts("item", "base")
+    assert math.dist(cell.pose("item").position[:2], cell.pose("base").position[:2]) < 3e-3
+
+
+def test_a_bowl_nests_in_another_and_takes_a_fork(cell: Workcell) -> None:
+    lower = standing("lower", bowl(), 0.12, 0.45, 0.12, 0.3)
+    upper = standing("upper", bowl(), 0.12, 0.5, -0.1, 1.0)
+    cutlery = standing("fork", fork(), 0.02, 0.36, -0.12, 0.4)
+    cell.reset([lower, upper, cutlery], 0)
+    for motion in (pick(cell, "fork", 0), drop_into(cell, "lower", 0)):
+        assert motion.achieved, motion
+    assert is_inside(lower.shape, cell.pose("lower"), cell.pose("fork").position)
+    for motion in (pick(cell, "upper", 1), place(cell, "lower", 1)):
+        assert motion.achieved, motion
+    pitch = cell.pose("upper").position[2] - cell.pose("lower").position[2]
+    assert pitch == pytest.approx(0.052, abs=2e-3)
+
+
+def test_what_has_no_hollow_takes_nothing(cell: Workcell) -> None:
+    scene(cell, *SHAPES["cube"], seed=0)
+    assert pick(cell, "item", 0).achieved
+    before = cell.time
+    assert drop_into(cell, "base", 0).reason is Reason.PLACEMENT_FAILED
+    assert cell.time == before
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_support_of_a_shape_bounds_it(name: str) -> None:
+    shape, _ = SHAPES[name]
+    x, y, z = half_extents_of(shape)
+    for direction in np.random.default_rng(0).normal(size=(50, 3)):
+        direction /= np.linalg.norm(direction)
+        assert support(shape, direction) <= np.abs(direction) @ (x, y, z) + 1e-9
+    level = np.array([math.cos(0.3), math.sin(0.3), 0.0])
+    assert support(shape, level) <= reach_of(shape) * 1.01
+
+
+def test_a_hull_of_a_mesh_stands_about_the_middle_of_its_box() -> None:
+    hull = hull_from_mesh(DUCK, 0.04)
+    assert isinstance(hull, Hull)
+    points = np.array(hull.points)
+    assert np.allclose(points.min(axis=0), -points.max(axis=0))
