@@ -46,6 +46,13 @@ class BulletRobot:
         states = self._world.getJointStates(self.id, self._arm, physicsClientId=self._client)
         return np.array([state[0] for state in states])
 
+    def link_poses(self) -> dict[str, Pose]:
+        """Of all links, world frame."""
+        states = self._world.getLinkStates(
+            self.id, list(self._links.values()), computeForwardKinematics=1, physicsClientId=self._client
+        )
+        return {name: Pose(state[4], state[5]) for name, state in zip(self._links, states, strict=True)}
+
     def joint_torques(self) -> Array:
         """Of the arm's motors, as last applied [N m]."""
         states = self._world.getJointStates(self.id, self._arm, physicsClientId=self._client)

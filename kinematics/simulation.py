@@ -140,6 +140,10 @@ class Workcell:
         """Of the arm [rad]."""
         return self._robot.joint_positions()
 
+    def link_poses(self) -> dict[str, Pose]:
+        """Of all links of the robot, world frame."""
+        return self._robot.link_poses()
+
     def joint_torques(self) -> Array:
         """Of the arm's motors, as last applied [N m]."""
         return self._robot.joint_torques()

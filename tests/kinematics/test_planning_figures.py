@@ -1,4 +1,4 @@
-"""The figures of inverse kinematics and planning: a few of each here, with `--soak` as many as are claimed."""
+"""The figures of inverse kinematics and planning: a few here, with `--soak` as many as are claimed."""
 
 import resource
 

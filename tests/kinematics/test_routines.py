@@ -1,6 +1,7 @@
 """Skills beyond pick and place: pushing, lifting, opening, stopping; and what cannot be done is named."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -114,3 +115,17 @@ def test_frames_come_in_the_size_that_was_asked_for(cell: Workcell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     for width, height in ((64, 64), (200, 120)):
         assert cell.render(width, height).shape == (height, width, 3)
+
+
+def test_a_recording_in_three_dimensions_is_written(cell: Workcell, tmp_path: Path) -> None:
+    pytest.importorskip("rerun")
+    from kinematics.recording import Recording
+
+    cell.reset([cube("a", 0.5, 0.0), Body("can", Cylinder(0.03, 0.06), (0.4, 0.1, 0.03))], 0)
+    seen: list[float] = []
+    cell.on_frame = lambda: seen.append(cell.time)
+    path = tmp_path / "cell.rrd"
+    with Recording(cell, path):
+        assert move_above(cell, "a", 0).achieved
+    cell.on_frame = None
+    assert seen and path.stat().st_size > 100_000  # the meshes of the arm are in it
