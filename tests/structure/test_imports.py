@@ -29,7 +29,7 @@ HOMES = {
     "safetensors": ["ntp_dsl.core"],
     "lark": ["ntp_dsl.language.parser"],
     "pygments": ["ntp_dsl.language.highlighting"],
-    "rerun": ["ntp_dsl.traces.rerun_file"],
+    "rerun": ["ntp_dsl.traces.rerun_file", "kinematics.recording"],
     "typer": ["ntp_dsl.cli"],
     "rich": ["ntp_dsl.cli"],
     "pybullet": ["kinematics"],
