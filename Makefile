@@ -9,7 +9,8 @@ NEEDED := Python 3.11 is needed and was not found: install it, or say where it i
 RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo score test lint check-tests install soak soak-experts soak-fuzz soak-grasp soak-one-shot soak-plan clean
+.PHONY: demo score test lint check-tests install soak soak-diff soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot \
+	soak-plan clean
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -30,7 +31,7 @@ score: install
 	@$(BIN)/python tests/corpus/score.py
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
-soak: soak-experts soak-one-shot soak-diff soak-fuzz soak-grasp soak-plan
+soak: soak-experts soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan
 
 soak-one-shot: install
 	$(BIN)/pytest -n 2 -q --soak tests/evaluation
@@ -49,6 +50,9 @@ soak-plan: install
 
 soak-diff: install
 	$(BIN)/pytest -n 2 -q --soak tests/traces/test_divergence.py
+
+soak-kill: install
+	$(BIN)/pytest -n 2 -q --soak tests/traces/test_kill.py
 
 # The stamp holds what was installed by, so that nothing is installed twice.
 install: $(BIN)/python

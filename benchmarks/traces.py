@@ -1,0 +1,141 @@
+"""What writing a trace costs an episode, and what reading and comparing long ones takes.
+
+python benchmarks/traces.py recording --episodes 20
+python benchmarks/traces.py reading --calls 10000
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl import evaluation
+from ntp_dsl.cli.models import model_for
+from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.resources import examples_folder
+from ntp_dsl.traces import ROOT, TraceWriter, parse_trace
+from ntp_dsl.traces.divergence import compare
+from ntp_dsl.world import Observation, Thing
+
+LIBRARY = examples_folder() / "block_stacking"
+WRITES = ("header", "state", "call", "returned", "frame", "picture", "end")
+
+
+def recording(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Processor time of writing, the demonstration's file included, over that of the rest of the episode.
+
+    To show the demonstration is no part of the episode. Both times are of one run: between two runs the
+    machine varies by more than a trace costs.
+    """
+    spent = 0.0
+
+    def timed(write: Callable[..., Any]) -> Callable[..., Any]:
+        def measured(*given: Any, **facts: Any) -> Any:
+            nonlocal spent
+            begun = process_time()
+            try:
+                return write(*given, **facts)
+            finally:
+                spent += process_time() - begun
+
+        return measured
+
+    for name in WRITES:
+        setattr(TraceWriter, name, timed(getattr(TraceWriter, name)))
+    evaluation.write_demonstration = timed(evaluation.write_demonstration)
+    model = model_for(LIBRARY, "block_stacking", None)
+    shares, sizes = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        plan = Plan(LIBRARY, "block_stacking", model, arguments.world, traces=Path(folder))
+        evaluator = Evaluator(plan)
+        evaluator.episode(0)  # what is loaded but once does not count
+        for number in range(1, arguments.episodes + 1):
+            instance = evaluator.instance(number)
+            shown, _ = evaluator.demonstration(instance, number)
+            spent, begun = 0.0, process_time()
+            evaluator.episode(number, shown)
+            shares.append(spent / (process_time() - begun - spent))
+        sizes = [path.stat().st_size for path in Path(folder).glob("*.jsonl")]
+    return {
+        "world": arguments.world,
+        "episodes": arguments.episodes,
+        "share_of_an_episode": spread(shares),
+        "bytes_of_a_trace": spread([float(size) for size in sizes]),
+    }
+
+
+def reading(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Processor seconds to read a trace of so many calls, and to compare two that part here and there."""
+    texts = [written(arguments.calls, seed) for seed in (0, 1)]
+    begun = process_time()
+    a, b = (parse_trace(text, Path("a")) for text in texts)
+    read = process_time() - begun
+    begun = process_time()
+    found = compare(a, b)
+    return {
+        "calls": len(a.calls),
+        "read_s_for_both": round(read, 3),
+        "compare_s": round(process_time() - begun, 3),
+        "divergences": len(found.divergences),
+        "bytes": [len(text) for text in texts],
+    }
+
+
+def written(calls: int, seed: int) -> bytes:
+    """Programs of four primitives each; one in a hundred primitives is drawn by the seed."""
+    rng = np.random.default_rng(seed)
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    things = tuple(Thing(f"block_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
+    writer.header(things=[{"name": t.name, "type": t.type, "size": t.size} for t in things])
+    root = writer.call(ROOT, "program", "build", (), (0, 900), 0, writer.state(seen(things, 0)), {})
+    for part in range(calls // 5):
+        state = writer.state(seen(things, part))
+        thing = things[part % 8].name
+        number = writer.call(root, "program", "part", (thing,), (part, part + 9), 0, state, {})
+        for place in range(4):
+            name = f"step_{place if rng.random() > 0.01 else rng.integers(9)}"
+            api = writer.call(number, "api", name, (thing,), None, 0, state, {"seconds": 0.001})
+            writer.returned(api, "achieved", 0, planning=0.01, moving=0.1)
+        writer.returned(number, "done", 0, state=state)
+    writer.returned(root, "done", 0)
+    return stream.getvalue().encode()
+
+
+def seen(things: tuple[Thing, ...], step: int) -> Observation:
+    positions = {thing.name: (0.1 * n, 0.001 * step, 0.025) for n, thing in enumerate(things)}
+    return Observation(things, positions, (0.4, 0.0, 0.4), False)
+
+
+def spread(values: list[float]) -> dict[str, float]:
+    return {
+        "median": round(float(np.median(values)), 5),
+        "p95": round(float(np.quantile(values, 0.95)), 5),
+        "max": round(max(values), 5),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    commands = parser.add_subparsers(required=True)
+    of_recording = commands.add_parser("recording")
+    of_recording.add_argument("--episodes", type=int, default=20)
+    of_recording.add_argument("--world", default="bullet")
+    of_recording.set_defaults(run=recording)
+    of_reading = commands.add_parser("reading")
+    of_reading.add_argument("--calls", type=int, default=10_000)
+    of_reading.set_defaults(run=reading)
+    arguments = parser.parse_args()
+    print(json.dumps(arguments.run(arguments), indent=1))
+
+
+if __name__ == "__main__":
+    main()

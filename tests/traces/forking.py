@@ -1,0 +1,33 @@
+"""Runs commands in forks of a process that has everything loaded, so that they can be killed by the hundred.
+
+Reads commands on standard input, one a line; answers each with the process's number, then with its status.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+
+import ntp_dsl.core.policy
+import ntp_dsl.dataset
+import ntp_dsl.evaluation
+import ntp_dsl.worlds.bullet  # noqa: F401
+from ntp_dsl.cli.app import run
+
+
+def main() -> None:
+    for line in sys.stdin:
+        child = os.fork()
+        if child == 0:
+            silent = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(silent, 1)
+            os.dup2(silent, 2)
+            os._exit(run(shlex.split(line)))
+        print(child, flush=True)
+        _, status = os.waitpid(child, 0)
+        print(os.waitstatus_to_exitcode(status), flush=True)
+
+
+if __name__ == "__main__":
+    main()

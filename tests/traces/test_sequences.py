@@ -1,0 +1,49 @@
+"""What two sequences have in common is in both, in order, and the longest there is while little differs."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ntp_dsl.traces.sequences import EDITS, common
+
+SHORT = st.lists(st.integers(0, 4), max_size=24)
+
+
+def longest(xs: list[int], ys: list[int]) -> int:
+    @cache
+    def below(i: int, j: int) -> int:
+        if i == len(xs) or j == len(ys):
+            return 0
+        if xs[i] == ys[j]:
+            return 1 + below(i + 1, j + 1)
+        return max(below(i + 1, j), below(i, j + 1))
+
+    return below(0, 0)
+
+
+def check(xs: list[int], ys: list[int]) -> None:
+    pairs = common(xs, ys)
+    assert all(xs[i] == ys[j] for i, j in pairs)
+    assert all(a < c and b < d for (a, b), (c, d) in zip(pairs, pairs[1:], strict=False))
+
+
+@given(SHORT, SHORT)
+def test_it_is_a_longest_one(xs: list[int], ys: list[int]) -> None:
+    check(xs, ys)
+    assert len(common(xs, ys)) == longest(xs, ys)
+
+
+@pytest.mark.parametrize("every", [2, 3, 50])
+def test_beyond_many_edits_it_is_still_found_stretch_by_stretch(every: int) -> None:
+    xs = list(range(20 * EDITS))
+    ys = [-x if x % every == 0 else x for x in xs]
+    check(xs, ys)
+    assert len(common(xs, ys)) >= 0.9 * (len(xs) - len(xs) / every)
+
+
+def test_sequences_with_nothing_in_common_have_nothing_in_common() -> None:
+    assert common(list(range(2000)), list(range(-3000, -1))) == []
