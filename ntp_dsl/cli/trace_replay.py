@@ -17,8 +17,8 @@ from ntp_dsl.cli.trace_diff import DIFFERENT, SAME, document, report
 from ntp_dsl.experts import Expert
 from ntp_dsl.files import written_whole
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.loader import load
 from ntp_dsl.policy import Policy
+from ntp_dsl.python_code import load_with_python
 from ntp_dsl.registry import Registry
 from ntp_dsl.replay import Replay
 from ntp_dsl.scripted import DemonstratedCall, ScriptedPolicy
@@ -80,7 +80,7 @@ def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
         if field not in trace.header:
             raise NtpError(f"{file}: the trace does not say of which {field} it is; it cannot be replayed")
     try:
-        registry = load(library or registry_path(trace))
+        registry = load_with_python(library or registry_path(trace))
     except NtpError as error:
         hint = "" if library else "; say where the library is with --library"
         raise NtpError(f"{error}{hint}") from error

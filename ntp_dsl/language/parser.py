@@ -9,43 +9,23 @@ from typing import cast
 
 from lark import Lark, Token
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
-from lark.indenter import DedentError, Indenter
+from lark.indenter import DedentError
 from lark.lexer import PatternStr
 from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
-from ntp_dsl.language import build, pieces, wording
+from ntp_dsl.language import build, parser_tables, pieces, wording
 from ntp_dsl.language.build_terms import Word
 from ntp_dsl.language.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.drafts import Draft, draft
 from ntp_dsl.language.pieces import KEYWORDS, Piece
 from ntp_dsl.language.recovery import Parsed, recover
 from ntp_dsl.language.syntax import NOWHERE, Library, Span
-from ntp_dsl.resources import grammar_folder
-
-
-class _Layout(Indenter):
-    """Indentation as in Python; lines inside brackets are joined."""
-
-    NL_type = "_NEWLINE"
-    OPEN_PAREN_types = ["LPAR", "LSQB"]
-    CLOSE_PAREN_types = ["RPAR", "RSQB"]
-    INDENT_type = "_INDENT"
-    DEDENT_type = "_DEDENT"
-    tab_len = 8
 
 
 @cache
 def _lark() -> Lark:
-    grammar = (grammar_folder() / "ntp.lark").read_text(encoding="utf-8")
-    return Lark(
-        grammar,
-        parser="lalr",
-        postlex=_Layout(),
-        propagate_positions=True,
-        maybe_placeholders=True,
-        start=list(KEYWORDS),
-    )
+    return parser_tables.parser()
 
 
 @cache

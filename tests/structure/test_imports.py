@@ -27,7 +27,7 @@ LAYERS = (
 HOMES = {
     "torch": ["ntp_dsl.core"],
     "safetensors": ["ntp_dsl.core"],
-    "lark": ["ntp_dsl.language.parser"],
+    "lark": ["ntp_dsl.language.parser", "ntp_dsl.language.parser_tables"],
     "pygments": ["ntp_dsl.language.highlighting"],
     "rerun": ["ntp_dsl.traces.rerun_file", "kinematics.recording"],
     "typer": ["ntp_dsl.cli"],

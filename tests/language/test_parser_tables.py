@@ -1,0 +1,23 @@
+"""The parser's tables are those of the grammar."""
+
+from __future__ import annotations
+
+import json
+
+from ntp_dsl.language import parser_tables
+from ntp_dsl.language.pieces import cut
+from ntp_dsl.resources import examples_folder, library_folder
+
+
+def test_the_tables_are_of_the_grammar_as_it_is() -> None:
+    document = json.loads(parser_tables.tables_path().read_text())
+    again = "python -m ntp_dsl.language.parser_tables"
+    assert document["fingerprint"] == parser_tables.fingerprint(), f"the grammar has changed: {again}"
+
+
+def test_what_is_read_by_the_tables_is_what_the_grammar_reads() -> None:
+    quick, slow = parser_tables.parser(), parser_tables.built()
+    for path in [*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")]:
+        for piece in cut(path.read_text(), path):
+            trees = [each.parse(piece.text, start=piece.keyword) for each in (quick, slow)]
+            assert trees[0] == trees[1]
