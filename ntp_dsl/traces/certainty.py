@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from operator import eq
 from typing import Any
 
-from ntp_dsl.traces.comparing import OVERLAP, Kind, Rules, overlap
+from ntp_dsl.traces.comparing import OVERLAP, Kind, overlap
 from ntp_dsl.traces.schema import Call
+from ntp_dsl.world import Argument
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ UNKNOWN = Certainty()
 
 
 def certainty(
-    kind: Kind, decision: Mapping[str, Any], x: Call | None, y: Call | None, rules: Rules
+    kind: Kind, decision: Mapping[str, Any], x: Call | None, y: Call | None
 ) -> Certainty:
     """`decision` is the one that led to y, or to a return where y is None; x is what was right."""
     try:
@@ -37,7 +40,7 @@ def certainty(
         if kind is Kind.PROGRAM:
             return _ranked(decision["top"], lambda name: name == x.name, lambda name: name == y.name)
         if kind is Kind.ARGUMENT:
-            return _argument(decision["pointers"], x, y)
+            return _argument(decision, x, y)
         if kind is Kind.SCOPE:
             right, chosen = x.scope, y.scope
             return _ranked(
@@ -56,17 +59,28 @@ def _end(probability: float, returned: bool) -> Certainty:
     return Certainty(round(chosen, 4), round(right, 4), 1 if right > chosen else 2)
 
 
-def _argument(pointers: Any, x: Call, y: Call) -> Certainty:
-    """Of the first object that differs."""
-    right = [a for a in x.arguments if isinstance(a, str)]
-    chosen = [a for a in y.arguments if isinstance(a, str)]
-    pairs = enumerate(zip(right, chosen, strict=True))
-    place = next((place for place, (a, b) in pairs if a != b), -1)
-    if place < 0:
-        return UNKNOWN  # a number differs
-    return _ranked(
-        pointers[place], lambda name: name == right[place], lambda name: name == chosen[place]
-    )
+def _argument(decision: Mapping[str, Any], x: Call, y: Call) -> Certainty:
+    """Of the first argument that differs: an object, a member or a number."""
+    right, chosen = (_without_lists(call) for call in (x, y))
+    rankings = _rankings(decision, chosen)
+    for wanted, made, ranking in zip(right, chosen, rankings, strict=True):
+        if wanted != made:
+            return _ranked(ranking, partial(eq, wanted), partial(eq, made))
+    return UNKNOWN
+
+
+def _without_lists(call: Call) -> list[Argument]:
+    return [argument for argument in call.arguments if not isinstance(argument, tuple)]
+
+
+def _rankings(decision: Mapping[str, Any], chosen: list[Argument]) -> list[Any]:
+    """For each argument its own: objects and values are ranked apart, each in the arguments' order."""
+    waiting = [list(decision.get("pointers", ())), list(decision.get("values", ()))]
+    found = []
+    for argument in chosen:
+        kind = next((kind for kind in waiting if kind and kind[0][0][0] == argument), None)
+        found.append(kind.pop(0) if kind else [])
+    return found
 
 
 def _ranked(ranking: Any, is_right: Any, is_chosen: Any) -> Certainty:

@@ -103,7 +103,7 @@ class _Finder:
             y.id if y else None,
             self._blame(kind, x, y, apart),
             str((x.decision if x else self._returned(self.a, level.caller_a)).get("source", "")),
-            certainty(kind, decision, x, y, self.rules),
+            certainty(kind, decision, x, y),
             apart,
         )
 

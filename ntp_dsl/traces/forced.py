@@ -40,7 +40,7 @@ def disagreements(a: Trace, b: Trace, rules: Rules) -> list[Divergence]:
             continue
         kind = _kind(None if returns else call, answer, rules)
         if kind is not None:
-            found.append(_divergence(kind, call, returns, answer, decision, rules))
+            found.append(_divergence(kind, call, returns, answer, decision))
     return found
 
 
@@ -74,18 +74,13 @@ def _kind(right: Call | None, answer: Call, rules: Rules) -> Kind | None:
 
 
 def _divergence(
-    kind: Kind,
-    call: Call,
-    returns: bool,
-    answer: Call,
-    decision: Mapping[str, Any],
-    rules: Rules,
+    kind: Kind, call: Call, returns: bool, answer: Call, decision: Mapping[str, Any]
 ) -> Divergence:
     number = None if returns else call.id
     caller = call.id if returns else call.parent
     right, given = (None if returns else call), (answer if answer.name else None)
     source = str((call.ending if returns else call.decision).get("source", ""))
-    sure = certainty(kind, decision, right, given, rules)
+    sure = certainty(kind, decision, right, given)
     return Divergence(
         kind, caller, caller, number, number, blame.DECISION, source, sure, None, answer
     )

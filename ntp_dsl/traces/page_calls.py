@@ -53,9 +53,10 @@ def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
     """What the decision might have been instead: callees, objects, scopes, and the caller's end."""
     decision = call.decision
     yield from _ranking("callee", decision.get("top"))
-    pointers = decision.get("pointers")
-    for place, ranking in enumerate(pointers if isinstance(pointers, list) else (), 1):
-        yield from _ranking(f"object {place}", ranking)
+    for title, field in (("object", "pointers"), ("value", "values")):
+        rankings = decision.get(field)
+        for place, ranking in enumerate(rankings if isinstance(rankings, list) else (), 1):
+            yield from _ranking(f"{title} {place}", ranking)
     yield from _ranking("scope", decision.get("scopes"))
     if (end := number(decision.get("end_probability"))) is not None:
         yield "or to return", [("end of the caller", end)]

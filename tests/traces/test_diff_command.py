@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.traces import ROOT, TraceWriter
+from ntp_dsl.traces import ROOT, Call, TraceWriter
+from ntp_dsl.traces.certainty import certainty
+from ntp_dsl.traces.comparing import Kind
 from ntp_dsl.world import Observation, Thing
 
 THINGS = tuple(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
@@ -103,6 +105,21 @@ def test_another_object_is_told_with_where_the_right_one_stood(
     found = first(capsys, right, other)
     assert (found["kind"], found["right_rank"], found["right_probability"]) == ("argument", 2, 0.3)
     assert found["margin"] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    "right, made, rank, chosen",
+    [(("a", "left", 0.1), ("a", "right", 0.1), 2, 0.8), (("a", "left", 0.1), ("b", "left", 0.1), 3, 0.6)],
+)
+def test_a_member_is_ranked_among_members_and_an_object_among_objects(
+    right: tuple[str | float, ...], made: tuple[str | float, ...], rank: int, chosen: float
+) -> None:
+    thing = made[0]
+    others = [["left", 0.2], ["right", 0.8]][:: 1 if made[1] == "left" else -1]
+    decision = {"pointers": [[[thing, 0.6], ["c", 0.3], ["a", 0.1]]], "values": [others, [[0.1, 1.0]]]}
+    x, y = (Call(0, ROOT, "api", "push", given, None, 0, 0) for given in (right, made))
+    found = certainty(Kind.ARGUMENT, decision, x, y)
+    assert (found.rank, found.chosen) == (rank, chosen)
 
 
 def test_an_end_too_early_is_told_by_the_probability_of_the_end(
