@@ -1,17 +1,65 @@
 """Shapes that are often wanted: meshes from files, prisms, bowls, forks, bins and trays."""
 
 import math
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from kinematics.geometry import Vector
+from kinematics import urdf
+from kinematics.geometry import Vector, pose_of
 from kinematics.models import mesh_points
-from kinematics.shapes import Box, Cavity, Compound, Cylinder, Hull, Piece
+from kinematics.reasons import UnusableShape
+from kinematics.shapes import (
+    Box,
+    Cavity,
+    Compound,
+    Convex,
+    Cylinder,
+    Hull,
+    Piece,
+    Sphere,
+    half_extents_of,
+)
 
 
 def hull_from_mesh(path: Path, scale: float = 1.0) -> Hull:
     """The convex hull of a mesh file (obj, stl, dae …), about the middle of its bounding box."""
     points = mesh_points(path) * scale
     points = points - (points.min(axis=0) + points.max(axis=0)) / 2
+    return Hull(tuple((x, y, z) for x, y, z in points.tolist()))
+
+
+def hull_of_size(path: Path, size: Vector) -> Hull:
+    """The convex hull of a mesh file, stretched to a length, width and height [m]."""
+    hull = hull_from_mesh(path)
+    scale = [full / 2 / half for full, half in zip(size, half_extents_of(hull), strict=True)]
+    return Hull(tuple((x * scale[0], y * scale[1], z * scale[2]) for x, y, z in hull.points))
+
+
+def compound_from_urdf(path: Path) -> Compound:
+    """The collision geometry of a URDF of one link, about the link's origin."""
+    description = urdf.read(path)
+    pieces = []
+    for collision in description.root.iterfind("link/collision"):
+        at = pose_of(urdf.origin_of(collision))
+        pieces.append(Piece(_urdf_shape(collision, path), at.position, at.quaternion_xyzw))
+    if not pieces or description.joints:
+        raise UnusableShape(f"{path}: expected one link with collision geometry and no joints")
+    return Compound(tuple(pieces))
+
+
+def _urdf_shape(collision: ElementTree.Element, path: Path) -> Convex:
+    (geometry,) = collision.iterfind("geometry/*")
+    if geometry.tag == "box":
+        x, y, z = (float(word) / 2 for word in geometry.get("size", "").split())
+        return Box((x, y, z))
+    if geometry.tag == "cylinder":
+        return Cylinder(float(geometry.get("radius", "0")), float(geometry.get("length", "0")))
+    if geometry.tag == "sphere":
+        return Sphere(float(geometry.get("radius", "0")))
+    if geometry.tag != "mesh":
+        raise UnusableShape(f"{path}: no shape is called <{geometry.tag}>")
+    scale = [float(word) for word in geometry.get("scale", "1 1 1").split()]
+    points = mesh_points(Path(geometry.get("filename", ""))) * scale
     return Hull(tuple((x, y, z) for x, y, z in points.tolist()))
 
 

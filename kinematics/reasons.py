@@ -10,6 +10,7 @@ KinematicsError                a motion cannot be done; has `.reason` and `.evid
 +-- NoPlaceFound               the table has no free spot of that size
 
 NoDisplay                      a window was asked for where none can be shown
+UnusableShape                  a file that no shape can be made of
 UnusableRobot                  a URDF or its TOML that no arm can be made of: says what, and where
 """
 
@@ -50,6 +51,10 @@ class KinematicsError(Exception):
         super().__init__(message)
         self.reason = reason
         self.evidence = evidence
+
+
+class UnusableShape(ValueError):
+    """A file that no shape can be made of."""
 
 
 class UnusableRobot(ValueError):

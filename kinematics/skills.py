@@ -36,10 +36,12 @@ from kinematics.reasons import (
     UnsuitableHand,
 )
 from kinematics.robot import Region, Robot
-from kinematics.shapes import Box, height_above
+from kinematics.shapes import Box, half_extents_of, height_above
 from kinematics.simulation import Workcell
 
 PLACES = 12  # of the table that are tried
+ROOMY = 0.06  # half of what has room for several things and never moves [m]
+EDGE = 0.03  # between the middle of a thing and the edge of what it is put on [m]
 _TOOL_SIZE = Box((0.01, 0.01, 0.01))  # of an empty hand that looks for a place [m]
 
 
@@ -219,14 +221,17 @@ def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Appr
         raise Obstructed(Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt)
     x, y, _ = pose.position
     yaw = yaw_of(rotation_from_quaternion(pose.quaternion_xyzw))
+    if attempt.cell.bodies[target].is_fixed and min(half_extents_of(shape)[:2]) > ROOMY:
+        places = _places_on(attempt, look, target)
+        return _approaches_over_places(attempt, look, places, height_above(shape, pose))
     place = (x, y, height_above(shape, pose))
     return placement_approaches(arm, look, held_shape, place, [yaw], attempt.seed)
 
 
 def _approaches_over_places(
-    attempt: Attempt, look: Look, places: list[tuple[float, float]]
+    attempt: Attempt, look: Look, places: list[tuple[float, float]], height: float = 0.0
 ) -> Iterator[Approach]:
-    """To the first places that the held body, or the empty hand, can be put down to."""
+    """To the first places that the held body, or the empty hand, can be put down to, at a height [m]."""
     arm, seed = attempt.arm, attempt.seed
     for x, y in places[:PLACES]:
         if look.held is None:
@@ -235,8 +240,22 @@ def _approaches_over_places(
                 yield Approach(q, q[None], look.opening)
         else:
             yaws, shape = [yaw_of(look.tool[:3, :3]), 0.0], attempt.shape(look.held)
-            found = placement_approaches(arm, look, shape, (x, y, 0.0), yaws, seed)
+            found = placement_approaches(arm, look, shape, (x, y, height), yaws, seed)
             yield from (approach for approach in found if approach.is_free)
+
+
+def _places_on(attempt: Attempt, look: Look, target: str) -> list[tuple[float, float]]:
+    """Of a tray or shelf: the free ones, clearest first."""
+    x, y, _ = look.poses[target].position
+    length, width, _ = half_extents_of(attempt.shape(target))
+    spare = [max(0.0, half - EDGE) for half in (length, width)]
+    region = ((x - spare[0], x + spare[0]), (y - spare[1], y + spare[1]))
+    shapes = {name: attempt.shape(name) for name in look.poses}
+    others = {name: pose for name, pose in look.poses.items() if name != target}
+    places = free_places(others, shapes, str(look.held), region)
+    if not places:
+        raise NoPlaceFound(Reason.NO_FREE_PLACE, f"'{target}' has no free place of that size")
+    return places
 
 
 def _free_places(attempt: Attempt, look: Look, region: Region) -> list[tuple[float, float]]:

@@ -1,6 +1,6 @@
 """The planned world: PyBullet with a real arm; every primitive is a planned motion and a friction grasp.
 
-The one module that knows `kinematics`.
+This and `bullet_bodies` are the modules that know `kinematics`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import skills
-from kinematics.bodies import Body
 from kinematics.geometry import Pose
 from kinematics.reasons import Reason
-from kinematics.shapes import Box
 from kinematics.simulation import Workcell
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import (
+    TOO_WIDE,
     UNDISTURBED,
     Argument,
     Disturbances,
@@ -30,27 +29,14 @@ from ntp_dsl.world import (
     Observation,
     Outcome,
     Scene,
-    Thing,
     Vector,
 )
-from ntp_dsl.worlds.scenes import movable
+from ntp_dsl.worlds.bullet_bodies import body_of
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved a thing [m]
 LIKE_FAILURES = 3  # after so many in a row a thing is unreachable until it moves
-COLOURS = (
-    (0.86, 0.24, 0.22),
-    (0.20, 0.48, 0.78),
-    (0.96, 0.76, 0.20),
-    (0.30, 0.66, 0.36),
-    (0.58, 0.38, 0.72),
-    (0.95, 0.53, 0.20),
-    (0.35, 0.75, 0.78),
-    (0.90, 0.58, 0.72),
-    (0.55, 0.43, 0.32),
-    (0.62, 0.65, 0.68),
-)
 
 FAILURES: Mapping[Reason, Failure] = {
     Reason.UNKNOWN_BODY: Failure.MISSING_OBJECT,
@@ -95,8 +81,8 @@ class BulletWorld:
         if scene.held is not None:
             raise NtpError("the bullet world cannot start with a thing in the hand")
         self._cell.on_frame = None
-        items = movable(scene.things)
-        self._cell.reset([_body(item, n, scene) for n, item in enumerate(items)], seed)
+        items = [thing for thing in scene.things if thing.size[0] <= TOO_WIDE]
+        self._cell.reset([body_of(item, n, scene) for n, item in enumerate(items)], seed)
         self._cell.on_frame = self._emit
         self._things = scene.things
         self._furniture = furniture_positions(scene.things)
@@ -236,18 +222,6 @@ class BulletWorld:
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
-
-
-def _body(thing: Thing, number: int, scene: Scene) -> Body:
-    half = (thing.size[0] / 2, thing.size[1] / 2, thing.size[2] / 2)
-    yaw = scene.yaws.get(thing.name, 0.0)
-    return Body(
-        thing.name,
-        Box(half),
-        scene.positions[thing.name],
-        (0.0, 0.0, sin(yaw / 2), cos(yaw / 2)),
-        colour=(*COLOURS[number % len(COLOURS)], 1.0),
-    )
 
 
 def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outcome:

@@ -1,14 +1,15 @@
 """Things of many shapes are picked up, put down, stacked and dropped into what has a hollow."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinematics.bodies import Body
-from kinematics.catalogue import bowl, fork, hull_from_mesh, prism, tub
+from kinematics.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
 from kinematics.containers import is_inside
-from kinematics.reasons import Reason
+from kinematics.reasons import Reason, UnusableShape
 from kinematics.routines import drop_into, pick, place, put_down
 from kinematics.shapes import (
     Box,
@@ -23,7 +24,7 @@ from kinematics.shapes import (
 from kinematics.simulation import Workcell
 from kinematics.urdf import located
 
-DUCK = located("package://pybullet_data/duck_vhacd.obj", __import__("pathlib").Path())
+DUCK = located("package://pybullet_data/duck_vhacd.obj", Path())
 SHAPES: dict[str, tuple[Shape, float]] = {
     "cube": (Box((0.015, 0.015, 0.015)), 0.05),
     "tall box": (Box((0.02, 0.03, 0.07)), 0.2),
@@ -121,3 +122,14 @@ def test_a_hull_of_a_mesh_stands_about_the_middle_of_its_box() -> None:
     assert isinstance(hull, Hull)
     points = np.array(hull.points)
     assert np.allclose(points.min(axis=0), -points.max(axis=0))
+
+
+def test_a_urdf_of_one_link_is_a_shape_and_any_other_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "mug.urdf"
+    parts = '<collision><origin xyz="0 0 0.01"/><geometry><box size="0.04 0.03 0.02"/></geometry></collision>'
+    path.write_text(f'<robot name="mug"><link name="mug">{parts}</link></robot>')
+    shape = compound_from_urdf(path)
+    assert half_extents_of(shape) == pytest.approx((0.02, 0.015, 0.02))
+    path.write_text('<robot name="mug"><link name="mug"/></robot>')
+    with pytest.raises(UnusableShape, match="expected one link with collision geometry"):
+        compound_from_urdf(path)

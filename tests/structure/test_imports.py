@@ -39,7 +39,12 @@ HOMES = {
     "pinocchio": ["kinematics"],
     "ompl": ["kinematics"],
     "coal": ["kinematics"],
-    "kinematics": ["kinematics", "ntp_dsl.worlds.bullet", "ntp_dsl.cli.bench"],
+    "kinematics": [
+        "kinematics",
+        "ntp_dsl.worlds.bullet",
+        "ntp_dsl.worlds.bullet_bodies",
+        "ntp_dsl.cli.bench",
+    ],
     "pink": ["kinematics.bench"],
     "pybullet_planning": ["kinematics.bench"],
 }
