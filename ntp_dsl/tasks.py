@@ -50,9 +50,11 @@ class Instance:
         """Everything apart from everything else, where the task lets it start."""
         return scattered(self.things, rng, self.starts)
 
-    def scrambled(self, rng: np.random.Generator, in_hand: bool = True) -> Scene:
+    def scrambled(
+        self, rng: np.random.Generator, in_hand: bool = True, centred: bool = False
+    ) -> Scene:
         """Partial and wrong towers, buried things, now and then a thing in hand."""
-        return scrambled(self.things, rng, in_hand, self.starts)
+        return scrambled(self.things, rng, in_hand, self.starts, centred)
 
 
 def enough_primitives(instance: Instance) -> int:

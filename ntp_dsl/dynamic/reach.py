@@ -59,6 +59,7 @@ class Reach:
             registry,
             apis={name: row for name, row in registry.apis.items() if name not in self._blocked},
             programs=programs,
+            predicates={n: row for n, row in registry.predicates.items() if n not in self._unknown},
             tasks={
                 name: task for name, task in registry.tasks.items() if self._can_run(task, programs)
             },

@@ -25,7 +25,7 @@ def scattered(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def scrambled(instance: Instance, rng: np.random.Generator) -> Scene:
     """Partial and wrong towers, and now and then something in the hand."""
-    return instance.scrambled(rng)
+    return instance.scrambled(rng, centred=True)
 
 
 def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
@@ -55,7 +55,7 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
-    scene = instance.scrambled(rng, in_hand=False)
+    scene = instance.scrambled(rng, in_hand=False, centred=True)
     solid = [thing.name for thing in movable(scene.things) if thing.cavity is None]
     order = rng.permutation(solid or [thing.name for thing in movable(scene.things)])
     missing = str(max(order, key=lambda name: scene.positions[name][2]))

@@ -193,8 +193,13 @@ def scrambled(
     rng: np.random.Generator,
     in_hand: bool = True,
     starts: Mapping[str, Start] | None = None,
+    centred: bool = False,
 ) -> Scene:
-    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere."""
+    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere.
+
+    Args:
+        centred: towers stand straight, as an arm that is not disturbed leaves them.
+    """
     scene = scattered(things, rng, starts)
     into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
     names = [thing.name for thing in movable(things)]
@@ -204,7 +209,7 @@ def scrambled(
     for name in bases:
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
-            place = _stacked(item, below, positions, rng)
+            place = _stacked(item, below, positions, rng, centred)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
             elif below.cavity is not None and item.cavity is None:
@@ -235,7 +240,11 @@ def _moved(place: Vector, by: Vector, times: float = 1) -> Vector:
 
 
 def _stacked(
-    item: Thing, below: Thing, positions: Mapping[str, Vector], rng: np.random.Generator
+    item: Thing,
+    below: Thing,
+    positions: Mapping[str, Vector],
+    rng: np.random.Generator,
+    centred: bool,
 ) -> Vector:
     """On top; centred, or as far off as just carries: where decisions are closest."""
     if below.cavity is not None and item.cavity is None:
@@ -243,7 +252,8 @@ def _stacked(
         x, y, z = positions[below.name]
         return (x + dx, y + dy, z - below.size[2] / 2 + below.cavity.floor + item.size[2] / 2)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
-    dx, dy = rng.normal(0, 0.001, 2) if rng.random() < 0.6 else rng.uniform(-reach, reach, 2)
+    straight = rng.random() < 0.6 or (centred and not below.roomy)
+    dx, dy = rng.normal(0, 0.001, 2) if straight else rng.uniform(-reach, reach, 2)
     x, y, z = positions[below.name]
     nested = NESTED if item.shape == below.shape == "bowl" else 0.0
     return (x + float(dx), y + float(dy), z + (below.size[2] + item.size[2]) / 2 - nested)

@@ -145,6 +145,29 @@ def test_the_standard_library_is_honest() -> None:
     assert [str(each) for each in found(path)] == []
 
 
+DRAWER = """
+type Drawer is Place
+predicate opened(d: Drawer)
+predicate opening(d: Drawer) -> length
+api pull(d: Drawer, distance: length)
+    requires above(gripper, d) and empty(gripper)
+    achieves opened(d)
+
+program open(d: Drawer):
+    requires present(d) and reachable(d)
+    achieves opened(d)
+    put_down()
+    move_to(d)
+    pull(d, 0.25 - opening(d))
+"""
+
+
+def test_what_no_world_can_do_is_said_and_the_rest_is_tried(tmp_path: Path) -> None:
+    goal_too_early = FOUND["E602 a goal that holds before anything is done"][0]
+    path = written(tmp_path, DRAWER + goal_too_early)
+    assert sorted(each.code for each in found(path)) == ["E602", "N602", "N602"]
+
+
 def test_what_is_left_to_python_is_not_executed_unless_asked_for(tmp_path: Path) -> None:
     text = (examples_folder() / "blueprint" / "blueprint.ntp").read_text()
     path = tmp_path / "mine.ntp"
