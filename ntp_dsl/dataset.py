@@ -112,7 +112,8 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
     The manifest comes last, also where the recording is interrupted: what it names is whole.
     """
     plan.out.mkdir(parents=True, exist_ok=True)
-    for old in [plan.out / MANIFEST, *plan.out.glob("episode_*")]:
+    left_over = plan.out.glob(".episode_*.partial")  # by a recording that was killed
+    for old in [plan.out / MANIFEST, *plan.out.glob("episode_*"), *left_over]:
         old.unlink(missing_ok=True)
     rows: list[dict[str, Any]] = []
     try:

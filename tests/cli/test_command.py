@@ -141,7 +141,12 @@ def test_ctrl_c_ends_with_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["check", "--static", "block_stacking"], ["trace", "show", "none.jsonl"]]
+    "words",
+    [
+        ["check", "--static", "block_stacking"],
+        ["trace", "show", "none.jsonl"],
+        ["trace", "diff", "none.jsonl", "none.jsonl"],
+    ],
 )
 def test_light_commands_answer_at_once(words: list[str]) -> None:
     """Processor time, the best of three: what the machine does meanwhile does not count."""

@@ -97,6 +97,7 @@ HEAVY = "torch numpy pyarrow pybullet mujoco pinocchio mink ompl".split()
         "from ntp_dsl.cli.app import run; run(['--help'])",
         "from ntp_dsl.cli.app import run; assert run(['check', '--static', 'block_stacking']) == 0",
         "from ntp_dsl.cli.app import run; assert run(['trace', 'show', 'none.jsonl']) == 2",
+        "from ntp_dsl.cli.app import run; assert run(['trace', 'diff', 'none.jsonl', 'x']) == 2",
     ],
 )
 def test_what_is_light_imports_nothing_heavy(statement: str) -> None:

@@ -21,6 +21,7 @@ from ntp_dsl.traces.found import Comparison
 PARTS = 10  # of the planted pairs, so that they can run side by side
 PAIRS = 1000
 SMALL = 90  # calls: the distance of the judge takes cubic time
+FEW = 6  # trees that it is asked about where they are compared whole
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_the_first_of_planted_differences_is_found_with_its_kind(
     grown: list[Node], part: int, soak: bool
 ) -> None:
     kinds: Counter[str] = Counter()
-    for number in range(part, PAIRS if soak else PAIRS // 20, PARTS):
+    for number in range(part, PAIRS if soak else PAIRS // 50, PARTS):
         rng = np.random.default_rng((number, 7))
         run = grown[int(rng.integers(len(grown)))]
         others = rng.choice(KINDS, int(rng.integers(5)))  # of one to five edits
@@ -88,14 +89,14 @@ def _agrees(run: Node, other: Node, comparison: Comparison, moment: tuple[float,
 
 
 def test_a_trace_does_not_differ_from_itself(grown: list[Node]) -> None:
-    for run in grown:
+    for run in grown[:FEW]:
         comparison = compare(written(run), written(run))
         assert comparison.first is None and cost(comparison) == judged(run, run) == 0
 
 
 def test_no_alignment_is_cheaper_than_the_least_edits(grown: list[Node]) -> None:
     """As an edit distance need not match calls below matched callers only, it is a lower bound."""
-    for a, b in zip(grown, grown[1:], strict=False):
+    for a, b in zip(grown[:FEW], grown[1:], strict=False):
         comparison = compare(written(a), written(b))
         everything = len(list(a.walk())) + len(list(b.walk()))
         assert judged(a, b) <= cost(comparison) < everything
