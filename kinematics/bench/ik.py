@@ -15,7 +15,7 @@ from kinematics.robot import Robot, panda
 
 POSITION = 1e-3  # [m]
 ANGLE = 0.01  # [rad]
-RESTARTS = 20
+RESTARTS = 60  # of ours, which are cheap
 HEIGHTS = (0.02, 0.4)  # of top-down poses [m]
 
 Solve = Callable[[Array, int], Array | None]  # tool transform and seed to joint positions
