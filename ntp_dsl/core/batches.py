@@ -120,11 +120,17 @@ def frames(
     memory: Memory,
     parts: Sequence[tuple[Demonstration, Scope, str]],
     orders: Sequence[Sequence[str]] | None = None,
+    things: int = 0,
 ) -> Frames:
-    """`orders` lists the things of each part as the present state lists them."""
+    """Parts of demonstrations, padded.
+
+    Args:
+        orders: the things of each part as the present state lists them.
+        things: pads to so many at least, as the states are padded that the parts are compared with.
+    """
     shown = [keyframes.within(demonstration, scope) for demonstration, scope, _ in parts]
     length = max(map(len, shown))
-    count = max(len(demonstration.things) for demonstration, _, _ in parts)
+    count = max(things, *(len(demonstration.things) for demonstration, _, _ in parts))
     size = len(parts)
     positions = torch.zeros(size, length, count, 3)
     closed = torch.zeros(size, length)

@@ -85,7 +85,7 @@ class Corpus:
             query = self._samples[index].query
             assert query.scope is not None
             shown.append((query.demonstration, query.scope, query.program))
-        frames = batches.frames(self.memory, shown)
+        frames = batches.frames(self.memory, shown, things=self._states.positions.shape[1])
         noise = torch.from_numpy(rng.normal(0, NOISE, frames.positions.shape).astype(np.float32))
         noise *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
         frames = _replaced(frames, positions=frames.positions + noise)

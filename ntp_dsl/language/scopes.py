@@ -111,7 +111,9 @@ def _clash(
     note = Note("first declared here", first.name_span)
     word = SPACES[type(again)][2]
     alike = replace(again, docstring="") == replace(first, docstring="")
-    fix = _removal(again) if alike else None
+    # What was made up to read on is on no line that could be taken out.
+    holed = key(again) in units[index].draft.holed
+    fix = _removal(again) if alike and not holed else None
     if owner == index:
         message = f"{word} '{again.name}' is declared twice"
         help = "rename or remove one of them"

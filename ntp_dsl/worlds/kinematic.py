@@ -35,6 +35,9 @@ OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
 
 
+Region = tuple[tuple[float, float], tuple[float, float]]
+
+
 class KinematicWorld(RestingThings):
     """Positions only. A held thing follows the tool; a thing let go falls on what is below it."""
 
@@ -60,11 +63,14 @@ class KinematicWorld(RestingThings):
         self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
         self._solid = {t.name: t for t in scene.things if t.size[0] <= TOO_WIDE}  # on the table
         self._region = REGION if len(self._solid) == len(self._items) else WIDE
+        self._bounds = _bounds(self._region, scene)
         self._positions = dict(scene.positions)
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
         self._load: list[str] = []  # what is in the bowl that is held
+        if scene.held is not None:
+            self._load = self._contents(scene.held)
         self._time = 0.0
         self._speed = float(self._rng.uniform(0.2, 0.6))  # of the tool [m/s]
         self.disturbed = set()
@@ -266,6 +272,21 @@ class KinematicWorld(RestingThings):
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
+
+
+def _bounds(region: Region, scene: Scene) -> Region:
+    """The arm's region and a little more, and all that bins and trays take up."""
+    fixed = [thing for thing in scene.things if not thing.movable and thing.size[0] <= TOO_WIDE]
+    sides = []
+    for axis in (0, 1):
+        ends = [
+            scene.positions[thing.name][axis] + side * thing.size[axis] / 2
+            for thing in fixed
+            for side in (-1, 1)
+        ]
+        low, high = region[axis]
+        sides.append((min([low - 0.05, *ends]), max([high + 0.05, *ends])))
+    return sides[0], sides[1]
 
 
 def _moved(position: Vector, shift: np.ndarray) -> Vector:

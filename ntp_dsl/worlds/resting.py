@@ -25,6 +25,7 @@ class RestingThings:
     _solid: dict[str, Thing]  # what stands on the table, movable or not
     _by_name: Mapping[str, Thing]
     _region: tuple[tuple[float, float], tuple[float, float]]
+    _bounds: tuple[tuple[float, float], tuple[float, float]]  # beyond which nothing falls
     _held: str | None
     _load: list[str]  # what is in the bowl that is held
     _gripper: Vector
@@ -52,8 +53,8 @@ class RestingThings:
         self._positions[item] = (x, y, self._resting_height(item, x, y))
 
     def _within_reach(self, x: float, y: float) -> tuple[float, float]:
-        (x0, x1), (y0, y1) = self._region
-        return min(max(x, x0 - 0.05), x1 + 0.05), min(max(y, y0 - 0.05), y1 + 0.05)
+        (x0, x1), (y0, y1) = self._bounds
+        return min(max(x, x0), x1), min(max(y, y0), y1)
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
         """Of the item's middle: on what is below, or on the heap in a container."""

@@ -225,7 +225,7 @@ def scrambled(
         else:
             tops.append(name)
     carried = [name for name in tops if name in names]
-    held = str(rng.choice(carried)) if rng.random() < 0.3 and in_hand else None
+    held = str(rng.choice(carried)) if rng.random() < 0.3 and in_hand and carried else None
     gripper = _somewhere([positions[name] for name in carried if name != held], rng)
     if held is not None:
         positions[held] = in_hand_at(scene.by_name[held], gripper)
