@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.collision import MARGIN, CollisionScene
+from kinematics.containers import load_of
 from kinematics.differential import StraightLines
 from kinematics.geometry import Array, Pose, transform_of
 from kinematics.gripper import gripper_of
@@ -65,12 +66,13 @@ class Arm:
         return look
 
     def show_held(self, look: Look) -> None:
-        """The scene as it is: the held body in the hand."""
+        """The scene as it is: the held body in the hand, and out of the way what lies in it."""
         if look.held is None:
             self.scene.place(look.poses)
             self.scene.hold(None)
         else:
-            self.scene.place(look.poses, absent=frozenset([look.held]))
+            load = load_of(look.held, self.scene.shapes, look.poses)
+            self.scene.place(look.poses, absent=frozenset([look.held, *load]))
             self.scene.hold(look.held, look.tool_to(look.held))
 
     def plan(self, start: Array, goal: Array, seed: int) -> Path:

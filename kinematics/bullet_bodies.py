@@ -32,16 +32,24 @@ class Solids:
         """The simulation was reset; its shapes are gone."""
         self._shapes.clear()
 
-    def add(self, body: Body) -> int:
-        """The identity of a new body."""
-        identity = self._compound(body) if isinstance(body.shape, Compound) else self._convex(body)
+    def add(self, body: Body, may_sleep: bool = False) -> int:
+        """The identity of a new body.
+
+        Args:
+            may_sleep: at rest it costs no time; plain shapes then have maximal coordinates, which is faster.
+        """
+        is_compound = isinstance(body.shape, Compound)
+        identity = self._compound(body) if is_compound else self._convex(body, may_sleep)
         friction: dict[str, float] = {"lateralFriction": 1.0}
         if isinstance(body.shape, Sphere | Cylinder):
             friction |= {"rollingFriction": ROLLING, "spinningFriction": ROLLING}
         self._world.changeDynamics(identity, -1, **friction, physicsClientId=self._client)
+        if may_sleep and not body.is_fixed:
+            state = self._world.ACTIVATION_STATE_ENABLE_SLEEPING
+            self._world.changeDynamics(identity, -1, activationState=state, physicsClientId=self._client)
         return identity
 
-    def _convex(self, body: Body) -> int:
+    def _convex(self, body: Body, maximal: bool) -> int:
         shape = body.shape
         assert not isinstance(shape, Compound)
         if shape not in self._shapes:
@@ -54,6 +62,7 @@ class Solids:
             -1,
             body.position,
             body.quaternion_xyzw,
+            useMaximalCoordinates=maximal,
             physicsClientId=self._client,
         )
         return identity

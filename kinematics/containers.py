@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -34,6 +34,21 @@ def is_inside(container: Shape, pose: Pose, position: Vector) -> bool:
     x, y, z = _in_container(pose, position)
     within = abs(x) <= cavity.half_extents[0] and abs(y) <= cavity.half_extents[1]
     return within and cavity.floor - 1e-3 <= z <= cavity.rim + _RISE
+
+
+def load_of(name: str, shapes: Mapping[str, Shape], poses: Mapping[str, Pose]) -> set[str]:
+    """What lies in a container, upright or tilted, and goes along where it goes."""
+    cavity = cavity_of(shapes[name])
+    if cavity is None:
+        return set()
+    reach = reach_of(shapes[name])
+    found = set()
+    for other in shapes.keys() - {name}:
+        x, y, z = _in_container(poses[name], poses[other].position)
+        within = cavity_of(shapes[other]) is None and math.hypot(x, y) < reach
+        if within and cavity.floor - 1e-3 <= z <= cavity.rim + _RISE:
+            found.add(other)
+    return found
 
 
 def is_over(container: Shape, pose: Pose, position: Vector) -> bool:

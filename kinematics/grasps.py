@@ -27,6 +27,7 @@ FINGER_DEPTH = 0.025  # of the tool below the top of what is gripped, at most [m
 LARGEST_TILT = math.radians(50)  # of the approach from the vertical
 FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
 NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
+BITE = 3e-3  # of the fingertips below the top of what they close on, at least [m]
 ABOVE_SUPPORT = 1e-3  # of the fingertips, when a body is flatter than they are long [m]
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
@@ -72,7 +73,10 @@ def grasps_by_trouble(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[li
                 if turned[2] > -math.cos(LARGEST_TILT):
                     continue
                 tool = _tool_transform(closing, turned, grip.centre)
-                tool[:3, 3] -= turned * (lift + _raised(grip, turned, bottom, gripper))
+                raised = lift + _raised(grip, turned, bottom, gripper)
+                if raised > _top(grip, turned) - BITE + _beyond(grip, gripper):
+                    continue
+                tool[:3, 3] -= turned * raised
                 tool[:3, 3] += tool[:3, 0] * shift
                 offset = tool[:3, :3].T @ (np.array(pose.position) - tool[:3, 3])
                 widest = gripper.maximum_opening
@@ -99,14 +103,23 @@ def _closings(grip: Grip) -> Iterator[tuple[Grip, Array, Array]]:
 
 def _raised(grip: Grip, approach: Array, bottom: float, gripper: Gripper) -> float:
     """How far from the grip's centre the tool stays: not too deep in what is tall, off what is below."""
+    top = _top(grip, approach)
+    tips = float(grip.centre[2]) - _beyond(grip, gripper)  # world height, were the tool in the centre
+    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + ABOVE_SUPPORT - tips)
+
+
+def _beyond(grip: Grip, gripper: Gripper) -> float:
+    """Of the fingertips beyond the tool, at most, while they close [m]."""
+    return gripper.beyond_tool(grip.width / 2, grip.width / 2 + FINGER_ROOM)
+
+
+def _top(grip: Grip, approach: Array) -> float:
+    """Of the gripped piece above the grip's centre, against the approach [m]."""
     rotation = rotation_from_quaternion(grip.piece_pose.quaternion_xyzw)
     own = rotation.T @ approach
     is_flat = not isinstance(grip.piece, Box) or float(np.abs(own).max()) > 0.999
     middle = float((np.array(grip.piece_pose.position) - grip.centre) @ -approach)
-    top = middle + support(grip.piece, -own) if is_flat else FINGER_DEPTH
-    beyond = gripper.beyond_tool(grip.width / 2, grip.width / 2 + FINGER_ROOM)
-    tips = float(grip.centre[2]) - beyond  # world height, were the tool in the centre
-    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + ABOVE_SUPPORT - tips)
+    return middle + support(grip.piece, -own) if is_flat else FINGER_DEPTH
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:

@@ -36,6 +36,7 @@ TABLE = "table"
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
 SOLVER_ITERATIONS = 100
 RESIDUAL = 1e-6  # at which the solver stops early
+MANY = 14  # loose bodies: where there are more, those at rest sleep, or a step would take ten times as long
 STILL = 0.01  # a body this slow has come to rest [m/s]
 _PUSH_STEPS = 12
 _PUSH_ABOVE_CENTRE = 0.015  # [m]
@@ -283,7 +284,8 @@ class Workcell:
         self._robot = BulletRobot(self.robot, world, client, self._urdf)
         self.open_fingers(self.gripper.maximum_opening)
         self._solids.forget()
-        self._ids = {body.name: self._solids.add(body) for body in self.bodies.values()}
+        many = sum(not body.is_fixed for body in self.bodies.values()) > MANY
+        self._ids = {body.name: self._solids.add(body, many) for body in self.bodies.values()}
         self._names = {identity: name for name, identity in self._ids.items()}
 
     def _id(self, name: str) -> int:

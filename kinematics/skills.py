@@ -93,6 +93,29 @@ def move_above_free_place(
     return _perform(cell, seed, skill)
 
 
+def move_above_places(
+    cell: Workcell,
+    places: list[tuple[float, float]],
+    height: float,
+    seed: int,
+    slip_at: float | None = None,
+) -> Motion:
+    """The tool to 10 cm above the first of these places that what is held can be put down to.
+
+    Args:
+        places: of a support, world frame, the most welcome first [m].
+        height: of that support's top [m].
+    """
+
+    def skill(attempt: Attempt) -> None:
+        if not places:
+            raise NoPlaceFound(Reason.NO_FREE_PLACE, "there is no free place of that size")
+        look = attempt.look()
+        attempt.go_above(look, _approaches_over_places(attempt, look, places, height), slip_at)
+
+    return _perform(cell, seed, skill)
+
+
 def move_above_place(
     cell: Workcell, x: float, y: float, seed: int, slip_at: float | None = None
 ) -> Motion:
@@ -235,7 +258,7 @@ def _approaches_over_places(
     arm, seed = attempt.arm, attempt.seed
     for x, y in places[:PLACES]:
         if look.held is None:
-            above = inverse.usual_tool(x, y, CLEARANCE)
+            above = inverse.usual_tool(x, y, height + CLEARANCE)
             for q in arm.solutions(above, look.q, seed, restarts=2):
                 yield Approach(q, q[None], look.opening)
         else:

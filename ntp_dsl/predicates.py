@@ -92,7 +92,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
         return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
             abs(x - ox) > (width + size[0]) / 2 + FREE_GAP
             or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
-            for (ox, oy, _), size in _footprints(observation, {in_hand, target, *_load(observation, in_hand)})
+            for (ox, oy, _), size in footprints(observation, {in_hand, target, *load(observation, in_hand)})
         )
     rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
     within = CENTRED if in_hand else OVER
@@ -128,7 +128,7 @@ def inside(observation: Observation, item: str, container: str) -> bool:
     return within and bottom < z <= rim + HEAPED
 
 
-def _load(observation: Observation, container: str | None) -> list[str]:
+def load(observation: Observation, container: str | None) -> list[str]:
     """What goes along where a bowl goes."""
     if container is None or observation.by_name[container].cavity is None:
         return []
@@ -151,7 +151,7 @@ def _gap(observation: Observation, item: str, support: str) -> float:
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
 
 
-def _footprints(
+def footprints(
     observation: Observation, except_for: Container[str | None]
 ) -> Iterator[tuple[Vector, Vector]]:
     """Where what stands on the table is, and its size: all but the widest furniture."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot
 
@@ -10,9 +11,10 @@ import numpy as np
 
 from ntp_dsl.goals import Goal
 from ntp_dsl.interpreter import Run
+from ntp_dsl.language import syntax
 from ntp_dsl.predicates import JUDGED, held
 from ntp_dsl.registry import Registry
-from ntp_dsl.state import Literal, State
+from ntp_dsl.state import Bindings, Fact, Literal, State
 from ntp_dsl.tasks import Instance
 from ntp_dsl.traces.blame import OF_FAILURE
 from ntp_dsl.world import Argument, Observation, Scene, Vector, World
@@ -20,7 +22,7 @@ from ntp_dsl.worlds.scenes import movable
 
 STILL_FOR = 2.0  # [s] that the result must stand
 STILL = 0.001  # [m] that anything may creep in that time
-RESTING = "on"  # of which the world is asked for contacts as well
+RESTING = ("on", "in")  # of which the world is asked for contacts as well
 KNOCKED = "knocked aside"
 STAYED = 0.01  # [m] that a thing the goal does not name may have moved
 
@@ -56,9 +58,9 @@ def _wrong(
     for literal in instance.literals(registry, now):
         if not state.holds(literal):
             return f"{literal} does not hold"
-    literals = [x for x in instance.literals(registry, now) if isinstance(x, Literal)]
+    literals = [part for fact in instance.literals(registry, now) for part in _parts(state, fact)]
     for literal in literals:
-        if literal.positive and literal.predicate == RESTING:
+        if literal.positive and _built_in(registry, literal.predicate) in RESTING:
             item, support = map(str, literal.arguments)
             if not world.supported(item, support):
                 return f"{item} does not touch {support}"
@@ -75,6 +77,34 @@ def _wrong(
         if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
             return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
     return ""
+
+
+def _parts(state: State, fact: Fact) -> Iterator[Literal]:
+    """The literals that make a fact true which holds: of a composed one its parts, of a choice those met."""
+    if isinstance(fact, Literal):
+        declared = state.registry.predicates[fact.predicate]
+        if declared.body is None:
+            yield fact
+            return
+        names = (parameter.name for parameter in declared.parameters)
+        scope: Bindings = dict(zip(names, fact.arguments, strict=True))
+        body, positive = declared.body, fact.positive
+    else:
+        scope, positive = fact.scope, True
+        if not isinstance(fact.expression, syntax.Or):
+            return
+        met = [value for value in fact.expression.values if state.true(value, scope)]
+        for each in (found for value in met for found in state.literals(value, scope)):
+            yield from _parts(state, each)
+        return
+    for each in state.literals(body, scope, positive):
+        yield from _parts(state, each)
+
+
+def _built_in(registry: Registry, predicate: str) -> str:
+    """The name under which the worlds know a predicate."""
+    provider = registry.predicates[predicate].by
+    return provider.id if provider else predicate
 
 
 def _above(scene: Scene, support: Argument) -> set[str]:

@@ -209,7 +209,7 @@ class World(Protocol):
         """Let time pass [s]."""
 
     def supported(self, item: str, support: str) -> bool:
-        """Whether `item` rests on `support` by contact."""
+        """Whether `item` rests on `support` by contact, or lies in it."""
 
     @property
     def time(self) -> float:

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from kinematics import skills
 from kinematics.geometry import Pose
 from kinematics.reasons import Reason
-from kinematics.simulation import Workcell
+from kinematics.simulation import TABLE, Workcell
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import (
-    TOO_WIDE,
     UNDISTURBED,
     Argument,
     Disturbances,
@@ -31,7 +30,8 @@ from ntp_dsl.world import (
     Scene,
     Vector,
 )
-from ntp_dsl.worlds.bullet_bodies import body_of
+from ntp_dsl.worlds.bullet_bodies import bodies_of
+from ntp_dsl.worlds.places import free_places
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
@@ -81,8 +81,7 @@ class BulletWorld:
         if scene.held is not None:
             raise NtpError("the bullet world cannot start with a thing in the hand")
         self._cell.on_frame = None
-        items = [thing for thing in scene.things if thing.size[0] <= TOO_WIDE]
-        self._cell.reset([body_of(item, n, scene) for n, item in enumerate(items)], seed)
+        self._cell.reset(bodies_of(scene), seed)
         self._cell.on_frame = self._emit
         self._things = scene.things
         self._furniture = furniture_positions(scene.things)
@@ -121,7 +120,21 @@ class BulletWorld:
         return replace(truth, positions=noisy)
 
     def supported(self, item: str, support: str) -> bool:
-        return self._cell.contacts(item, support)
+        """By contact; what is in a container may lie on other things in there."""
+        below = TABLE if support in self._furniture else support
+        if self._cell.contacts(item, below):
+            return True
+        seen = self.truth()
+        heap = {each for each in self._cell.bodies if predicates.inside(seen, each, support)}
+        touched, reached = set(), {item} & heap
+        while reached:
+            touched |= reached
+            if any(self._cell.contacts(each, support) for each in reached):
+                return True
+            reached = {
+                each for each in heap - touched if any(self._cell.contacts(each, other) for other in reached)
+            }
+        return False
 
     def settle(self, seconds: float) -> None:
         self._cell.settle(seconds)
@@ -144,8 +157,11 @@ class BulletWorld:
         return self._go(lambda seed, slip: skills.move_above_place(self._cell, x, y, seed, slip))
 
     def _move_to(self, target: str) -> Outcome:
-        if target in self._furniture:
-            return self._go(lambda seed, slip: skills.move_above_free_place(self._cell, seed, slip))
+        seen = self.truth()
+        surface = seen.by_name.get(target)
+        if surface is not None and surface.roomy and surface.cavity is None:
+            places, top = free_places(seen, target)
+            return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, top, seed, slip))
         return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))
 
     def _go(self, move: Callable[[int, float | None], skills.Motion]) -> Outcome:
@@ -174,7 +190,10 @@ class BulletWorld:
 
     def _push(self, item: str) -> tuple[str, ...]:
         """After a placement on another thing, perhaps, an impulse that may topple what was built."""
-        stacked = any(predicates.on(self.truth(), item, other) for other in self._cell.bodies)
+        seen = self.truth()
+        stacked = any(
+            predicates.on(seen, item, other) and seen.by_name[other].movable for other in self._cell.bodies
+        )
         if not stacked or self._rng.random() >= self._disturbances.pushes:
             return ()
         before = self._cell.poses()

@@ -1,21 +1,26 @@
-"""From a thing of a scene to a body of the cell: its shape, where it starts, whether it ever moves."""
+"""From a scene's things to the bodies that the arm's simulation holds."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import cos, sin
 from pathlib import Path
 
 from kinematics import catalogue
-from kinematics.bodies import Body
-from kinematics.shapes import Box, Cylinder, Shape
+from kinematics.bodies import Body, Colour
+from kinematics.reasons import UnusableShape
+from kinematics.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import WALL, Scene, Thing
+from ntp_dsl.world import TOO_WIDE, Scene, Thing
 
-BOWL_WALL = 0.004  # [m]
-DENSITY = 800.0  # of a solid thing [kg/m3]
-LIGHTEST, HEAVIEST = 0.02, 0.5  # [kg]
-MASS = 0.1  # of a box, whatever its size [kg]
-COLOURS = (
+DENSITY = 800.0  # of wood [kg/m3]
+LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]
+MASSES = {"fork": 0.02, "bowl": 0.12}  # [kg]
+BIN_WALL, BOWL_WALL = 0.005, 0.004  # [m]
+ALIKE = 0.01  # of the extents of a file and what the scene says of them [m]
+NARROWEST_BOWL, LOWEST_BOWL, SHORTEST_FORK = 0.05, 0.025, 0.05  # [m]
+COLOUR = "colour"  # the trait that says what a thing looks like
+PALETTE = (
     (0.86, 0.24, 0.22),
     (0.20, 0.48, 0.78),
     (0.96, 0.76, 0.20),
@@ -27,48 +32,88 @@ COLOURS = (
     (0.55, 0.43, 0.32),
     (0.62, 0.65, 0.68),
 )
+NAMED = dict(
+    zip("red blue yellow green purple orange cyan pink brown grey".split(), PALETTE, strict=True)
+) | {"white": (0.95, 0.95, 0.93), "black": (0.12, 0.12, 0.13), "gray": PALETTE[-1]}
+STAYS = (0.70, 0.68, 0.64)  # what stays where it is
+DISHES = {"bowl": (0.93, 0.92, 0.88), "fork": (0.50, 0.53, 0.57)}
 
 
-def body_of(thing: Thing, number: int, scene: Scene) -> Body:
-    """The body of a thing, where the scene has it start."""
+def bodies_of(scene: Scene) -> list[Body]:
+    """Everything but the table. What stays has no mass.
+
+    Raises `NtpError` for what cannot be made.
+    """
+    things = [thing for thing in scene.things if thing.size[0] <= TOO_WIDE]
+    colours = _colours(things)
+    return [_body(thing, scene, colours[thing.name]) for thing in things]
+
+
+def _body(thing: Thing, scene: Scene, colour: Colour) -> Body:
     yaw = scene.yaws.get(thing.name, 0.0)
-    return Body(
-        thing.name,
-        shape_of(thing),
-        scene.positions[thing.name],
-        (0.0, 0.0, sin(yaw / 2), cos(yaw / 2)),
-        0.0 if thing.fixed else _mass(thing),
-        colour=(*COLOURS[number % len(COLOURS)], 1.0),
-    )
+    turned = (0.0, 0.0, sin(yaw / 2), cos(yaw / 2))
+    mass = _mass(thing) if thing.movable else 0.0
+    return Body(thing.name, shape_of(thing), scene.positions[thing.name], turned, mass, colour)
 
 
 def shape_of(thing: Thing) -> Shape:
-    """As solid as the arm meets it."""
-    length, width, height = thing.size
-    if thing.shape == "cylinder":
-        return Cylinder(length / 2, height)
-    if thing.shape == "bowl":
-        return catalogue.bowl(length / 2 - BOWL_WALL, height, BOWL_WALL)
-    if thing.shape == "bin":
-        return catalogue.tub((length / 2 - WALL, width / 2 - WALL, height - WALL), WALL)
-    if thing.shape == "fork":
-        return catalogue.fork(length, height)
-    if thing.shape == "mesh":
-        return catalogue.hull_of_size(_file(thing), thing.size)
-    if thing.shape == "urdf":
-        return catalogue.compound_from_urdf(_file(thing))
-    return Box((length / 2, width / 2, height / 2))
+    """Raises `NtpError` for what cannot be made."""
+    x, y, z = thing.size
+    match thing.shape:
+        case "box":
+            return Box((x / 2, y / 2, z / 2))
+        case "cylinder":
+            return Cylinder(x / 2, z)
+        case "bin" if min(x, y) > 4 * BIN_WALL and z > 2 * BIN_WALL:
+            return catalogue.tub((x / 2 - BIN_WALL, y / 2 - BIN_WALL, z - BIN_WALL), BIN_WALL)
+        case "bowl" if x >= NARROWEST_BOWL and z >= LOWEST_BOWL:
+            return catalogue.bowl(x / 2 - BOWL_WALL, z, BOWL_WALL)
+        case "fork" if x >= SHORTEST_FORK:
+            return catalogue.fork(x, z)
+        case "mesh" | "urdf":
+            return _from_file(thing)
+    measures = " x ".join(f"{100 * each:g}" for each in thing.size)
+    least = f"{100 * NARROWEST_BOWL:g} cm wide and {100 * LOWEST_BOWL:g} cm high"
+    raise NtpError(
+        f"{thing.name} is a {thing.shape} of {measures} cm, which cannot be made in the bullet world; "
+        f"it has boxes, cylinders, bins, bowls from {least}, forks from {100 * SHORTEST_FORK:g} cm, "
+        "meshes and URDFs"
+    )
 
 
-def _file(thing: Thing) -> Path:
+def _from_file(thing: Thing) -> Shape:
+    """A mesh is stretched to the extents that the scene says; a URDF has its own, which must be those."""
     path = Path(thing.file)
     if not path.is_file():
-        raise NtpError(f"the {thing.shape} of '{thing.name}' is not there: {path}")
-    return path
+        raise NtpError(f"{thing.name} is made of {path}, and there is no such file")
+    try:
+        if thing.shape == "mesh":
+            return catalogue.hull_of_size(path, thing.size)
+        shape = catalogue.compound_from_urdf(path)
+    except (UnusableShape, ValueError, RuntimeError) as unexpected:
+        raise NtpError(f"{thing.name} cannot be made of {path}: {unexpected}") from unexpected
+    extents = [2 * half for half in half_extents_of(shape)]
+    if any(abs(a - b) > ALIKE for a, b in zip(extents, thing.size, strict=True)):
+        found, said = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, thing.size))
+        raise NtpError(f"{thing.name}: {path} measures {found}, and the scene says {said}; take the first")
+    return shape
 
 
 def _mass(thing: Thing) -> float:
-    if thing.shape == "box":
-        return MASS
-    length, width, height = thing.size
-    return min(HEAVIEST, max(LIGHTEST, DENSITY * length * width * height / 2))
+    x, y, z = thing.size
+    return MASSES.get(thing.shape, min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST))
+
+
+def _colours(things: list[Thing]) -> Mapping[str, Colour]:
+    """By the trait of that name, else by the first trait, else one after the other."""
+    values = list(dict.fromkeys(thing.traits[0] for thing in things if thing.traits))
+    plain = [t.name for t in things if t.movable and not t.traits and t.shape not in DISHES]
+    found = {}
+    for thing in things:
+        said = NAMED.get(str(dict(thing.traits).get(COLOUR)))
+        if said is None and thing.traits:
+            said = PALETTE[values.index(thing.traits[0]) % len(PALETTE)]
+        elif said is None and thing.name in plain:
+            said = PALETTE[plain.index(thing.name) % len(PALETTE)]
+        found[thing.name] = (*(said or DISHES.get(thing.shape, STAYS)), 1.0)
+    return found

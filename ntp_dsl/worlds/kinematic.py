@@ -95,7 +95,10 @@ class KinematicWorld(RestingThings):
         return Observation(self._things, noisy, self._gripper, self._closed)
 
     def supported(self, item: str, support: str) -> bool:
-        return predicates.on(self.truth(), item, support, predicates.ACCEPTED)
+        seen = self.truth()
+        return predicates.inside(seen, item, support) or predicates.on(
+            seen, item, support, predicates.ACCEPTED
+        )
 
     def settle(self, seconds: float) -> None:
         self._time += seconds

@@ -107,6 +107,8 @@ def _crowded(
     cells: dict[str, Spot] = {}
     for start, things in shared.items():
         (x0, x1), (y0, y1) = start.x or REGION[0], start.y or REGION[1]
+        if x0 == x1 or y0 == y1:
+            continue  # where they start is said already
         width = max(max(thing.size[:2]) for thing in things)
         if len(things) * (width + GAP) ** 2 < CROWDED * (x1 - x0) * (y1 - y0):
             continue

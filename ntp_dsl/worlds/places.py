@@ -1,0 +1,46 @@
+"""Where on a table or tray there is room for what the hand holds, as the predicate `above` sees it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ntp_dsl.predicates import FREE_GAP, footprints, load
+from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.worlds.starts import REGION, WIDE
+
+PITCH = 0.02  # of the places that are looked at [m]
+AMPLE = 0.06  # more room than this to all others is no better [m]
+SPARE = 0.002  # beyond what the predicate asks for, since the arm is not exact [m]
+
+
+def free_places(seen: Observation, surface: str) -> tuple[list[tuple[float, float]], float]:
+    """Places of a surface with room around them, and its height [m].
+
+    The clearest come first, of these the nearest to its middle.
+    """
+    below = seen.by_name[surface]
+    held = seen.held
+    size = seen.by_name[held].size if held else (0.0, 0.0, 0.0)
+    lattice = _lattice(seen, below, size)  # (N, 2)
+    others = list(footprints(seen, {held, surface, *load(seen, held)}))
+    room = np.full(len(lattice), AMPLE)
+    for (x, y, _), extent in others:
+        apart = np.abs(lattice - (x, y)) - (np.array(extent[:2]) + size[:2]) / 2
+        room = np.minimum(room, apart.max(axis=1))
+    from_middle = np.linalg.norm(lattice - lattice.mean(axis=0), axis=1)
+    top = seen.positions[surface][2] + below.size[2] / 2
+    order = np.lexsort((from_middle.round(6), -room.round(3)))
+    chosen = [int(k) for k in order if room[k] > FREE_GAP + SPARE]
+    return [(float(lattice[k, 0]), float(lattice[k, 1])) for k in chosen], top
+
+
+def _lattice(seen: Observation, surface: Thing, size: Vector) -> np.ndarray:
+    """(N, 2): where the middle of a thing of that size may be put down [m]."""
+    if surface.size[0] > TOO_WIDE:
+        region = np.array(WIDE if any(thing.fixed for thing in seen.things) else REGION)  # (axis, ends)
+    else:
+        middle = np.array(seen.positions[surface.name][:2])
+        half = np.maximum(0.0, (np.array(surface.size[:2]) - size[:2]) / 2)
+        region = np.stack([middle - half, middle + half], axis=1)
+    axes = [np.linspace(low, high, 1 + round((high - low) / PITCH)) for low, high in region.tolist()]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -1,0 +1,64 @@
+"""The arm's world carries out every example by its expert, and says what it cannot make."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.evaluation import Evaluator, Plan
+from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.resources import examples_folder
+from ntp_dsl.world import Disturbances, Scene, Thing
+from ntp_dsl.worlds.bullet_bodies import bodies_of, shape_of
+
+TABLE = Thing("table", "Table", (1.5, 1.5, 0.04))
+TASKS = [
+    ("object_sorting", "object_sorting", Disturbances()),
+    ("table_cleanup", "three_and_three", Disturbances()),
+    ("serving", "serving", Disturbances()),
+    ("seating", "changing_places", Disturbances(slips=0.25)),
+    ("blueprint", "blueprint", Disturbances()),
+]
+
+
+@pytest.mark.parametrize("library, task, disturbances", TASKS)
+def test_an_expert_does_an_example_with_the_arm(
+    library: str, task: str, disturbances: Disturbances
+) -> None:
+    plan = Plan(examples_folder() / library, task, None, "bullet", disturbances=disturbances)
+    episode = Evaluator(plan).episode(0)
+    assert episode.success, episode.reason
+
+
+def test_what_stays_has_no_mass_and_a_colour_is_what_the_scene_says() -> None:
+    things = (
+        TABLE,
+        Thing("pad", "Place", (0.07, 0.07, 0.01), fixed=True),
+        Thing("cup", "Cup", (0.05, 0.05, 0.06), "cylinder", traits=(("colour", "blue"),)),
+    )
+    scene = Scene(things, {thing.name: (0.5, 0.0, 0.1) for thing in things})
+    pad, cup = bodies_of(scene)
+    assert pad.is_fixed and not cup.is_fixed
+    assert cup.colour[2] > max(cup.colour[:2])
+
+
+@pytest.mark.parametrize(
+    "thing, told",
+    [
+        (Thing("dish", "Bowl", (0.03, 0.03, 0.02), "bowl"), "a bowl of 3 x 3 x 2 cm, which cannot be made"),
+        (Thing("cup", "Cup", (0.05, 0.05, 0.06), "mesh", "no.obj"), "there is no such file"),
+    ],
+)
+def test_what_cannot_be_made_is_said(thing: Thing, told: str) -> None:
+    with pytest.raises(NtpError, match=told):
+        shape_of(thing)
+
+
+def test_a_urdf_has_the_extents_that_the_scene_says(tmp_path: Path) -> None:
+    path = tmp_path / "cup.urdf"
+    box = '<collision><geometry><box size="0.05 0.04 0.06"/></geometry></collision>'
+    path.write_text(f'<robot name="cup"><link name="cup">{box}</link></robot>')
+    assert shape_of(Thing("cup", "Cup", (0.05, 0.04, 0.06), "urdf", str(path)))
+    with pytest.raises(NtpError, match="measures 5.0 cm, 4.0 cm, 6.0 cm"):
+        shape_of(Thing("cup", "Cup", (0.09, 0.04, 0.06), "urdf", str(path)))
