@@ -41,8 +41,10 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     world.settle(STILL_FOR)
     after = world.truth()
     wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
+    facts = instance.literals(registry, after)
+    stacked = all(isinstance(fact, Literal) and fact.predicate == "on" for fact in facts)
     placed = all({"item", "support"} <= {name for name, _ in row.fields} for row in instance.goal)
-    authors = authors_success(after, instance.goal) if placed else not wrong
+    authors = authors_success(after, instance.goal) if placed and stacked else not wrong
     if not wrong:
         return Verdict("", "", authors)
     reason = wrong if run.done else f"{wrong}; {run.reason}"
