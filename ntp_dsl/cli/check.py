@@ -6,16 +6,18 @@ import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ntp_dsl.cli.mending import Texts, difference, mend_files, mended
 from ntp_dsl.cli.report import print_diagnostics, print_lines, summary
 from ntp_dsl.language.diagnostics import Diagnostic, Edit, NtpError
 from ntp_dsl.language.loader import diagnose, find, read
 from ntp_dsl.language.rendering import shown_path
 from ntp_dsl.language.syntax import Span
+
+if TYPE_CHECKING:
+    from ntp_dsl.cli.mending import Texts
 
 Sources = dict[Path | None, str]
 
@@ -59,6 +61,8 @@ def command(
         raise NtpError("--fix writes and --diff only shows: choose one")
     paths = [find(file) for file in files]
     if fix:
+        from ntp_dsl.cli.mending import mend_files
+
         before = mend_files(lambda: _found(paths)[0], paths)
         _show_changes(before, {path: read(path) for path in before}, format)
     found, sources = _found(paths)
@@ -66,6 +70,8 @@ def command(
         simulated, more = _simulated(paths, execute)
         found, sources = [*found, *simulated], {**sources, **more}
     if diff:
+        from ntp_dsl.cli.mending import mended
+
         after = mended(found, paths)
         _show_changes({path: read(path) for path in after}, after, format)
     if format is Format.TEXT:
@@ -109,6 +115,8 @@ def _found(paths: list[Path]) -> tuple[list[Diagnostic], Sources]:
 
 
 def _show_changes(before: Texts, after: Texts, format: Format) -> None:
+    from ntp_dsl.cli.mending import difference
+
     stream = sys.stdout if format is Format.TEXT else sys.stderr
     for path in before:
         print_lines(difference(path, before[path], after[path]), stream)
