@@ -127,23 +127,28 @@ def unreadable(piece: Piece, line: int, column: int, letter: str) -> Diagnostic:
 
 def dedent(piece: Piece) -> Diagnostic:
     """A line that is indented less than the block above it, but more than the block around."""
-    levels = [0]
-    for number, row in enumerate(piece.text.split("\n"), start=1):
-        bare = row.expandtabs(8)
-        if not bare.strip() or bare.lstrip().startswith("#"):
-            continue
-        indent = len(bare) - len(bare.lstrip())
+    rows = [
+        (number, row)
+        for number, row in enumerate(piece.text.split("\n"), start=1)
+        if row.strip() and not row.lstrip().startswith("#")
+    ]
+    levels, above = [0], 0
+    number, row = rows[-1]  # where none is found; brackets may hide it
+    for candidate, text in rows:
+        indent = _indent(text)
         while levels and indent < levels[-1]:
             levels.pop()
-        if indent not in levels and levels and number > 1 and _lower(piece, number, indent):
+        if indent not in levels and levels and above > indent:
+            number, row = candidate, text
             break
         levels.append(indent)
+        above = indent
     column = len(row) - len(row.lstrip()) + 1
     message = "this line is indented unlike every line above that it could belong to"
     return Diagnostic("E001", message, piece.span(number, column))
 
 
-def _lower(piece: Piece, number: int, indent: int) -> bool:
-    """Whether the line before `number` that has text is indented further."""
-    above = [row for row in piece.text.expandtabs(8).split("\n")[: number - 1] if row.strip()]
-    return bool(above) and len(above[-1]) - len(above[-1].lstrip()) > indent
+def _indent(row: str) -> int:
+    """As the parser counts it: blanks, and tabs for eight; a form feed counts for nothing."""
+    margin = row[: len(row) - len(row.lstrip())]
+    return margin.count(" ") + 8 * margin.count("\t")
