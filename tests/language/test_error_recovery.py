@@ -102,11 +102,3 @@ def test_the_fix_of_lines_at_the_margin_indents_them_all(tmp_path: Path) -> None
     (mistake,) = told(tmp_path, "program go(x: Object):\nachieves clear(x)\n\nclear(x)\n")
     assert mistake.fix is not None
     assert [(each.span.line, each.replacement) for each in mistake.fix.edits] == [(4, "    "), (6, "    ")]
-
-
-def test_a_form_feed_in_the_margin_does_not_move_a_mistake_beyond_the_text(tmp_path: Path) -> None:
-    scene = "task t:\n  \f scene:\n        a: 2 Block on table with (\n            cube(3 cm)"
-    text = GO + "    pick(x)\n\n" + scene
-    rows = f"library a\nuse tabletop\n{text}".split("\n")
-    for each in told(tmp_path, text):
-        assert each.span.line <= len(rows), each
