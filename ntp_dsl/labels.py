@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from ntp_dsl.experts import Expert, Return
 from ntp_dsl.queries import Answer, Query, Sample
-from ntp_dsl.registry import Parameter, Program, bounds
+from ntp_dsl.random_arguments import random_arguments
+from ntp_dsl.registry import Program
 from ntp_dsl.scripted import DemonstratedCall, counterpart, shown_anywhere
 from ntp_dsl.specification import Demonstration
 from ntp_dsl.state import State
@@ -88,20 +89,7 @@ def random_call(
         if calls:
             return program, calls[int(rng.integers(len(calls)))].arguments
     state = State(expert.registry, observation)
-    arguments: list[Argument] = []
-    for parameter in program.parameters:
-        arguments.append(_random_argument(parameter, state, arguments, rng))
-    return program, tuple(arguments)
-
-
-def _random_argument(
-    parameter: Parameter, state: State, before: Sequence[Argument], rng: np.random.Generator
-) -> Argument:
-    """A thing that is not given yet, a member of an enumeration, or a number of the range."""
-    if parameter.type in state.registry.enums:
-        members = state.registry.enums[parameter.type]
-        return members[int(rng.integers(len(members)))]
-    if parameter.type not in state.registry.parents:
-        return float(rng.uniform(*bounds(parameter)))
-    things = [thing for thing in state.things(parameter.type) if thing not in before]
-    return things[int(rng.integers(len(things)))]
+    arguments = random_arguments(program.parameters, state, rng)
+    if arguments is None:  # the scene has nothing for it: another program
+        return random_call(expert, observation, shown, rng)
+    return program, arguments

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ntp_dsl.dynamic.arguments import random_arguments
 from ntp_dsl.language.diagnostics import Diagnostic, Note
+from ntp_dsl.random_arguments import random_arguments
 from ntp_dsl.registry import Api, Registry
 from ntp_dsl.state import State
 from ntp_dsl.tasks import Instance

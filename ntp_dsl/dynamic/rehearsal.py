@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ntp_dsl.dynamic.arguments import random_arguments
 from ntp_dsl.dynamic.starts import STARTS
 from ntp_dsl.dynamic.watching import Impure, Livelock, WatchedPolicy, source_lines
 from ntp_dsl.experts import Expert, NextCall, Return
 from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.syntax import Span, TaskDeclaration
+from ntp_dsl.random_arguments import random_arguments
 from ntp_dsl.registry import Program, Registry
 from ntp_dsl.state import Fact, Literal, State
 from ntp_dsl.tasks import Instance, draw, enough_primitives

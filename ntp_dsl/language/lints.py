@@ -29,7 +29,6 @@ from ntp_dsl.language.syntax import (
 )
 from ntp_dsl.language.walks import conjuncts, everything, guards, innermost, mentions
 
-Contract = syntax.ApiDeclaration | ProgramDeclaration
 REFLEXIVE = {"==": True, "<=": True, ">=": True, "!=": False, "<": False, ">": False}
 # What nothing is to itself, whatever world decides it.
 IRREFLEXIVE = frozenset(

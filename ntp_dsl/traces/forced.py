@@ -16,8 +16,6 @@ from ntp_dsl.traces.found import Divergence
 from ntp_dsl.traces.schema import ROOT, Call, Trace, from_json, to_json
 from ntp_dsl.world import Argument
 
-POLICY = "replayed"
-
 
 def answer_row(
     callee: str | None, kind: str, arguments: tuple[Argument, ...], scope: Any

@@ -1,0 +1,41 @@
+"""Arguments at random, by type: things of the scene, members of enumerations, numbers of the range."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ntp_dsl.registry import Parameter, bounds
+from ntp_dsl.state import State
+from ntp_dsl.world import Argument
+
+
+def random_arguments(
+    parameters: Sequence[Parameter], state: State, rng: np.random.Generator
+) -> tuple[Argument, ...] | None:
+    """One for each parameter, no thing twice; None for a list or record, or where the scene has none."""
+    chosen: list[Argument] = []
+    for parameter in parameters:
+        argument = _argument(parameter, state, chosen, rng)
+        if argument is None:
+            return None
+        chosen.append(argument)
+    return tuple(chosen)
+
+
+def _argument(
+    parameter: Parameter, state: State, before: Sequence[Argument], rng: np.random.Generator
+) -> Argument | None:
+    registry = state.registry
+    if parameter.is_list or parameter.type in registry.records:
+        return None
+    if parameter.type in registry.enums:
+        candidates = list(registry.enums[parameter.type])
+    elif parameter.type not in registry.parents:
+        return float(rng.uniform(*bounds(parameter)))
+    else:
+        things = state.things(parameter.type)
+        fixed = [n for n, kind in registry.constants.items() if registry.is_a(kind, parameter.type)]
+        candidates = [name for name in dict.fromkeys([*things, *fixed]) if name not in before]
+    return candidates[int(rng.integers(len(candidates)))] if candidates else None
