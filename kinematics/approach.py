@@ -166,14 +166,22 @@ def placement_approaches(
 def drop_approaches(
     arm: Arm, look: Look, shape: Shape, spots: list[tuple[float, float]], rim: float, seed: int
 ) -> Iterator[Approach]:
-    """Approaches for letting the held body fall into a container, by spots in their order."""
+    """Approaches for letting the held body fall into a container, by spots in their order; last those
+    from which no straight line leads down to the rim.
+    """
     assert look.held is not None
     options = placements(look.tool_to(look.held), shape, look.tool[:3, :3], 0.0)
+    stuck: list[Approach] = []
     for restarts in (0, RESTARTS):
         for x, y in spots:
             for placement in options:
                 for q in _solutions_over(arm, look, placement, (x, y, rim), seed, restarts):
-                    yield Approach(q, q[None], look.opening, tilt=placement.tilt)
+                    line = arm.lines.follow(q, [placement.tool_over(x, y, rim)])
+                    if line is not None:
+                        yield Approach(q, line, look.opening, tilt=placement.tilt)
+                    else:
+                        stuck.append(Approach(q, q[None], look.opening, tilt=placement.tilt))
+    yield from stuck
 
 
 def release_openings(width: float, widest: float) -> list[float]:

@@ -86,6 +86,15 @@ class Attempt:
         self.evidence["validity_checks"] = path.checks
         return time_parameterise(round_corners(path.corners, arm.chain_is_free), arm.robot.limits)
 
+    def turns_to(self, look: Look, q: Array) -> bool:
+        """Whether a path leads to another posture; the arm then takes it, with what it holds."""
+        try:
+            trajectory = self.plan_to(look, q, look.opening)
+        except KinematicsError:
+            return False
+        self._travel(look, trajectory, None)
+        return True
+
     def _travel(self, look: Look, trajectory: Trajectory, slip_at: float | None) -> None:
         if look.held is None:
             motion.follow(self.cell, trajectory)

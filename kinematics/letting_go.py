@@ -3,7 +3,7 @@
 import numpy as np
 
 from kinematics import containers, differential, motion
-from kinematics.approach import ABOVE_SUPPORT, opening_that_is_free
+from kinematics.approach import ABOVE_SUPPORT, RESTARTS, opening_that_is_free
 from kinematics.arm import LINE_MARGIN, Look
 from kinematics.geometry import Array
 from kinematics.handling import Attempt
@@ -21,11 +21,13 @@ def release(attempt: Attempt, look: Look, held: str) -> None:
     """Put the body down on what is below, or drop it where that is a container."""
     attempt.solved_by(differential.SOLVER)
     container = container_below(attempt, look, held)
+    spare = ABOVE_SUPPORT if container is None else DROP
+    drop = attempt.arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - spare
+    look, line = _straight_down(attempt, look, max(0.0, drop))
     if container is None:
-        line, opening = _line_down(attempt, look, held)
-        _put(attempt, held, line, opening)
+        _put(attempt, held, line, _opening_beside(attempt, look, line))
     else:
-        line, opening = _line_into(attempt, look, held)
+        line, opening = _as_deep_as_free(attempt, look, line)
         _drop(attempt, held, container, line, opening)
 
 
@@ -42,10 +44,28 @@ def container_below(attempt: Attempt, look: Look, held: str) -> str | None:
     return max(below, key=lambda name: look.poses[name].position[2], default=None)
 
 
-def _line_down(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
-    """The line to where the held body rests on what is below, and how wide to open there."""
+def _straight_down(attempt: Attempt, look: Look, drop: float) -> tuple[Look, Array]:
+    """The line down by so much [m]; where the arm would have to fold over on the way, it first turns to
+    another posture that holds the tool where it is.
+    """
+    arm, low = attempt.arm, look.tool.copy()
+    low[2, 3] -= drop
+    line = arm.lines.follow(look.q, [low])
+    if line is not None:
+        return look, line
+    for q in arm.solutions(look.tool, look.q, attempt.seed, RESTARTS):
+        if arm.lines.follow(q, [low]) is None or not attempt.turns_to(look, q):
+            continue
+        look = attempt.look()
+        line = arm.lines.follow(look.q, [low])
+        if line is not None:
+            return look, line
+    raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
+
+
+def _opening_beside(attempt: Attempt, look: Look, line: Array) -> float:
+    """How wide to open at the end of the way down, which must be free."""
     arm = attempt.arm
-    line = _straight_down(attempt, look, arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - ABOVE_SUPPORT)
     if not arm.chain_is_free(line[:-1], margin=0.0):
         near = {name for q in line[:-1] for touch in arm.scene.touches(q) for name in touch.names}
         raise Obstructed(
@@ -54,13 +74,12 @@ def _line_down(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
     arm.scene.hold(None)
     width = 2 * look.opening
     opening = opening_that_is_free(arm, line, width)
-    return line, width / 2 + 0.004 if opening is None else opening
+    return width / 2 + 0.004 if opening is None else opening
 
 
-def _line_into(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
+def _as_deep_as_free(attempt: Attempt, look: Look, line: Array) -> tuple[Array, float]:
     """As far into a container as hand and body keep clear of it and of what is in it."""
     arm = attempt.arm
-    line = _straight_down(attempt, look, arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - DROP)
     with_body = [arm.scene.is_free(q, LINE_MARGIN) for q in line]
     arm.scene.hold(None)
     narrow = look.opening + 0.005
@@ -72,15 +91,6 @@ def _line_into(attempt: Attempt, look: Look, held: str) -> tuple[Array, float]:
     line = line[:depth]
     opening = opening_that_is_free(arm, line, 2 * look.opening)
     return line, narrow if opening is None else opening
-
-
-def _straight_down(attempt: Attempt, look: Look, drop: float) -> Array:
-    low = look.tool.copy()
-    low[2, 3] -= max(0.0, drop)
-    line = attempt.arm.lines.follow(look.q, [low])
-    if line is None:
-        raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
-    return line
 
 
 def _put(attempt: Attempt, held: str, line: Array, opening: float) -> None:

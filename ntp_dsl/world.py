@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 from typing import Any, NamedTuple, Protocol
 
 Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
@@ -126,13 +126,18 @@ class Observation:
         return min(near)[1] if near else None
 
     def _from_grip(self, thing: Thing) -> float:
-        """From the tool's point to where a thing is held: its middle, or the wall of a bowl [m]."""
-        gx, gy, gz = self.gripper
-        x, y, z = self.positions[thing.name]
-        away = hypot(x - gx, y - gy)
-        if thing.cavity is not None:
-            away = abs(away - thing.size[0] / 2)
-        return max(away, abs(z - gz))
+        """From the tool's point to where a thing is held: its middle, or the rim of a bowl [m].
+
+        All of a rim is equally far from the bowl's middle, however the bowl hangs; but a hand over the
+        middle is about something else.
+        """
+        (gx, gy, gz), (x, y, z) = self.gripper, self.positions[thing.name]
+        aside = hypot(x - gx, y - gy)
+        if thing.cavity is None:
+            return max(aside, abs(z - gz))
+        if aside < thing.size[0] / 4:
+            return inf
+        return abs(hypot(aside, z - gz) - hypot(thing.size[0], thing.size[2]) / 2)
 
     def permuted(self, order: tuple[int, ...]) -> Observation:
         """The same moment with its things listed in another order."""
