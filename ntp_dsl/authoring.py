@@ -63,7 +63,11 @@ def sampler(function: F) -> F: ...
 @overload
 def sampler(function: str) -> Callable[[F], F]: ...
 def sampler(function: Any) -> Any:
-    """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal."""
+    """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal.
+
+    Knobs are numbers, but for `topology` and `semantics`: where the function takes these, each is a
+    generator for what hangs together how, and for which things take part.
+    """
     return _mark("sampler", function)
 
 

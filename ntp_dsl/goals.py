@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 
 import numpy as np
 
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.samplers import SAMPLERS as KINDS
+from ntp_dsl.language.samplers import VARIED
 from ntp_dsl.language.syntax import Option, Sampler
 from ntp_dsl.registry import Registry
 from ntp_dsl.world import Record
@@ -83,7 +85,7 @@ def _draw(
     """A choice that is held to a range hangs on an index of that range, and on nothing else."""
     indices = {
         name: int(rng.integers(options[name].low, options[name].high + 1))
-        for name in ("topology", "semantics")
+        for name in VARIED
         if name in options
     }
     topology, semantics = (
@@ -94,14 +96,24 @@ def _draw(
 
 
 def _by_function(registry: Registry, sampler: Sampler, draw: Draw) -> Goal:
-    """A function in Python: takes the sources, a generator, and the knobs by name as drawn numbers."""
+    """A function in Python: takes a generator, the sources, and the knobs by name as drawn numbers.
+
+    Where it takes `topology` or `semantics`, each is a generator for choices of that kind.
+    """
     assert sampler.result is not None
-    knobs = {
-        name: int(draw.rng.integers(option.low, option.high + 1))
-        for name, option in draw.options.items()
-        if name not in ("topology", "semantics")
-    }
-    rows = registry.python.get("sampler", sampler.name)(draw.rng, *draw.sources, **knobs)
+    function = registry.python.get("sampler", sampler.name)
+    takes = signature(function).parameters
+    knobs: dict[str, int | np.random.Generator] = {}
+    for name, option in draw.options.items():
+        if name not in takes:
+            raise NtpError(
+                f"the sampler '{sampler.name}' has no '{name}'; its function takes {', '.join(takes)}"
+            )
+        if name not in VARIED:
+            knobs[name] = int(draw.rng.integers(option.low, option.high + 1))
+    chances = {"topology": draw.topology, "semantics": draw.semantics}
+    knobs |= {name: chances[name] for name in VARIED if name in takes}
+    rows = function(draw.rng, *draw.sources, **knobs)
     fields = registry.records[sampler.result.name]
     goal = []
     for row in rows:

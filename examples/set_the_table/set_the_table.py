@@ -52,7 +52,7 @@ def lay(world, piece, plate, side):
 
 
 @sampler
-def covers(rng, plates, sides, forks, knives, cups, pieces):
-    slots = rng.permutation(list(product(plates, sides)))
-    chosen = rng.permutation([*forks, *knives, *cups])[:pieces]
+def covers(rng, plates, sides, forks, knives, cups, length, topology, semantics):
+    slots = topology.permutation(list(product(plates, sides)))
+    chosen = semantics.permutation([*forks, *knives, *cups])[:length]
     return [(piece, *slot) for piece, slot in zip(chosen, slots, strict=False)]

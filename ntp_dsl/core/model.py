@@ -135,6 +135,9 @@ class Core(nn.Module):
         return answer[..., :-1], answer[..., -1]
 
 
+SILENCE = -1e4  # is not heard
+
+
 class Message(nn.Module):
     """Each thing hears the loudest of all others, by how they lie to each other."""
 
@@ -147,9 +150,9 @@ class Message(nn.Module):
 
     def forward(self, things: Tensor, away: Tensor, there: Tensor) -> Tensor:
         """things: (batch, things, width); away: (batch, things, things, features)."""
-        heard = self.listener(things).unsqueeze(2) + self.speaker(things).unsqueeze(1)
-        heard = torch.relu(heard + self.offset(away))  # (batch, listener, speaker, width)
-        loudest = heard.masked_fill(~there[:, None, :, None], 0.0).amax(2)
+        spoken = self.speaker(things).masked_fill(~there.unsqueeze(-1), SILENCE)
+        heard = self.listener(things).unsqueeze(2) + spoken.unsqueeze(1) + self.offset(away)
+        loudest = torch.relu(heard.max(2).values)  # (batch, listener, width), of (…, speaker, width)
         updated: Tensor = self.update(torch.cat([things, loudest], -1))
         return things + updated
 

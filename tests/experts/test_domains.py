@@ -81,6 +81,27 @@ def test_what_varies_is_held_to_the_ranges_that_are_given() -> None:
     assert len(goals(semantics=(3, 3), topology=(1, 1))) == 1
 
 
+@pytest.mark.parametrize("example", ["set_the_table", "table_cleanup"])
+def test_a_sampler_in_python_can_be_held_as_well(example: str) -> None:
+    registry = load_with_python(example)
+    task = find_task(registry, example)
+
+    def goals(**ranges: tuple[int, int]) -> set[Goal]:
+        varied = {"length": (2, 2), **ranges}
+        return {draw(registry, task, np.random.default_rng((n, 7)), varied).goal for n in range(60)}
+
+    free, held = goals(), goals(semantics=(3, 3), topology=(1, 1))
+    assert len(held) <= 6 < len(free)  # a scene of two or three bowls and one to three forks
+    assert not goals(semantics=(0, 0), topology=(5, 5)) & goals(semantics=(1, 1), topology=(6, 6))
+
+
+def test_a_sampler_in_python_says_which_knobs_it_has() -> None:
+    registry = load_with_python("blueprint")
+    task = find_task(registry, "blueprint")
+    with pytest.raises(NtpError, match="the sampler '.*' has no 'topology'; its function takes rng"):
+        draw(registry, task, np.random.default_rng(0), {"topology": (0, 9)})
+
+
 def test_a_function_that_is_missing_or_fails_is_named_with_its_line(tmp_path: Path) -> None:
     text = (examples_folder() / "blueprint" / "blueprint.ntp").read_text()
     (tmp_path / "mine.ntp").write_text(text.replace("library blueprint", "library mine"))
