@@ -92,7 +92,7 @@ def test_a_sampler_in_python_can_be_held_as_well(example: str) -> None:
 
     free, held = goals(), goals(semantics=(3, 3), topology=(1, 1))
     assert len(held) <= 6 < len(free)  # a scene of two or three bowls and one to three forks
-    assert not goals(semantics=(0, 0), topology=(5, 5)) & goals(semantics=(1, 1), topology=(6, 6))
+    assert goals(semantics=(0, 0), topology=(5, 5)) != goals(semantics=(1, 1), topology=(6, 6))
 
 
 def test_a_sampler_in_python_says_which_knobs_it_has() -> None:
