@@ -4,6 +4,7 @@ A PyBullet client of its own holds the robot's visual meshes, so that the simula
 them.
 """
 
+import itertools
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,22 +16,28 @@ from numpy.typing import NDArray
 from kinematics import bullet, models
 from kinematics.bodies import Body
 from kinematics.bullet_bodies import add_picture
-from kinematics.geometry import Array, Pose, pose_of, transform_of
+from kinematics.geometry import Array, Pose, Vector, pose_of, transform_of
 from kinematics.robot import Robot
-from kinematics.shapes import Box, Piece, pieces_of
+from kinematics.shapes import Box, Piece, half_extents_of, pieces_of
 
 _TABLE = Piece(Box((0.5, 0.55, 0.02)), (0.35, 0.0, -0.021))
 _TABLE_COLOUR = (0.87, 0.83, 0.76, 1.0)
 _OVERSAMPLING = 2
+_EYE, _TARGET = np.array([1.5, -0.8, 0.85]), np.array([0.36, 0.02, 0.26])  # world frame [m]
+_UP = (0.0, 0.0, 1.0)
+_VIEW_ANGLE, _NEAR, _FAR = 39.0, 0.1, 6.0  # vertical [degree]; [m]
+_STEPS_BACK = (1.0, 1.1, 1.2, 1.3, 1.4, 1.6)  # times as far from the target
+_INSIDE = 0.97  # of the picture, from its middle to its edge
 
 
 class Camera:
-    """A fixed camera in front of the robot, above the table and to one side."""
+    """In front of the robot, above the table and to one side; as far back as the first look needs."""
 
     def __init__(self, robot: Robot) -> None:
         self._bullet: Any = bullet.load()
         self._client: int = self._bullet.connect(self._bullet.DIRECT)
         self._bodies: Mapping[str, Body] = {}
+        self._eye = _EYE
         self._seen: dict[str, list[tuple[int, Array]]] = {}  # identity, and piece to body (4, 4)
         with tempfile.TemporaryDirectory() as folder, bullet.output_silenced():
             path = Path(folder) / "robot.urdf"
@@ -49,7 +56,7 @@ class Camera:
         smooth: bool,
     ) -> NDArray[np.uint8]:
         """(height, width, 3); smooth ones are rendered larger and averaged, at twice the time."""
-        self._show(bodies)
+        self._show(bodies, poses, width / height)
         for name, position in joints.items():
             joint = self._joints[name]
             self._bullet.resetJointState(self._robot, joint, position, physicsClientId=self._client)
@@ -68,15 +75,33 @@ class Camera:
     def close(self) -> None:
         self._bullet.disconnect(physicsClientId=self._client)
 
-    def _show(self, bodies: Mapping[str, Body]) -> None:
+    def _show(self, bodies: Mapping[str, Body], poses: Mapping[str, Pose], aspect: float) -> None:
         if bodies is self._bodies:
             return
+        corners = [_corners(pose, half_extents_of(bodies[name].shape)) for name, pose in poses.items()]
+        self._eye = self._eye_that_sees(np.concatenate([np.empty((0, 3)), *corners]), aspect)
         for identity, _ in [piece for pieces in self._seen.values() for piece in pieces]:
             self._bullet.removeBody(identity, physicsClientId=self._client)
         self._seen = {
             name: [self._add(piece, body) for piece in pieces_of(body.shape)] for name, body in bodies.items()
         }
         self._bodies = bodies
+
+    def _eye_that_sees(self, points: Array, aspect: float) -> Array:
+        """The nearest place of the camera that has all points (n, 3) in the picture, or the farthest."""
+        homogeneous = np.column_stack([points, np.ones(len(points))])
+        for factor in _STEPS_BACK:
+            eye: Array = _TARGET + factor * (_EYE - _TARGET)
+            view, projection = (np.array(m).reshape(4, 4) for m in self._matrices(eye, aspect))
+            clip = homogeneous @ view @ projection
+            if (np.abs(clip[:, :2]) < _INSIDE * clip[:, 3:]).all():
+                return eye
+        return eye
+
+    def _matrices(self, eye: Array, aspect: float) -> tuple[Any, Any]:
+        """View and projection, as OpenGL has them: by columns."""
+        view = self._bullet.computeViewMatrix(eye.tolist(), _TARGET.tolist(), _UP)
+        return view, self._bullet.computeProjectionMatrixFOV(_VIEW_ANGLE, aspect, _NEAR, _FAR)
 
     def _add(self, piece: Piece, body: Body) -> tuple[int, Array]:
         identity = add_picture(self._bullet, self._client, piece, body.colour)
@@ -88,8 +113,7 @@ class Camera:
         return {joint[1].decode(): joint[0] for joint in told}
 
     def _render(self, width: int, height: int) -> NDArray[np.uint8]:
-        view = self._bullet.computeViewMatrix((1.5, -0.8, 0.85), (0.36, 0.02, 0.26), (0, 0, 1))
-        projection = self._bullet.computeProjectionMatrixFOV(39, width / height, 0.1, 4.0)
+        view, projection = self._matrices(self._eye, width / height)
         image = self._bullet.getCameraImage(
             width,
             height,
@@ -105,3 +129,11 @@ class Camera:
             physicsClientId=self._client,
         )
         return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+
+
+def _corners(pose: Pose, half: Vector) -> Array:
+    """(8, 3): of the box around a body."""
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    body = transform_of(pose)
+    corners: Array = (signs * half) @ body[:3, :3].T + body[:3, 3]
+    return corners
