@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from math import dist
 from time import perf_counter
 from typing import Any
 
@@ -15,9 +16,10 @@ from ntp_dsl.world import Argument, Failure, Observation, Outcome, World
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
 SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
+UNCHANGED = 0.002  # [m] nothing has moved farther
 
 
-Refused = tuple[str | None, tuple[Argument, ...]]
+Call = tuple[str | None, tuple[Argument, ...]]
 
 
 @dataclass
@@ -44,7 +46,8 @@ class Run:
     failures: list[Outcome] = field(default_factory=list)
     failing: int = 0  # the same failure so often in a row
     handled: set[Argument] = field(default_factory=set)  # what primitives were called on
-    refused: set[Refused] = field(default_factory=set)  # calls not ready, and nothing has changed since
+    changes: int = 0  # of the world, by primitives
+    in_vain: set[Call] = field(default_factory=set)  # calls that changed nothing, and nothing has since
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -93,14 +96,14 @@ class Interpreter:
 
     def _run_root(self, root: Frame, run: Run) -> bool:
         """One pass from the root to its return; true where it says «done»."""
-        stack = [(root, self._enter(root, ROOT, {}, self.world.truth()))]
+        stack = [(root, self._enter(root, ROOT, {}, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
-            frame, number = stack[-1]
+            frame, number, changes = stack[-1]
             idle += 1
             run.reason = self._stop(idle, len(stack), run)
             if run.reason:
-                for _, open_call in reversed(stack):
+                for _, open_call, _ in reversed(stack):
                     self.writer.returned(open_call, "stopped", self.frame_number())
                 return False
             choice = self._decide(frame, run, fresh and len(stack) > 1)
@@ -110,13 +113,15 @@ class Interpreter:
                 stack.pop()
                 if not stack:
                     return choice.done
+                if run.changes == changes:
+                    run.in_vain.add((frame.program, frame.arguments))
             elif choice.callee in self.registry.apis:
                 idle = 0
                 self._execute(choice, number, len(stack), run)
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
                 entered = self._enter(child, number, choice.details, choice.seen, len(stack))
-                stack.append((child, entered))
+                stack.append((child, entered, run.changes))
                 fresh = True
 
     def _stop(self, idle: int, depth: int, run: Run) -> str:
@@ -133,11 +138,11 @@ class Interpreter:
         return ""
 
     def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
-        """What the language forbids is not chosen: a return at the first step, a call that was refused."""
+        """What the language forbids is not chosen: a return at the first step, a call in vain."""
         start = perf_counter()
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
-        while (choice.callee, choice.arguments) in run.refused and choice.callee not in barred:
+        while (choice.callee, choice.arguments) in run.in_vain and choice.callee not in barred:
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
         seconds = perf_counter() - start
@@ -188,18 +193,23 @@ class Interpreter:
         number = self._write_call(
             parent, "api", choice.callee, choice, choice.details, choice.seen
         )
+        before = self.world.truth()
         outcome = self.world.call(choice.callee, choice.arguments)
         run.primitives += 1
         run.handled |= set(choice.arguments)
         run.planning_seconds += outcome.planning_seconds
         run.moving_seconds += outcome.moving_seconds
         run.disturbances += len(outcome.disturbances)
+        if outcome.failure is Failure.NOT_READY or (
+            outcome.achieved and not differ(before, self.world.truth())
+        ):
+            run.in_vain.add((choice.callee, choice.arguments))
+        else:  # what failed by chance may be tried again
+            run.in_vain.clear()
+            run.changes += 1
         if outcome.achieved:
             run.failing = 0
-            run.refused.clear()
         else:
-            if outcome.failure is Failure.NOT_READY:
-                run.refused.add((choice.callee, choice.arguments))
             same = bool(run.failures) and run.failures[-1].failure is outcome.failure
             run.failing = run.failing + 1 if same else 1
             run.failures.append(outcome)
@@ -218,3 +228,11 @@ class Interpreter:
         )
         if self.interfere is not None:
             self.interfere(self.world)
+
+
+def differ(a: Observation, b: Observation) -> bool:
+    """Whether the hand or anything else is elsewhere."""
+    if a.closed != b.closed or a.unreachable != b.unreachable or a.positions.keys() != b.positions.keys():
+        return True
+    moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)
+    return max(dist(a.gripper, b.gripper), *moved) > UNCHANGED

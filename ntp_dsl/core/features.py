@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import log
+
 import torch
 from torch import Tensor
 
@@ -17,3 +19,27 @@ def offsets(vectors: Tensor) -> Tensor:
     size = values.abs()
     scaled = [torch.tanh(scale * values) for scale in SCALES]
     return torch.cat([*scaled, *(torch.exp(-sharp * size) for sharp in SHARPNESS)], -1)
+
+
+FADES = 0.8  # a frame: how fast it is forgotten that a thing was moved
+NOTICED = 20.0  # [1/m]
+LEAST = 1e-4  # of a motion, so that it has a logarithm [m]
+
+
+@torch.no_grad()
+def moved(positions: Tensor, there: Tensor) -> Tensor:
+    """How far each thing has lately been moved by itself: what was carried, also when it was let go.
+
+    Where several things lie close together, where they are does not tell which was put there last.
+
+    positions: (specs, frames, things, 3) relative to the gripper; there: (specs, things).
+    Returns (specs, frames, things) in [0, 1).
+    """
+    steps = positions[:, 1:] - positions[:, :-1]
+    seen = steps.masked_fill(~there[:, None, :, None], torch.nan)
+    own = steps - seen.nanmedian(2, keepdim=True).values  # most things stand still
+    far = torch.linalg.vector_norm(own, dim=-1).clamp(min=LEAST)
+    far = torch.cat([torch.full_like(far[:, :1], LEAST), far], 1)  # (specs, frames, things)
+    age = log(FADES) * torch.arange(far.shape[1], device=far.device)[:, None]
+    lately = ((far.log() - age).cummax(1).values + age).exp()
+    return torch.tanh(NOTICED * lately)

@@ -42,7 +42,7 @@ class Reader(nn.Module):
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         width, seen = config.width, features.WIDTH
-        thing = 2 * seen + 1 + 1 + config.type_width  # to gripper, to last hop, its weight, closed
+        thing = 2 * seen + 3 + config.type_width  # to gripper, to last hop; its weight, moved, closed
         self.hops = nn.ModuleList(
             nn.Sequential(nn.Linear(thing, width // 2), nn.ReLU(), nn.Linear(width // 2, 1))
             for _ in range(config.hops)
@@ -108,13 +108,14 @@ class Reader(nn.Module):
         near = features.offsets(positions)
         types = (frames.types @ self.types.weight)[:, None].expand(*positions.shape[:3], -1)
         closed = frames.closed[..., None, None].expand(*positions.shape[:3], 1)
+        moved = features.moved(positions, frames.things).unsqueeze(-1)
         hidden = ~frames.things[:, None]
         weight = torch.zeros_like(closed)
         here = torch.zeros_like(positions[:, :, 0])
         pointers, points = [], []
         for hop, nearness, novelty in zip(self.hops, self.nearness, self.novelty, strict=True):
             away = positions - here.unsqueeze(2)
-            seen = torch.cat([near, features.offsets(away), weight, closed, types], -1)
+            seen = torch.cat([near, features.offsets(away), weight, moved, closed, types], -1)
             distance = torch.linalg.vector_norm(away, dim=-1)
             scores = hop(seen).squeeze(-1) - nearness * distance - novelty * weight.squeeze(-1)
             pointer = torch.softmax(scores.masked_fill(hidden, -1e4), -1)  # (specs, frames, things)
