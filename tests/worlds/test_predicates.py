@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 import pytest
 
 from ntp_dsl.predicates import JUDGED, above, clear, covers, empty, held, holding, on, present, reachable
@@ -87,3 +89,19 @@ def test_a_success_test_accepts_more_than_a_program_aims_at() -> None:
     state = seen((0.52, 0.0, 0.075))
     assert not on(state, "a", "b") and JUDGED["on"](state, "a", "b")
     assert not JUDGED["on"](seen((0.526, 0.0, 0.075)), "a", "b")
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3, -0.3, 0.5])
+def test_a_bowl_is_held_by_its_rim_however_it_hangs(tilt: float) -> None:
+    bowl = Thing("bowl", "Bowl", (0.144, 0.144, 0.06), "bowl")
+    fork = Thing("fork", "Fork", (0.1, 0.018, 0.006), "fork")
+    along, up = 0.07, 0.017  # from its middle to where the fingers are
+    grip = (along * cos(tilt) - up * sin(tilt), 0.0, 0.3 + along * sin(tilt) + up * cos(tilt))
+
+    def holds(fork_at: Vector, gripper: Vector) -> str | None:
+        places = {"bowl": (0.0, 0.0, 0.3), "fork": fork_at}
+        return held(Observation((bowl, fork), places, gripper, True))
+
+    assert holds(FAR, grip) == "bowl"
+    over = (0.01, 0.0, 0.375)  # about to drop a fork into it, as far from its middle as its rim is
+    assert holds(over, over) == "fork" and holds(FAR, over) is None

@@ -1,0 +1,46 @@
+"""What the core is told of where things are and of what was moved."""
+
+from __future__ import annotations
+
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from torch import Tensor
+
+from ntp_dsl.core.features import moved
+
+seeds = st.integers(0, 2**31 - 1)
+CARRIED, LET_GO, FRAMES, THINGS = 2, 8, 12, 5
+
+
+def carrying(seed: int) -> Tensor:
+    """(1, frames, things, 3): the hand carries one thing, lets it go among the others, and leaves."""
+    generator = torch.Generator().manual_seed(seed)
+    others = 0.02 * torch.rand(THINGS, 3, generator=generator)  # all within two centimetres
+    steps = 0.05 * torch.nn.functional.normalize(torch.randn(FRAMES, 3, generator=generator), dim=-1)
+    hand = steps.cumsum(0)
+    world = others.expand(FRAMES, THINGS, 3).clone()
+    world[:LET_GO, CARRIED] = hand[:LET_GO]
+    world[LET_GO:, CARRIED] = hand[LET_GO - 1]
+    return (world - hand[:, None]).unsqueeze(0)
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_what_was_carried_stands_out_also_after_it_was_let_go(seed: int) -> None:
+    told = moved(carrying(seed), torch.ones(1, THINGS, dtype=torch.bool))[0]
+    assert (told[1:].argmax(1) == CARRIED).all() and (told[1:, CARRIED] > 0.3).all()
+    still = torch.arange(THINGS) != CARRIED
+    assert (told[:, still] < 0.01).all()
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_the_order_of_things_and_those_that_are_not_there_do_not_matter(seed: int) -> None:
+    positions, there = carrying(seed), torch.ones(1, THINGS, dtype=torch.bool)
+    told = moved(positions, there)
+    order = torch.randperm(THINGS, generator=torch.Generator().manual_seed(seed))
+    assert torch.allclose(moved(positions[:, :, order], there), told[:, :, order])
+    padded = torch.cat([positions, torch.zeros(1, FRAMES, 3, 3)], 2)
+    seen = torch.cat([there, torch.zeros(1, 3, dtype=torch.bool)], 1)
+    assert torch.allclose(moved(padded, seen)[:, :, :THINGS], told)
