@@ -7,8 +7,9 @@ from functools import partial
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import PYTHON, PredicateDeclaration
 from ntp_dsl.predicates import BUILT_IN
-from ntp_dsl.registry import Registry
-from ntp_dsl.world import World
+from ntp_dsl.registry import Api, Registry
+from ntp_dsl.state import State
+from ntp_dsl.world import Argument, Failure, Outcome, World
 
 WORLDS = ("kinematic", "bullet")
 
@@ -32,10 +33,21 @@ def make_world(name: str, registry: Registry, exact: bool = False) -> World:
         )
     for api in registry.apis.values():
         if api.skill == PYTHON:
-            world.skills[api.name] = partial(registry.python.get("skill", api.name), world)
+            world.skills[api.name] = partial(_carry_out, registry, api, world)
         else:
             world.skills[api.name] = world.skills[api.skill]
     return world
+
+
+def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
+    """A skill in Python; as the worlds' own, it is refused where what its api requires does not hold."""
+    state = State(registry, world.truth())
+    named = dict(zip((parameter.name for parameter in api.parameters), arguments, strict=True))
+    lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
+    if lacks:
+        return Outcome(False, Failure.NOT_READY, {"lacks": lacks})
+    outcome: Outcome = registry.python.get("skill", api.name)(world, *arguments)
+    return outcome
 
 
 def lacking(world: World, registry: Registry) -> list[str]:

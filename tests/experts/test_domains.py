@@ -17,7 +17,7 @@ from ntp_dsl.resources import examples_folder
 from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.state import State
 from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Disturbances
+from ntp_dsl.world import Disturbances, Failure
 from ntp_dsl.worlds import make_world
 
 STARTS, SOAKED = 10, 1000
@@ -100,6 +100,17 @@ def test_a_sampler_in_python_says_which_knobs_it_has() -> None:
     task = find_task(registry, "blueprint")
     with pytest.raises(NtpError, match="the sampler '.*' has no 'topology'; its function takes rng"):
         draw(registry, task, np.random.default_rng(0), {"topology": (0, 9)})
+
+
+def test_a_skill_in_python_is_refused_where_what_its_api_requires_does_not_hold() -> None:
+    registry = load_with_python("set_the_table")
+    world, rng = make_world("kinematic", registry), np.random.default_rng(0)
+    instance = draw(registry, find_task(registry, "set_the_table"), rng)
+    world.reset(instance.scattered(rng), 0)
+    before = world.truth()
+    outcome = world.call("move_beside", ("plate_0", "left", 0.11))
+    assert outcome.failure is Failure.NOT_READY and outcome.evidence == {"lacks": ["holding(any)"]}
+    assert world.truth() == before
 
 
 def test_a_function_that_is_missing_or_fails_is_named_with_its_line(tmp_path: Path) -> None:
