@@ -9,8 +9,8 @@ NEEDED := Python 3.11 is needed and was not found: install it, or say where it i
 RIGHT_PYTHON = $(shell for python in $(or $(PYTHON),python3.11 python3 python); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo score test lint check-tests install soak soak-diff soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot \
-	soak-plan clean
+.PHONY: demo score test lint check-tests install clean \
+	soak soak-diff soak-domains soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot soak-plan
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -31,10 +31,13 @@ score: install
 	@$(BIN)/python tests/corpus/score.py
 
 # What `make test` runs a few of, in the numbers that the measured figures were made with.
-soak: soak-experts soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan
+soak: soak-experts soak-domains soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan
 
 soak-one-shot: install
-	$(BIN)/pytest -n 2 -q --soak tests/evaluation
+	$(BIN)/pytest -n 2 -q --soak tests/evaluation/test_one_shot.py
+
+soak-domains: install
+	$(BIN)/pytest -q --soak tests/evaluation/test_domain_figures.py
 
 soak-experts: install
 	$(BIN)/pytest -n 2 -q --soak tests/experts

@@ -1,0 +1,67 @@
+"""The figures of the example domains, and the lines of their READMEs: a few here, all with `--soak`."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.evaluation import Plan, run_all
+from ntp_dsl.resources import examples_folder
+
+BY_THE_ARM = [
+    ("object_sorting", "many_objects", 0.97),
+    ("table_cleanup", "three_and_three", 0.96),
+    ("table_cleanup", "four_and_twelve", 0.90),
+    ("set_the_table", "set_the_table", 0.97),
+]
+TRAINED = ["object_sorting", "table_cleanup", "set_the_table"]
+EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
+README_LINE = re.compile(r"^    ntp (.*)$", re.MULTILINE)
+
+
+@pytest.mark.parametrize("example, task, least", BY_THE_ARM)
+def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, soak: bool) -> None:
+    plan = Plan(examples_folder() / example, task, None, "bullet", seed=1)
+    count = 100 if soak else 1
+    failed = [episode for episode in run_all(plan, count, workers=2 if soak else 1) if not episode.success]
+    assert len(failed) <= (1 - least) * count, [(each.number, each.blame, each.reason) for each in failed]
+    assert all(each.blame for each in failed)
+
+
+def ntp(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "ntp_dsl", *line.split()]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_path: Path) -> None:
+    """Without `--soak` with two demonstrations, three iterations and no arm."""
+    lines = README_LINE.findall((examples_folder() / example / "README.md").read_text())
+    assert {line.split()[0] for line in lines} >= {"check", "run"}
+    for line in lines:
+        verb = line.split()[0]
+        if not soak:
+            line = re.sub(r"-n \d+", "-n 2", line)
+            line += {"train": " --iterations 3", "run": " --world kinematic"}.get(verb, "")
+        done = ntp(line, tmp_path)
+        may_fail = verb == "run" and "--model" in line and not soak  # it has hardly been trained
+        assert done.returncode in ((0, 1) if may_fail else (0,)), (line, done.stderr)
+
+
+@pytest.mark.minutes
+@pytest.mark.parametrize("example", TRAINED)
+def test_a_domain_is_learnt_from_fifty_demonstrations(example: str, tmp_path: Path) -> None:
+    for line in (
+        f"record {example} {example} -n 50 --out data",
+        f"train {example} --data data --out model",
+    ):
+        assert ntp(line, tmp_path).returncode == 0
+    model = tmp_path / "model" / f"{example}.safetensors"
+    for world, count in (("kinematic", 200), ("bullet", 50)):
+        plan = Plan(examples_folder() / example, example, model, world, seed=7)
+        episodes = list(run_all(plan, count, workers=2))
+        assert sum(each.success for each in episodes) >= 0.95 * count, world
