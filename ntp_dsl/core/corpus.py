@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ntp_dsl.core import batches
+from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import Answers, Frames, States
 from ntp_dsl.core.config import TrainingConfig
 from ntp_dsl.core.memory import Memory
@@ -54,6 +54,7 @@ class Corpus:
                 if sample.query.scope is not None:
                     self._scoped.append(index)
         self._demonstrations = list(whole.values())
+        self._frames = np.mean([self._shown_whole(first) for first, *_ in self._demonstrations])
 
     def __len__(self) -> int:
         return len(self._samples)
@@ -61,7 +62,8 @@ class Corpus:
     def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
         """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
         drawn = []
-        shown = rng.choice(len(self._demonstrations), config.demonstrations)
+        affordable = max(config.fewest_demonstrations, int(config.frames / self._frames))
+        shown = rng.choice(len(self._demonstrations), min(config.demonstrations, affordable))
         many = [
             int(rng.choice(self._demonstrations[int(number)]))
             for number in shown
@@ -76,6 +78,12 @@ class Corpus:
         rest = [int(i) for i in rng.choice(self._unscoped, config.unscoped)]
         drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
         return drawn
+
+    def _shown_whole(self, index: int) -> int:
+        """How many frames are read of a demonstration."""
+        query = self._samples[index].query
+        assert query.scope is not None
+        return len(keyframes.within(query.demonstration, query.scope))
 
     def _batch(
         self, parts: list[int], queries: list[int], spec: np.ndarray, rng: np.random.Generator
