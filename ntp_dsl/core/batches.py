@@ -52,7 +52,7 @@ class Answers:
 
     slot: Tensor  # (queries,) IGNORE at an end
     end: Tensor  # (queries,) 1 where the program returns
-    start_frame: Tensor  # (queries,) within the spec; NOTHING where all that is shown is done
+    start_frame: Tensor  # (queries,) the last before the callee's scope; NOTHING where all is done
     last_frame: Tensor  # (queries,) of the callee's scope
     lost: Tensor  # (queries,) 1 where the callee's scope is none: a recovery that was never shown
     pointers: Tensor  # (queries, arity)
@@ -185,7 +185,7 @@ def answers(
                 numbers[index, place] = value.scaled(float(given))
         if query.scope is not None and answer.scope is not None:
             shown = keyframes.within(query.demonstration, query.scope)
-            start[index] = keyframes.first_from(shown, answer.scope[0])
+            start[index] = keyframes.last_before(shown, answer.scope[0])
             last[index] = keyframes.last_before(shown, answer.scope[1])
     return Answers(
         slot,

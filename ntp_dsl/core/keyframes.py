@@ -37,13 +37,8 @@ def _kept(demonstration: Demonstration) -> NDArray[np.int64]:
     return _KEPT[demonstration]
 
 
-def first_from(shown: NDArray[np.int64], frame: int) -> int:
-    """The place of the first kept frame that is not before a frame."""
-    return min(int(np.searchsorted(shown, frame)), len(shown) - 1)
-
-
 def last_before(shown: NDArray[np.int64], frame: int) -> int:
-    """The place of the last kept frame before a frame."""
+    """The place of the last kept frame before a frame; the first one where there is none before it."""
     return max(int(np.searchsorted(shown, frame)) - 1, 0)
 
 

@@ -128,8 +128,12 @@ class LearnedPolicy:
         best = int(hits[0].argmax())
         shown = keyframes.within(self.demonstration, query.scope)
 
+        begin = query.scope[0]
+
         def part(frame: int) -> Scope:
-            return int(shown[frame]), int(shown[int(reading.following[0, frame])]) + 1
+            """From the end of one call to the end of the next."""
+            first = int(shown[frame]) + 1 if frame else begin
+            return first, int(shown[int(reading.following[0, frame])]) + 1
 
         likely = hits[0].topk(min(TOP, len(shown)))
         parts = [None, *(part(frame) for frame in likely.indices.tolist())]

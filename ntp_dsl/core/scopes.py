@@ -26,8 +26,8 @@ def first_hit(logits: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
 def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
     """What the next event after each frame shows: z[t] = y[t + 1], y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
 
-    A frame between two calls may count as the end of one or the start of the other, so an event at the frame
-    itself is left out; the last frame, which has none after it, sees itself.
+    The frame with which a call ends is where the next one starts, so an event at the frame itself is left
+    out; the last frame, which has none after it, sees itself.
 
     gates: (batch, frames) in [0, 1]; values: (batch, frames, width). Solved by doubling.
     """
