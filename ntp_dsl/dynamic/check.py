@@ -50,6 +50,7 @@ def check_dynamically(
             sound.append(task)
     if not registry.tasks:
         instances = [_some_of_everything(runnable)]
+    instances = [each for each in instances if each.things]  # without any, there is nothing to try
     instances = sorted(instances, key=lambda instance: len(instance.things))[:SCENES]
     if instances:
         found += _run(runnable, sound, instances, reach, path, seed, told)
