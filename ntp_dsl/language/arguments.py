@@ -37,7 +37,7 @@ class Arguments:
         """
         given = node.arguments
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
-        sight = repairs.Sight(self._table, names, self._accepts(names, wild))
+        sight = self.sight(names, wild)
         if len(parameters) != len(given):
             for argument in given:
                 if not isinstance(argument, syntax.Wildcard):
@@ -52,8 +52,14 @@ class Arguments:
                 continue
             if not fits(self._table, found, parameters[index].type):
                 self._wrong_type(node, declared, parameters, index, found, sight, note)
+                if repairs.repair_order(sight, parameters, given) is not None:
+                    return  # they are only mixed up, which is one mistake
             elif isinstance(argument, syntax.Number):
                 self._check_range(parameters[index], argument, note)
+
+    def sight(self, names: Names, wild: bool = True) -> repairs.Sight:
+        """What can be named here, and what would fit where."""
+        return repairs.Sight(self._table, names, self._accepts(names, wild))
 
     def takes(
         self, parameters: Sequence[Parameter], arguments: Sequence[Expression], names: Names
@@ -105,8 +111,11 @@ class Arguments:
         help = self._members(parameter.type)
         order = repairs.repair_order(sight, parameters, node.arguments)
         meant = repairs.repair_argument(sight, parameters, node.arguments, index)
-        if order is not None:
-            fix: Fix | None = repairs.as_call(node, declared.name, order)
+        if (field := repairs.as_field(sight, node)) is not None:
+            fix: Fix | None = field
+            help = f"did you mean the field: {field.replacement}?"
+        elif order is not None:
+            fix = repairs.as_call(node, declared.name, order)
             help = f"in this order they fit: {fix.replacement}" if fix else help
         elif meant is not None:
             fix = Fix(wrong.span, format_expression(meant))

@@ -11,7 +11,7 @@ from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.provisions import Contracts
 from ntp_dsl.language.syntax import Atom, Expression, ProgramDeclaration, TaskDeclaration
 from ntp_dsl.language.task_repairs import said_of
-from ntp_dsl.language.walks import conjuncts, mentions
+from ntp_dsl.language.walks import conjuncts, mentions, predicates
 
 
 def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
@@ -25,6 +25,8 @@ def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
         return
     promised = contracts.promised(task.run)
     for part in conjuncts(task.success):
+        if not predicates(part) <= set(contracts.table.predicates):
+            continue  # of what is wrong itself nothing is concluded
         about = format_expression(part)
         lacking = [fact for fact in facts(part) if not _is_promised(fact, promised, contracts)]
         if lacking:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from ntp_dsl.language.diagnostics import Fix, unknown
 from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.names import Table
+from ntp_dsl.language.names import UNITS, Table
 from ntp_dsl.language.signatures import check_order, fits, head, measure, phrase, si
 from ntp_dsl.language.syntax import (
     Detail,
@@ -134,9 +135,10 @@ def _check_length(number: Number, meaning: str, table: Table) -> None:
     found = measure(table, number, LENGTH)
     if found is not None and not fits(table, found, LENGTH):
         table.report("E204", f"the {meaning} is a length, and this {phrase(found)}", number.span)
-    elif (size := si(number)) is not None and not 0 < size <= 10:
-        is_bare = not number.unit and 0 < size <= 100
-        fix = Fix(number.span, f"{format_expression(number)} cm") if is_bare else None
+    elif number.unit in ("", *UNITS) and (size := si(number)) is not None and not 0 < size <= 10:
+        meant = replace(number, unit="cm")
+        is_near = number.unit in {"", "m"} and 0 < size <= 100
+        fix = Fix(number.span, format_expression(meant)) if is_near else None
         help = f"did you mean {fix.replacement}?" if fix else ""
         message = f"{size:g} m is no size for a thing before an arm"
         table.report("E504", message, number.span, help, fix=fix)
@@ -164,6 +166,8 @@ def _check_reading(detail: Detail, group: SceneGroup, table: Table) -> None:
         table.report("E202", f"{message} {phrase(group.type)}", span)
     if not detail.settings:
         table.report("E201", f"'{detail.name}' takes at least one value", span)
+    if declared.result.name not in table.type_names():
+        return  # said already
     enum = table.enums.get(declared.result.name)
     for setting in detail.settings:
         if enum is not None:

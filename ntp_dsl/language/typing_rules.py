@@ -35,7 +35,7 @@ class Typing:
             case syntax.Atom():
                 declared = self._applications.predicate(expression, names)
                 if declared is not None and declared.result is not None:
-                    self._not_a_truth(expression, f"{phrase(declared.result)}")
+                    self._not_a_truth(expression, phrase(declared.result))
             case syntax.Compare():
                 self._compare(expression, names)
             case syntax.Not(value):
@@ -125,7 +125,8 @@ class Typing:
             case syntax.Atom():
                 declared = self._applications.predicate(expression, names)
                 if declared is None or declared.result is not None:
-                    return declared.result if declared else None
+                    result = declared.result if declared else None
+                    return result if result and result.name in self._table.type_names() else None
                 message = f"'{declared.name}' is true or false; here a value is meant"
                 help = (
                     f"a reading is declared with its type: predicate {declared.name}(...) -> length"
@@ -173,6 +174,10 @@ class Typing:
         if name in self._table.types:
             help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
         likely = [] if expected is None else self._of_type(expected, names)
+        if (owner := self._field_called(node, name, names)) is not None:
+            message = f"nothing is called '{name}'; it is a field: {owner}"
+            self._table.report("E101", message, node.span, fix=Fix(node.span, owner), name=name)
+            return
         fix = self._only(node, names, expected)
         if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
             help = help or f"'{fix.replacement}' would fit here"
@@ -183,6 +188,16 @@ class Typing:
         report_unknown(
             self._table, "value", "E101", what, name, node.span, known, help, likely
         )
+
+    def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
+        """`p.item` where `item` is written, if only one record in sight has such a field."""
+        owners = [
+            variable
+            for variable, type in names.items()
+            if type.name in self._table.records and not type.is_list
+            if name in {each.name for each in self._table.records[type.name].fields}
+        ]
+        return f"{owners[0]}.{name}" if len(owners) == 1 else None
 
     def _of_type(self, type: TypeName, names: Names) -> list[str]:
         """Whatever has a name of its own and fits."""
@@ -202,6 +217,8 @@ class Typing:
     def _field(
         self, node: syntax.Field, names: Names, expected: TypeName | None
     ) -> TypeName | None:
+        if self._names_member(node, names):
+            return None
         type = self._name(node.value, node.value.id, names, None)
         if type is None:
             return None
@@ -209,7 +226,8 @@ class Typing:
         if record is None or type.is_list:
             message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
             help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
-            self._table.report("E105", message, node.span, help, fix=self._owner(node, names))
+            fix = self._applied(node, names) or self._owner(node, names)
+            self._table.report("E105", message, node.span, help, fix=fix)
             return None
         fields = {each.name: each.type for each in record.fields}
         if node.name not in fields:
@@ -223,6 +241,23 @@ class Typing:
                 wrong = replace(wrong, fix=Fix(span, likely[0]))
             self._table.mistakes.append(wrong)
         return fields.get(node.name)
+
+    def _names_member(self, node: syntax.Field, names: Names) -> bool:
+        """`Side.left`: a member stands by itself."""
+        enum = self._table.enums.get(node.value.id)
+        if enum is None or node.value.id in names or node.name not in enum.members:
+            return False
+        message = f"a member of an enumeration stands by itself: {node.name}"
+        self._table.report("E101", message, node.span, fix=Fix(node.span, node.name))
+        return True
+
+    def _applied(self, node: syntax.Field, names: Names) -> Fix | None:
+        """`drink(cup)` where `cup.drink` is written."""
+        declared = self._table.predicates.get(node.name)
+        takes = self._applications.arguments.takes
+        if declared is None or not takes(declared.parameters, [node.value], names):
+            return None
+        return Fix(node.span, f"{node.name}({node.value.id})")
 
     def _owner(self, node: syntax.Field, names: Names) -> Fix | None:
         """The only thing in sight that has such a field: `p.item` where `goal.item` is written."""
