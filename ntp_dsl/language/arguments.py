@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from ntp_dsl.language import repairs, syntax
 from ntp_dsl.language.diagnostics import Fix, Note
 from ntp_dsl.language.formatter import format_expression, format_type
-from ntp_dsl.language.names import UNITS, Table
+from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table
 from ntp_dsl.language.signatures import Names, fits, head, phrase, si
 from ntp_dsl.language.syntax import Expression, Parameter, TypeName
 
@@ -117,6 +117,9 @@ class Arguments:
         elif order is not None:
             fix = repairs.as_call(node, declared.name, order)
             help = f"in this order they fit: {fix.replacement}" if fix else help
+        elif isinstance(wrong, syntax.Number) and parameter.type.name in NUMBER_TYPES:
+            fix = _in_its_unit(parameter, wrong)
+            help = f"did you mean {fix.replacement}?" if fix else help
         elif meant is not None:
             fix = Fix(wrong.span, format_expression(meant))
             help = help or f"did you mean '{fix.replacement}'?"
@@ -144,6 +147,17 @@ class Arguments:
 def _unit(parameter: Parameter) -> str:
     kinds = [unit for unit, (kind, size) in UNITS.items() if (kind, size) == (parameter.type.name, 1)]
     return f" {kinds[0]}" if kinds else ""
+
+
+def _in_its_unit(parameter: Parameter, number: syntax.Number) -> Fix | None:
+    """`30 s` where a time is meant and 30 cm stand: the only unit there is, or that its range allows."""
+    low, high = si(parameter.low), si(parameter.high)
+    kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
+    if low is not None and high is not None:
+        kinds = [(size, unit) for size, unit in kinds if low <= number.value * size <= high]
+    if len(kinds) != 1:
+        return None
+    return Fix(number.span, format_expression(syntax.Number(number.value, kinds[0][1])))
 
 
 def _other_unit(

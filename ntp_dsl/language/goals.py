@@ -23,6 +23,7 @@ from ntp_dsl.language.syntax import (
 from ntp_dsl.language.task_repairs import (
     filled,
     fills,
+    other_groups,
     other_range,
     other_record,
     with_groups,
@@ -57,7 +58,7 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
     if sources is not None and _check_number(goal, kind, sources, record, task, table):
         if record is not None and not _check_fields(goal, kind, record, sources, task, table):
             return ""  # nobody can tell what is meant
-        if options is not None:
+        if options is not None and all(count for _, count in sources):
             for name, message, better in kind.flaws(options, [count for _, count in sources]):
                 place = options[name].span if name else span
                 fix = other_range(options[name], better) if name else None
@@ -162,13 +163,20 @@ def _check_fields(
         return True
     type, field = wanted[index]
     message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(type)}"
+    is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
+    others = other_groups(goal, kind, index, record, task, table) if is_clear else []
     if not kind.many_sources and fills(kind, types[::-1], record, table):
         fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
         place = goal.group_spans[0] if goal.group_spans else span
         table.report("E202", message, place, "the other way round they fit", note, fix=fix)
+    elif len(others) == 1 and goal.group_spans:
+        at = 0 if kind.many_sources else index
+        help = f"'{others[0]}' would fit"
+        place = goal.group_spans[at]
+        table.report("E202", message, place, help, note, fix=Fix(place, others[0]))
     else:
         other = other_record(goal, kind, types, task, table)
-        help = f"of these it can make {other.replacement}" if other else ""
+        help = f"did you mean {other.replacement}?" if other else ""
         table.report("E202", message, span, help, note, fix=other)
     return False
 

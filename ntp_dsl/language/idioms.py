@@ -17,7 +17,8 @@ KEYWORD_OF = {"any": "some", "exists": "some", "some": "some"}  # of a quantifie
 OPERATORS: Mapping[str, str] = {
     "is": "==", "equals": "==", "eq": "==", "isnt": "!=", "neq": "!=", "ne": "!=", "gt": ">", "lt": "<",
     "ge": ">=", "le": "<=", "to": "..", "until": "..", "through": "..", "plus": "+", "minus": "-",
-    "times": "*",
+    "times": "*", "one": "1", "two": "2", "three": "3", "four": "4", "five": "5", "six": "6", "seven": "7",
+    "eight": "8", "nine": "9", "ten": "10",
 }  # fmt: skip
 
 SYNONYMS: Mapping[str, str] = {
@@ -32,11 +33,31 @@ SYNONYMS: Mapping[str, str] = {
 }  # fmt: skip
 
 
+def _quantified_twice(match: re.Match[str]) -> str:
+    word = KEYWORD_OF.get(match["word"], "all")
+    loops = " ".join(f"for {each}" for each in re.split(r"\s*,\s*", match["loops"]))
+    return f"{match['head']}{word} {match['body'].strip()} {loops}"
+
+
 def _quantified(match: re.Match[str]) -> str:
     """`forall x in xs: c`, where the condition comes first here."""
     word = KEYWORD_OF.get(match["word"], "all")
     loop = f"for {match['name']} in {match['list']}{match['if'] or ''}"
     return f"{match['head']}{word} {match['body'].strip()} {loop}"
+
+
+def _among(match: re.Match[str]) -> str:
+    members = re.split(r"\s*,\s*", match["members"].strip())
+    return "(" + " or ".join(f"{match['thing']} == {each}" for each in members) + ")"
+
+
+def _grouped(match: re.Match[str]) -> str:
+    return f"{match['margin']}{match['type'].lower()}s: {match['count']} {match['type']} on"
+
+
+def _looped(match: re.Match[str]) -> str:
+    """`for a, b in T`, which is two loops here."""
+    return " ".join(f"for {each} in {match['list']}" for each in re.split(r"\s*,\s*", match["names"]))
 
 
 def _membered(match: re.Match[str]) -> str:
@@ -55,9 +76,11 @@ LINES: Sequence[tuple[str, Rewrite]] = (
     (rf"^type\s+({NAME})\s*(?:[(:<,=]|<:)\s*({NAME})\s*[)>]?\s*:?\s*$", r"type \1 is \2"),
     (rf"^enum\s+(?P<name>{NAME})\s*[:=({{\[]*\s*(?P<rest>{NAME}.*?)\s*[)}}\]]*$", _membered),
     (rf"^record\s+({NAME})\s*[:=({{\[]+\s*({NAME}\s*:.*?)\s*[)}}\]]*:?$", r"record \1(\2)"),
-    (rf"^constant\s+({NAME})\s*(?:is|=|as|of|->|\s)\s*({NAME})$", r"constant \1: \2"),
+    (rf"^constant\s+([a-z_]\w*)\s*(?:is|=|as|of|->|\s)\s*({NAME})$", r"constant \1: \2"),
     (rf"^(predicate\s+{NAME}\s*\(.*\))\s*(?::|=>|=|>|returns?\b|is\b|as\b)\s*({NAME})\s*:?$",
      r"\1 -> \2"),
+    (r"^(predicate\s.*\))\s*->\s*(?:bool|boolean|Bool)\b", r"\1"),
+    (rf"^((?:program|api)\s.*\))\s*->\s*{NAME}(.*)$", r"\1\2"),
     (rf"^(task\s+{NAME})\s*\(.*\)\s*:?$", r"\1:"),
     (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})\s*(?:in\b|of\b|:|<-|=)\s*({NAME})\s*\)?"
      r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
@@ -67,6 +90,8 @@ LINES: Sequence[tuple[str, Rewrite]] = (
     (rf"^(\s*)(?:{NAME}\s+)?{NAME}\s*:?=\s*(?:await\s+)?({NAME}\(.*)$", r"\1\2"),
     (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|each|exists|some|any)\s*\(?(?P<name>{NAME}) in"
      rf" (?P<list>{NAME})(?P<if> if [^:]+?)?\s*[:,|.)]\s*(?P<body>.+)$", _quantified),
+    (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|exists|some)\s*\(?(?P<loops>{NAME} in {NAME}"
+     rf"(?:\s*,\s*{NAME} in {NAME})+)\s*[:|.)]\s*(?P<body>.+)$", _quantified_twice),
     (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
     (r"^(.*?)\bany\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1some \2\3"),
     (rf"^(\s*{CLAUSE}\s*)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
@@ -75,6 +100,15 @@ LINES: Sequence[tuple[str, Rewrite]] = (
      r"\1\2 \3 \4 and \4 \5 \6"),
     (r"^(.*=\s*)(?:range\s*)?[\[(]\s*(\d+)\s*,\s*(\d+)\s*[\])](.*)$", r"\1\2..\3\4"),
     (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})\s*[x*:×,(]?\s*(\d+)\)?\s+on\b", r"\1\3 \2 on"),
+    (r"^(?P<margin>\s*)(?P<count>\d+(?:\s*\.\.\s*\d+)?)\s+(?P<type>[A-Z]\w*)\s+on\b", _grouped),
+    (rf"^(\s*)[-*•]\s+({NAME}.*)$", r"\1\2"),
+    (rf"^(\s*)({NAME}\([^()]*\))\s*(?:\band\b|\bthen\b|&&|,|;)\s*({NAME}\(.*)$", r"\1\2\n\1\3"),
+    (rf"(?P<thing>{NAME}\([^()]*\)|{THING})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
+    (rf"\bfor (?P<names>{NAME}(?:\s*,\s*{NAME})+) in (?P<list>{NAME})", _looped),
+    (rf"\bfor ([A-Z]\w*) ((?!in\b){NAME})\b", r"for \2 in \1"),
+    (rf"(?<=[:>])\s*\[\s*({NAME})\s*\]", r" list[\1]"),
+    (rf"\blist\s*(?:of\b\s*|<|\()\s*({NAME})\s*[>)]?", r"list[\1]"),
+    (r"->(?=\w)", "."),
     (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)\s*[x*×]\s*({NAME})\s+on\b", r"\1 \2 on"),
     (r"^(\s*)(?:'''|\"|')([^\"']+?)(?:'''|\"|')$", r'\1"""\2"""'),
 )  # fmt: skip
@@ -143,8 +177,9 @@ def _brackets(text: str, column: int) -> Iterator[str]:
         if end < 0:
             continue
         head, inner, rest = text[:place], text[place + 1 : end], text[end + 1 :]
-        for opening, closing in ("()", "[]", ("", "")):
+        for opening, closing in ("()", "[]"):
             yield f"{head}{opening}{inner.strip()}{closing}{rest}"
+        yield f"{head.rstrip()} {inner.strip()}{rest}"
     if re.search(r"[;:.]\s*$", text):
         yield re.sub(r"[;:.]\s*$", ")", text)
 
@@ -156,6 +191,8 @@ def bracketed(text: str, column: int) -> Iterator[str]:
     head, inner = body[:column].rstrip(), body[column:].strip()
     if inner and re.search(r"\w$", head) and head.count("(") == head.count(")"):
         yield f"{head}({inner}){colon}{comment}"
+        first, comma, rest = inner.partition(",")
+        yield f"{head}({first.rstrip()}){comma}{rest}{colon}{comment}"
 
 
 def _loops(rows: Sequence[str], text: str) -> Iterator[str]:

@@ -181,6 +181,8 @@ def check_type(table: Table, name: syntax.TypeName) -> bool:
         return True
     known = table.type_names()
     meant = ELSEWHERE.get(name.name.lower())
+    if meant is None and name.name in UNITS:
+        meant = UNITS[name.name][0]
     if meant is None:
         table.mistakes.append(unknown("E103", "there is no type", name.name, name.span, known))
         return False

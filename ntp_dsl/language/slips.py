@@ -24,7 +24,7 @@ MOST_TRIES = 60
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
 TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
-APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b")
+APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
@@ -181,8 +181,8 @@ def _other_words(text: str, column: int) -> Iterator[str]:
         is_first = match is words[0]
         known = OPENING if is_first else INNER
         found = match.group()
-        near = [each for each in known if nearest(found, [each])]
-        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), nearest(found, known), *near):
+        near = [each for each in known if nearest(found, [each])] if found not in known else []
+        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), *near):
             if guess is not None and guess != found:
                 yield text[: match.start()] + guess + text[match.end() :]
                 yield text[: match.start()] + guess + text[match.end() :].replace(":", "", 1)
@@ -195,6 +195,10 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
             if start >= 0 and text.startswith(mark, start):
                 rest = text[start + len(mark) :]
                 yield text[:start] + ours + rest
+                if mark == ":":
+                    yield f"{text[:start].rstrip()} with {rest.lstrip()}"
+                if mark == ",":
+                    yield f"{text[:start].rstrip()} and {rest.lstrip()}"
                 if mark in {"-", ":"}:
                     yield text[:start] + "->" + rest
                     yield text[:start].rstrip() + ":" + rest

@@ -218,7 +218,10 @@ def with_groups(
     types = {each.name: each.type for each in task.scene}
     types |= {name: TypeName(name) for name in goal.groups if name in table.enums}
     if kind.many_sources:
-        choices = [tuple(each.name for each in task.scene)] if task.scene else []
+        fitting = [
+            each.name for each in task.scene if record is None or fills(kind, [each.type], record, table)
+        ]
+        choices = [tuple(fitting)] if fitting else []
     else:
         choices = [
             each
@@ -250,6 +253,23 @@ def fills(
     )
 
 
+def other_groups(
+    goal: Sampler,
+    kind: SamplerKind,
+    index: int,
+    record: RecordDeclaration,
+    task: TaskDeclaration,
+    table: Table,
+) -> list[str]:
+    """The groups that would fit where one stands that does not."""
+    fields = record.fields if kind.many_sources else (record.fields[index],)
+    return [
+        each.name
+        for each in task.scene
+        if each.name not in goal.groups and all(fits(table, each.type, field.type) for field in fields)
+    ]
+
+
 def other_record(
     goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: Table
 ) -> Fix | None:
@@ -260,7 +280,8 @@ def other_record(
     asked = [each.type.name for each in program.parameters if each.type.is_list] if program else []
     fitting = [each.name for each in table.records.values() if fills(kind, types, each, table)]
     meant = [name for name in fitting if name in asked] or fitting
-    return Fix(goal.result.span, f"list[{meant[0]}]") if len(meant) == 1 else None
+    text = meant[0] if len(meant) == 1 else ""
+    return Fix(goal.result.span, text if goal.result.is_list else f"list[{text}]") if text else None
 
 
 def reversed_count(group: SceneGroup) -> Fix | None:

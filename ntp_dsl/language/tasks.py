@@ -10,7 +10,7 @@ from ntp_dsl.language.goals import check_goal
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.scenes import check_scene
 from ntp_dsl.language.signatures import head
-from ntp_dsl.language.syntax import Name, Number, TaskDeclaration, TypeName
+from ntp_dsl.language.syntax import Atom, Name, Number, TaskDeclaration, TypeName
 from ntp_dsl.language.task_repairs import missing_section, other_run, promised, typed_goal
 from ntp_dsl.language.typing_rules import Typing
 from ntp_dsl.language.walks import mentions
@@ -49,7 +49,9 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
     if task.success is not None:
         ahead = len(table.mistakes)
         typing.condition(task.success, names)
-        if isinstance(task.success, Name | Number) and (meant := promised(task, table)) is not None:
+        is_call = isinstance(task.success, Atom) and task.success.predicate in table.programs
+        is_none = is_call or isinstance(task.success, Name | Number)  # no condition at all
+        if is_none and (meant := promised(task, table)) is not None:
             _propose(table, ahead, Fix(task.success.span, format_expression(meant)))
     if len(table.mistakes) == before:
         _check_judgement(task, table)

@@ -41,8 +41,9 @@ class Typing:
             case syntax.Not(value):
                 self.condition(value, names)
             case syntax.And(values) | syntax.Or(values):
-                for value in values:
-                    self.condition(value, names)
+                for before, value in zip((None, *values), values, strict=False):
+                    if not self._lacks_left(value, before, names):
+                        self.condition(value, names)
             case syntax.Quantified(_, body, generators):
                 inner = names
                 for generator in generators:
@@ -54,6 +55,21 @@ class Typing:
                 found = self.value(expression, names, None)
                 if found is not None:
                     self._not_a_truth(expression, f"{phrase(found)}")
+
+    def _lacks_left(self, value: Expression, before: Expression | None, names: Names) -> bool:
+        """`zone(c) == north or south`: what is compared is said again."""
+        if not isinstance(before, syntax.Compare) or not isinstance(value, syntax.Name | syntax.Number):
+            return False
+        ahead = len(self._table.mistakes)
+        left, found = self.value(before.left, names, None), self.value(value, names, None)
+        del self._table.mistakes[ahead:]
+        if left is None or found is None or not fits(self._table, found, left):
+            return False
+        meant = format_expression(replace(before, right=value))
+        message = f"this is {phrase(found)}, where something true or false is meant"
+        fix = Fix(value.span, meant)
+        self._table.report("E205", message, value.span, f"did you mean '{meant}'?", fix=fix)
+        return True
 
     def _not_a_truth(self, expression: Expression, what: str) -> None:
         message = f"this is {what}, where something true or false is meant"
@@ -94,6 +110,14 @@ class Typing:
         if found is not None and found.is_list:
             return TypeName(found.name)
         lists = [name for name, type in names.items() if type.is_list]
+        of_records = [name for name in lists if names[name].name in self._table.records]
+        if found is None and domain.id not in self._table.constants and len(of_records) == 1:
+            known = [*lists, *self._table.types]
+            if nearest(domain.id, known) is None and not domain.id[0].isupper():
+                message = f"no list is called '{domain.id}'; did you mean '{of_records[0]}'?"
+                only = Fix(domain.span, of_records[0])
+                self._table.report("E101", message, domain.span, fix=only, name=domain.id)
+                return TypeName("")
         if found is None and domain.id not in self._table.constants:
             what, known = "no list or type is called", [*lists, *self._table.types]
             report_unknown(
@@ -103,6 +127,10 @@ class Typing:
             one = found or self._table.constants[domain.id].type
             message = f"'{domain.id}' is one {one.name}, not a list to go through"
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
+            if one.name in self._table.records and one.span.line:
+                fix = Fix(one.span, f"list[{one.name}]")  # declared so, and gone through
+            if any(each.code == "E206" and each.fix == fix for each in self._table.mistakes if fix):
+                return TypeName("")
             help = "a loop goes through a list, or through the things of a type: for b in Object"
             self._table.report("E206", message, domain.span, help, fix=fix)
         return TypeName("")  # stands for "said already": it fits everything
@@ -174,6 +202,15 @@ class Typing:
         if name in self._table.types:
             help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
         likely = [] if expected is None else self._of_type(expected, names)
+        if (declared := self._table.predicates.get(name)) is not None:
+            sight = self._applications.arguments.sight(names)
+            meant = repairs.repair_count(sight, declared.parameters, ())
+            text = f"{name}({', '.join(map(format_expression, meant or ()))})"
+            applied = Fix(node.span, text) if meant is not None else None
+            message = f"'{name}' is a predicate, and is written with brackets"
+            self._table.report("E101", message, node.span, f"for example: {text}" if applied else "",
+                               fix=applied)  # fmt: skip
+            return
         if (owner := self._field_called(node, name, names)) is not None:
             message = f"nothing is called '{name}'; it is a field: {owner}"
             self._table.report("E101", message, node.span, fix=Fix(node.span, owner), name=name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Set
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
@@ -70,6 +71,11 @@ def unexpected(
         return misspelt
     message = f"expected {expectation(expected)}, found {_found(kind, text)}"
     fix = None
+    untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", piece.text.split("\n")[line - 1][: column - 1])
+    if expected == {"':'"} and text in {")", ","} and untyped:
+        name = untyped.group(1)
+        message = f"'{name}' does not say of which type it is"
+        return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
     if kind == "_INDENT":
         message = "this line is indented further than the one above it, to which nothing belongs"
         span = _next_line(piece, line)
