@@ -155,6 +155,8 @@ class Typing:
                 if declared is None or declared.result is not None:
                     result = declared.result if declared else None
                     return result if result and result.name in self._table.type_names() else None
+                if self._is_mistaken(declared):
+                    return None
                 message = f"'{declared.name}' is true or false; here a value is meant"
                 help = (
                     f"a reading is declared with its type: predicate {declared.name}(...) -> length"
@@ -368,5 +370,9 @@ class Typing:
     def _is_truth(self, side: Expression) -> bool:
         if isinstance(side, syntax.Atom):
             declared = self._table.predicates.get(side.predicate)
-            return declared is not None and declared.result is None
+            return declared is not None and declared.result is None and not self._is_mistaken(declared)
         return isinstance(side, CONDITIONS)
+
+    def _is_mistaken(self, declared: syntax.PredicateDeclaration) -> bool:
+        """`predicate drink(cup: Cup): Drink`, of which is said already that it is a reading."""
+        return isinstance(declared.body, syntax.Name) and declared.body.id in self._table.type_names()
