@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,16 @@ from ntp_dsl.dynamic.honesty import check_honesty
 from ntp_dsl.dynamic.reach import Reach
 from ntp_dsl.dynamic.rehearsal import Rehearsal
 from ntp_dsl.language.diagnostics import Diagnostic, NtpError
-from ntp_dsl.language.syntax import NOWHERE, SceneGroup, TaskDeclaration, TypeName
+from ntp_dsl.language.syntax import (
+    NOWHERE,
+    Detail,
+    Name,
+    Number,
+    SceneGroup,
+    Setting,
+    TaskDeclaration,
+    TypeName,
+)
 from ntp_dsl.registry import Registry
 from ntp_dsl.tasks import Instance, draw
 from ntp_dsl.worlds import lacking, make_world
@@ -41,7 +51,8 @@ def check_dynamically(
     sound: list[TaskDeclaration] = []
     for task in tasks:
         try:
-            drawn = [draw(runnable, task, np.random.default_rng((seed, n))) for n in range(3)]
+            whole = replace(task, scene=_with_readings(task.scene, runnable))
+            drawn = [draw(runnable, whole, np.random.default_rng((seed, n))) for n in range(3)]
             drawn[0].scattered(np.random.default_rng(seed))
         except NtpError as error:
             found.append(_impossible(task, error))
@@ -50,6 +61,7 @@ def check_dynamically(
             sound.append(task)
     if not registry.tasks:
         instances = [_some_of_everything(runnable)]
+    instances = [each for each in instances if each.things]  # without any, there is nothing to try
     instances = sorted(instances, key=lambda instance: len(instance.things))[:SCENES]
     if instances:
         found += _run(runnable, sound, instances, reach, path, seed, told)
@@ -95,8 +107,34 @@ def _some_of_everything(registry: Registry) -> Instance:
     scene = tuple(
         SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types
     )
-    things = layout(registry, TaskDeclaration("", scene=scene)).things
+    things = layout(registry, TaskDeclaration("", scene=_with_readings(scene, registry))).things
     return Instance(TaskDeclaration(""), things, (), "", ())
+
+
+def _with_readings(scene: tuple[SceneGroup, ...], registry: Registry) -> tuple[SceneGroup, ...]:
+    """The scene with all that can be read of its things: what one task has no need to say, a program that is
+    tried in its scene may ask."""
+    readings = [
+        each
+        for each in registry.predicates.values()
+        if each.result is not None and each.body is None and each.by is None and len(each.parameters) == 1
+    ]
+
+    def whole(group: SceneGroup) -> SceneGroup:
+        said = {detail.name for detail in group.details}
+        more = tuple(
+            Detail(each.name, _values(each.result, registry))
+            for each in readings
+            if each.name not in said and registry.is_a(group.type.name, each.parameters[0].type.name)
+        )
+        return replace(group, details=(*group.details, *more))
+
+    return tuple(map(whole, scene))
+
+
+def _values(result: TypeName | None, registry: Registry) -> tuple[Setting, ...]:
+    members = registry.enums.get(result.name if result else "", ())
+    return tuple(map(Name, members)) or (Number(0.0), Number(1.0))
 
 
 def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:

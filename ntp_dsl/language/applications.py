@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ntp_dsl.language import syntax
+from ntp_dsl.language import repairs, syntax
 from ntp_dsl.language.arguments import Arguments, Value
 from ntp_dsl.language.diagnostics import Note, nearest
 from ntp_dsl.language.formatter import format_expression
@@ -43,9 +43,14 @@ class Applications:
     def _no_predicate(self, atom: syntax.Atom, names: Names) -> None:
         name, span = atom.predicate, head(atom.span, atom.predicate)
         callee = self._table.callable(name)
+        if (field := repairs.as_field(self.arguments.sight(names), atom)) is not None:
+            message = f"there is no predicate '{name}'; it is a field: {field.replacement}"
+            self._table.report("E102", message, span, fix=field, name=name)
+            return
         if callee is None or nearest(name, self._table.predicates):
             likely = self._that_take(self._table.predicates.values(), atom.arguments, names)
-            known = self._table.predicates
+            alike = [each for each in self._table.predicates.values() if _are_as_many(each, atom)]
+            known = [each.name for each in alike] or [*self._table.predicates]
             what = "there is no predicate"
             report_unknown(
                 self._table, "predicate", "E102", what, name, span, known, likely=likely
@@ -91,6 +96,10 @@ class Applications:
         callables = self._table.callables()
         names = [c.name for c in callables if c.achieves and predicate in predicates(c.achieves)]
         return f"what achieves it can be called: {', '.join(names)}" if names else ""
+
+
+def _are_as_many(declared: syntax.PredicateDeclaration, atom: syntax.Atom) -> bool:
+    return len(declared.parameters) == len(atom.arguments)
 
 
 def _achieved(callee: syntax.ApiDeclaration | syntax.ProgramDeclaration) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from ntp_dsl.language import repairs, syntax
 from ntp_dsl.language.diagnostics import Fix, Note
 from ntp_dsl.language.formatter import format_expression, format_type
-from ntp_dsl.language.names import UNITS, Table
+from ntp_dsl.language.names import NUMBER_TYPES, UNITS, Table
 from ntp_dsl.language.signatures import Names, fits, head, phrase, si
 from ntp_dsl.language.syntax import Expression, Parameter, TypeName
 
@@ -37,7 +37,7 @@ class Arguments:
         """
         given = node.arguments
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
-        sight = repairs.Sight(self._table, names, self._accepts(names, wild))
+        sight = self.sight(names, wild)
         if len(parameters) != len(given):
             for argument in given:
                 if not isinstance(argument, syntax.Wildcard):
@@ -52,8 +52,14 @@ class Arguments:
                 continue
             if not fits(self._table, found, parameters[index].type):
                 self._wrong_type(node, declared, parameters, index, found, sight, note)
+                if repairs.repair_order(sight, parameters, given) is not None:
+                    return  # they are only mixed up, which is one mistake
             elif isinstance(argument, syntax.Number):
                 self._check_range(parameters[index], argument, note)
+
+    def sight(self, names: Names, wild: bool = True) -> repairs.Sight:
+        """What can be named here, and what would fit where."""
+        return repairs.Sight(self._table, names, self._accepts(names, wild))
 
     def takes(
         self, parameters: Sequence[Parameter], arguments: Sequence[Expression], names: Names
@@ -105,9 +111,15 @@ class Arguments:
         help = self._members(parameter.type)
         order = repairs.repair_order(sight, parameters, node.arguments)
         meant = repairs.repair_argument(sight, parameters, node.arguments, index)
-        if order is not None:
-            fix: Fix | None = repairs.as_call(node, declared.name, order)
+        if (field := repairs.as_field(sight, node)) is not None:
+            fix: Fix | None = field
+            help = f"did you mean the field: {field.replacement}?"
+        elif order is not None:
+            fix = repairs.as_call(node, declared.name, order)
             help = f"in this order they fit: {fix.replacement}" if fix else help
+        elif isinstance(wrong, syntax.Number) and parameter.type.name in NUMBER_TYPES:
+            fix = _in_its_unit(parameter, wrong)
+            help = f"did you mean {fix.replacement}?" if fix else help
         elif meant is not None:
             fix = Fix(wrong.span, format_expression(meant))
             help = help or f"did you mean '{fix.replacement}'?"
@@ -135,6 +147,17 @@ class Arguments:
 def _unit(parameter: Parameter) -> str:
     kinds = [unit for unit, (kind, size) in UNITS.items() if (kind, size) == (parameter.type.name, 1)]
     return f" {kinds[0]}" if kinds else ""
+
+
+def _in_its_unit(parameter: Parameter, number: syntax.Number) -> Fix | None:
+    """`30 s` where a time is meant and 30 cm stand: the only unit there is, or that its range allows."""
+    low, high = si(parameter.low), si(parameter.high)
+    kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
+    if low is not None and high is not None:
+        kinds = [(size, unit) for size, unit in kinds if low <= number.value * size <= high]
+    if len(kinds) != 1:
+        return None
+    return Fix(number.span, format_expression(syntax.Number(number.value, kinds[0][1])))
 
 
 def _other_unit(

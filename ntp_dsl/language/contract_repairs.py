@@ -13,6 +13,7 @@ from ntp_dsl.language.diagnostics import Edit, Fix
 from ntp_dsl.language.facts import EVERY, facts, implies
 from ntp_dsl.language.formatter import format_expression, format_statement
 from ntp_dsl.language.provisions import Contracts, Lack
+from ntp_dsl.language.signatures import fits
 from ntp_dsl.language.syntax import Atom, Expression, ProgramDeclaration, Span, Statement
 from ntp_dsl.language.walks import everything, innermost, loops, mentions
 
@@ -134,11 +135,22 @@ def _replaced(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
     for call in _calls_for(contracts, promises[0], lack.program.name):
         if call.callee == lack.call.callee or call.callee in contracts.table.apis:
             continue
+        if not _takes_alike(contracts, callee, call.callee):
+            continue
         body = list(lack.program.body)
         body[lack.index] = _with_call(body[lack.index], call)
         text = format_statement(call)[0]
         words = f"call '{call.callee}' instead, which asks for less"
         yield replace(lack.program, body=tuple(body)), Fix(lack.call.span, text), words
+
+
+def _takes_alike(
+    contracts: Contracts, callee: syntax.ApiDeclaration | ProgramDeclaration, other: str
+) -> bool:
+    """Whether another program takes whatever this one does."""
+    meant = contracts.table.callable(other)
+    pairs = zip(callee.parameters, meant.parameters if meant else (), strict=False)
+    return all(fits(contracts.table, given.type, wanted.type) for given, wanted in pairs)
 
 
 def _with_call(statement: Statement, call: syntax.Call) -> Statement:
@@ -157,7 +169,7 @@ def _required(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
         facts_asked = [
             each.fact
             for each in contracts.lacks(program)
-            if each.index == lack.index and not contracts.achievers(each.fact)
+            if not contracts.achievers(each.fact)
             if _can_ask(contracts, each)
         ]
     wanted = facts_asked[0] if len(facts_asked) == 1 else syntax.And(tuple(facts_asked))

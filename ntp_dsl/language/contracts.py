@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 from ntp_dsl.language import contract_repairs, lints
-from ntp_dsl.language.diagnostics import Diagnostic, Note
+from ntp_dsl.language.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.facts import EVERY
 from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.judgements import check_success
 from ntp_dsl.language.provisions import Contracts, Lack
 from ntp_dsl.language.signatures import head
-from ntp_dsl.language.syntax import ProgramDeclaration, TaskDeclaration
+from ntp_dsl.language.syntax import Expression, ProgramDeclaration, TaskDeclaration
 
 
 def check_contract(declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts) -> None:
@@ -24,7 +26,7 @@ def check_contract(declaration: ProgramDeclaration | TaskDeclaration, contracts:
     lints.check_programs(contracts, [declaration])
     if declaration.achieves is None:
         _no_promise(declaration, contracts)
-    contracts.table.mistakes += [_missing(lack, contracts) for lack in contracts.lacks(declaration)]
+    contracts.table.mistakes += _missing(list(contracts.lacks(declaration)), contracts)
 
 
 def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
@@ -36,16 +38,34 @@ def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
     contracts.table.report("E401", message, program.name_span, help, fix=fix)
 
 
-def _missing(lack: Lack, contracts: Contracts) -> Diagnostic:
+def _missing(lacks: Sequence[Lack], contracts: Contracts) -> Iterator[Diagnostic]:
+    """What one call lacks, and one change would mend, is one mistake."""
+    repairs = [contract_repairs.repair(contracts, lack) for lack in lacks]
+    told: set[int] = set()
+    for number, (lack, repaired) in enumerate(zip(lacks, repairs, strict=True)):
+        if number in told:
+            continue
+        alike = [
+            other
+            for other in range(number, len(lacks))
+            if other == number or (repaired is not None and repairs[other] == repaired)
+            if (lacks[other].index, lacks[other].certain) == (lack.index, lack.certain)
+        ]
+        told.update(alike)
+        yield _missing_of_call(lack, [lacks[each].fact for each in alike], repaired, contracts)
+
+
+def _missing_of_call(
+    lack: Lack, lacking: Sequence[Expression], repaired: tuple[Fix, str] | None, contracts: Contracts
+) -> Diagnostic:
     callee = contracts.table.callable(lack.call.callee)
     assert callee is not None
-    fact = format_expression(lack.fact).replace(EVERY.id, "any")
-    message = f"'{callee.name}' requires {fact}, and nothing provides that before it"
+    what = " and ".join(format_expression(fact).replace(EVERY.id, "any") for fact in lacking)
+    message = f"'{callee.name}' requires {what}, and nothing provides that before it"
     help = f"add it to what '{lack.program.name}' requires"
     names = [name for name in contracts.achievers(lack.fact) if name != lack.program.name]
     if names:
         help = f"call what achieves it ({', '.join(names)}) before, or {help}"
-    repaired = contract_repairs.repair(contracts, lack)
     fix, help = repaired or (None, help)
     note = Note(f"'{callee.name}' is declared here", callee.name_span)
     code = "E403" if lack.certain else "N403"

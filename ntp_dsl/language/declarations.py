@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ntp_dsl.language import syntax, tasks
 from ntp_dsl.language.diagnostics import Fix
+from ntp_dsl.language.formatter import format_signature
 from ntp_dsl.language.lints import check_conditions
 from ntp_dsl.language.names import Table, check_type
 from ntp_dsl.language.signatures import Names, check_parameters
@@ -25,7 +28,7 @@ def check_declaration(declaration: syntax.Declaration, table: Table) -> None:
                     table.report("E202", message, declaration.type.span)
         case syntax.PredicateDeclaration():
             names = check_parameters(table, declaration.parameters)
-            if declaration.body is not None:
+            if declaration.body is not None and not _is_reading(declaration, names, table):
                 typing.condition(declaration.body, names)
             if declaration.result is not None:
                 check_type(table, declaration.result)
@@ -41,6 +44,20 @@ def check_declaration(declaration: syntax.Declaration, table: Table) -> None:
         case syntax.TaskDeclaration():
             tasks.check_task(declaration, table, typing)
     check_conditions(table, declaration)
+
+
+def _is_reading(declaration: syntax.PredicateDeclaration, names: Names, table: Table) -> bool:
+    """`predicate drink(cup: Cup): Drink`, where `-> Drink` is meant."""
+    body = declaration.body
+    if not isinstance(body, syntax.Name) or body.id in names or body.id not in table.type_names():
+        return False
+    start, end = declaration.name_span, body.span
+    whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
+    meant = replace(declaration, body=None, result=syntax.TypeName(body.id))
+    fix = Fix(whole, format_signature(meant)) if start.line == end.line else None
+    message = f"what a reading is, is said after '->': {format_signature(meant)}"
+    table.report("E205", message, body.span, fix=fix, name=body.id)
+    return True
 
 
 def _check_contract(

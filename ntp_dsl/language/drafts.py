@@ -32,6 +32,7 @@ class Draft:
     mistakes: tuple[Diagnostic, ...] = ()
     holed: frozenset[Key] = frozenset()
     lost: frozenset[Key] = frozenset()
+    guessed: frozenset[int] = frozenset()  # lines that are read as they were probably meant
     lacks_uses: bool = False  # a `use` could not be read: any name may come from there
 
     def whole(self) -> Library:
@@ -63,6 +64,7 @@ def draft(found: Sequence[Parsed], path: Path | None) -> Draft:
         (*mistakes, *_header_mistakes(headers, found, stem, path)),
         frozenset(_holed(found)),
         frozenset(key for parsed in found for key in parsed.lost),
+        frozenset(line for parsed in found for line in parsed.guessed),
         any(parsed.piece.keyword == "use" for parsed in broken),
     )
 

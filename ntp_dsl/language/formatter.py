@@ -78,6 +78,11 @@ def _predicate(declaration: syntax.PredicateDeclaration) -> list[str]:
     return [f"{head}{_result(declaration.result)}{_by(declaration.by)}"]
 
 
+def format_signature(declaration: syntax.PredicateDeclaration) -> str:
+    """`drink(cup: Cup) -> Drink`."""
+    return f"{declaration.name}{_parameters(declaration.parameters)}{_result(declaration.result)}"
+
+
 def _api(declaration: syntax.ApiDeclaration) -> list[str]:
     head = f"api {declaration.name}{_parameters(declaration.parameters)}{_by(declaration.by)}"
     return [head, *_contract(declaration)]

@@ -20,7 +20,18 @@ from ntp_dsl.language.syntax import (
     TaskDeclaration,
     TypeName,
 )
-from ntp_dsl.language.task_repairs import other_range, with_groups, with_options, without
+from ntp_dsl.language.task_repairs import (
+    filled,
+    fills,
+    other_groups,
+    other_range,
+    other_record,
+    with_groups,
+    with_options,
+    without,
+)
+
+LENGTHS = {kind.length for kind in SAMPLERS.values()} | {"count", "number", "size", "n"}
 
 
 def check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
@@ -44,10 +55,10 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
             help = "write 'use tabletop' above"
             table.report("E108", message, span, help, name=kind.record)
     options = _check_options(goal, kind, sources, table)
-    if sources is not None and _check_number(goal, kind, sources, task, table):
-        if record is not None:
-            _check_fields(goal, kind, record, sources, table)
-        if options is not None:
+    if sources is not None and _check_number(goal, kind, sources, record, task, table):
+        if record is not None and not _check_fields(goal, kind, record, sources, task, table):
+            return ""  # nobody can tell what is meant
+        if options is not None and all(count for _, count in sources):
             for name, message, better in kind.flaws(options, [count for _, count in sources]):
                 place = options[name].span if name else span
                 fix = other_range(options[name], better) if name else None
@@ -108,20 +119,25 @@ def _check_sources(goal: Sampler, task: TaskDeclaration, table: Table) -> list[S
 
 
 def _check_number(
-    goal: Sampler, kind: SamplerKind, sources: list[Source], task: TaskDeclaration, table: Table
+    goal: Sampler,
+    kind: SamplerKind,
+    sources: list[Source],
+    record: RecordDeclaration | None,
+    task: TaskDeclaration,
+    table: Table,
 ) -> bool:
     wanted = len(kind.sources)
     span = head(goal.span, goal.name)
     if not sources:
         message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
         help = f"{goal.name}({', '.join(kind.sources)}, ...)"
-        table.report("E502", message, span, help, fix=with_groups(goal, kind, task))
+        table.report("E502", message, span, help, fix=with_groups(goal, kind, record, task, table))
         return False
     if len(sources) == wanted or (kind.many_sources and len(sources) > wanted):
         return True
     message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
     help = f"{goal.name}({', '.join(kind.sources)}, ...)"
-    table.report("E201", message, span, help, fix=with_groups(goal, kind, task))
+    table.report("E201", message, span, help, fix=with_groups(goal, kind, record, task, table))
     return False
 
 
@@ -130,25 +146,39 @@ def _check_fields(
     kind: SamplerKind,
     record: RecordDeclaration,
     sources: list[Source],
+    task: TaskDeclaration,
     table: Table,
-) -> None:
+) -> bool:
     """A pair becomes the record's two fields; of a tower, each thing may be either."""
     span = goal.result.span if goal.result else head(goal.span, goal.name)
     note = Note(f"'{record.name}' is declared here", record.name_span)
+    types = [type for type, _ in sources]
     if len(record.fields) != 2:
         message = f"'{goal.name}' fills two fields, and a {record.name} has {len(record.fields)}"
-        table.report("E202", message, span, "", note)
-        return
-    first, second = record.fields
-    if kind.many_sources:
-        wanted = [(source, field) for source, _ in sources for field in (first, second)]
+        table.report("E202", message, span, "", note, fix=other_record(goal, kind, types, task, table))
+        return False
+    wanted = filled(kind, types, record)
+    index = next((i for i, (type, field) in enumerate(wanted) if not fits(table, type, field.type)), None)
+    if index is None:
+        return True
+    type, field = wanted[index]
+    message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(type)}"
+    is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
+    others = other_groups(goal, kind, index, record, task, table) if is_clear else []
+    if not kind.many_sources and fills(kind, types[::-1], record, table):
+        fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
+        place = goal.group_spans[0] if goal.group_spans else span
+        table.report("E202", message, place, "the other way round they fit", note, fix=fix)
+    elif len(others) == 1 and goal.group_spans:
+        at = 0 if kind.many_sources else index
+        help = f"'{others[0]}' would fit"
+        place = goal.group_spans[at]
+        table.report("E202", message, place, help, note, fix=Fix(place, others[0]))
     else:
-        wanted = [(sources[0][0], first), (sources[1][0], second)]
-    for source, field in wanted:
-        if not fits(table, source, field.type):
-            message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(source)}"
-            table.report("E202", message, span, "", note)
-            return
+        other = other_record(goal, kind, types, task, table)
+        help = f"did you mean {other.replacement}?" if other else ""
+        table.report("E202", message, span, help, note, fix=other)
+    return False
 
 
 def _check_options(
@@ -159,8 +189,11 @@ def _check_options(
         if option.name not in kind.options:
             what = f"'{goal.name}' has no option"
             span = _option_span(option)
-            help = f"its length is called '{kind.length}'" if option.name == "length" else ""
-            table.mistakes.append(unknown("E109", what, option.name, span, kind.options, help))
+            wrong = unknown("E109", what, option.name, span, kind.options)
+            if option.name in LENGTHS and kind.length not in {each.name for each in goal.options}:
+                help = f"its length is called '{kind.length}'"
+                wrong = replace(wrong, help=help, fix=Fix(span, kind.length))
+            table.mistakes.append(wrong)
     options = _check_ranges(goal, table)
     missing = [name for name in kind.needed if name not in options]
     if missing and len(table.mistakes) == before:

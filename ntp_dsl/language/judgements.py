@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Fix, Note
@@ -11,7 +12,7 @@ from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.provisions import Contracts
 from ntp_dsl.language.syntax import Atom, Expression, ProgramDeclaration, TaskDeclaration
 from ntp_dsl.language.task_repairs import said_of
-from ntp_dsl.language.walks import conjuncts, mentions
+from ntp_dsl.language.walks import conjuncts, mentions, predicates
 
 
 def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
@@ -25,12 +26,15 @@ def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
         return
     promised = contracts.promised(task.run)
     for part in conjuncts(task.success):
+        if not predicates(part) <= set(contracts.table.predicates):
+            continue  # of what is wrong itself nothing is concluded
         about = format_expression(part)
         lacking = [fact for fact in facts(part) if not _is_promised(fact, promised, contracts)]
         if lacking:
             message = f"'{program.name}' does not say that it achieves this: {about}"
             note = Note("what it achieves", program.achieves.span)
             contracts.table.report("N501", message, part.span, "", note)
+    _check_quantifier(task, program, contracts)
     asked, given = _elements(task.success), _elements(said_of(program, task.run))
     if asked is None or given is None or asked[0] != given[0]:
         return
@@ -39,6 +43,17 @@ def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
         if same and fact not in same:
             _turned_round(task, program, contracts)
             return
+
+
+def _check_quantifier(task: TaskDeclaration, program: ProgramDeclaration, contracts: Contracts) -> None:
+    """`some … for p in goal`, where the program achieves it of all."""
+    assert task.success is not None and task.run is not None
+    promised = said_of(program, task.run)
+    if isinstance(task.success, syntax.Quantified) and task.success.quantifier == "some":
+        if promised is not None and replace(task.success, quantifier="all") == promised:
+            message = f"one element of the goal would be enough, and '{program.name}' achieves all"
+            text = format_expression(promised)
+            contracts.table.report("W503", message, task.success.span, fix=Fix(task.success.span, text))
 
 
 def _is_promised(

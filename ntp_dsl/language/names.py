@@ -166,10 +166,28 @@ SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, 
 }
 
 
+# What other languages call what a number measures.
+ELSEWHERE = {
+    "float": "number", "double": "number", "real": "number", "int": "number", "integer": "number",
+    "num": "number", "scalar": "number", "distance": "length", "meters": "length", "metres": "length",
+    "duration": "time", "seconds": "time", "degrees": "angle", "radians": "angle", "weight": "mass",
+    "newton": "force", "string": "", "str": "", "bool": "", "boolean": "",
+}  # fmt: skip
+
+
 def check_type(table: Table, name: syntax.TypeName) -> bool:
     """Whether the type exists; says so if not."""
     if name.name in table.type_names():
         return True
     known = table.type_names()
-    table.mistakes.append(unknown("E103", "there is no type", name.name, name.span, known))
+    meant = ELSEWHERE.get(name.name.lower())
+    if meant is None and name.name in UNITS:
+        meant = UNITS[name.name][0]
+    if meant is None:
+        table.mistakes.append(unknown("E103", "there is no type", name.name, name.span, known))
+        return False
+    help = "" if meant else "a predicate is true or false by itself, and words are members of an enumeration"
+    message = f"there is no type '{name.name}'" + (f"; did you mean '{meant}'?" if meant else "")
+    fix = Fix(name.span, meant) if meant else None
+    table.report("E103", message, name.span, help, fix=fix, name=name.name)
     return False

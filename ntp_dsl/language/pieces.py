@@ -17,7 +17,16 @@ SPACES = {
 }  # fmt: skip
 KEYWORDS = tuple(SPACES)
 # What other languages say for them.
-ELSEWHERE = {"import": "use", "include": "use", "from": "use", "def": "program", "class": "type"}
+ELSEWHERE = {
+    "import": "use", "include": "use", "from": "use", "using": "use", "require": "use", "open": "use",
+    "module": "library", "package": "library", "domain": "library", "namespace": "library",
+    "class": "type", "object": "type", "struct": "record", "tuple": "record", "dataclass": "record",
+    "enumeration": "enum", "const": "constant", "fluent": "predicate", "relation": "predicate",
+    "property": "predicate", "skill": "api", "action": "api", "primitive": "api", "extern": "api",
+    "def": "program", "fn": "program", "fun": "program", "func": "program", "function": "program",
+    "proc": "program", "procedure": "program", "method": "program", "routine": "program",
+    "problem": "task", "goal": "task", "experiment": "task", "test": "task",
+}  # fmt: skip
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
 QUOTES = re.compile('"""')  # all that counts within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -149,7 +158,8 @@ def _begins(line: str, depth: int, quoted: bool, previous: str) -> bool:
     if not line[:1].strip() or line.startswith("#"):
         return False
     if line.startswith('"""'):
-        return WORD.match(previous) is None or not previous.startswith("library")
+        word = WORD.match(previous)
+        return word is None or nearest(word.group(), KEYWORDS) != "library"
     word = WORD.match(line)
     return depth == 0 or (word is not None and word.group() in KEYWORDS)
 

@@ -128,6 +128,8 @@ class Contracts:
                 for fact in self.contract(call, "requires"):
                     if not self._holds(fact, here, call, variables):
                         yield Lack(program, index, call, fact, self._is_certain(fact))
+                        if not mentions(fact) & variables:
+                            known.append(fact)  # whatever mends this, mends it for later calls too
             if self._faults.within(callee.achieves) or _is_silent(callee):
                 return
             known += self.promised(statement)

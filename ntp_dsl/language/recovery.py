@@ -26,6 +26,7 @@ class Parsed:
     mistakes: tuple[Diagnostic, ...] = ()
     is_whole: bool = True
     lost: frozenset[tuple[str, str]] = frozenset()  # what its words seem to declare, and nobody can read
+    guessed: frozenset[int] = frozenset()  # lines that are read as they were probably meant
 
 
 def recover(piece: Piece, attempt: Attempt) -> Parsed:
@@ -38,18 +39,19 @@ def recover(piece: Piece, attempt: Attempt) -> Parsed:
         told = [meant(each, page.piece(), attempt) for each in found]
         mistakes |= dict.fromkeys(each for each in told if not page.is_made_up(each))
         rounds -= 1
-        # A guess at marks is for the user to take; nothing more is read from it.
-        known = [better if is_word(better) else each for each, better in zip(found, told, strict=True)]
+        known = [better if page.is_sure(better) else each for each, better in zip(found, told, strict=True)]
         if rounds < 0 or not page.mend(known):
             page.is_lost = True
             break
         item, found = attempt(page.piece())
     mended = page.piece()
     lost = frozenset[tuple[str, str]]()
+    page.is_whole = page.is_whole and not page.guessed  # what a guess says proves nothing
     if not page.is_whole or page.is_lost:
         lost = frozenset([*declared(piece), *declared(mended)])
     item = None if page.is_lost else item
-    return Parsed(mended, item, tuple(mistakes), page.is_whole and not page.is_lost, lost)
+    is_whole = page.is_whole and not page.is_lost
+    return Parsed(mended, item, tuple(mistakes), is_whole, lost, frozenset(page.guessed))
 
 
 class _Page:
@@ -63,6 +65,7 @@ class _Page:
         self._is_beheaded = False
         self.is_whole = True
         self.is_lost = False  # nobody can tell how the thing is declared
+        self.guessed: set[int] = set()  # lines, of the user's text
 
     def piece(self) -> Piece:
         return replace(
@@ -74,13 +77,33 @@ class _Page:
         row = mistake.span.line - self._original.line
         return row < len(self._rows) and self._rows[row].strip() == STUB
 
+    def is_sure(self, mistake: Diagnostic) -> bool:
+        """Whether to read on from its fix: another word in place of one, or what leaves nothing to wish for.
+
+        Of a line that was guessed as a whole no more is said: what is wrong there may be the guess.
+        """
+        if is_word(mistake):
+            return True
+        fix = mistake.fix
+        if fix is None or fix.also or fix.span.line != fix.span.end_line or "\n" in fix.replacement:
+            return False
+        row = fix.span.line - self._original.line
+        if not 0 <= row < len(self._rows) or row + 1 in self._shifts:
+            return False
+        rows = list(self._rows)
+        rows[row] = _edited(rows[row], fix)
+        if self._attempt(replace(self.piece(), text="\n".join(rows) + "\n"))[1]:
+            return False
+        self.guessed.add(fix.span.line)
+        return True
+
     def mend(self, mistakes: Sequence[Diagnostic]) -> bool:
         """Take the mistakes out of the text; false where that leaves nothing to read."""
         return all([self._mend(each) for each in mistakes])
 
     def _mend(self, mistake: Diagnostic) -> bool:
         row = min(mistake.span.line - self._original.line, len(self._rows) - 1)
-        if mistake.fix is not None and self._apply(mistake.fix, row):
+        if mistake.fix is not None and self._apply(mistake.fix):
             return True
         self.is_whole = False
         if mistake.code == "E004":  # an open docstring: nothing after it can be told from it
@@ -88,13 +111,12 @@ class _Page:
         column = mistake.span.column
         return self._align(row, column) or self._remove(self._start(row))
 
-    def _apply(self, fix: Fix, row: int) -> bool:
+    def _apply(self, fix: Fix) -> bool:
         span = fix.span
+        row = span.line - self._original.line
         if row + 1 in self._shifts or fix.also or span.line != span.end_line:
             return False
-        text = self._rows[row]
-        start, end = span.column - 1, span.end_column - 1
-        self._rows[row] = text[:start] + fix.replacement + text[end:]
+        self._rows[row] = _edited(self._rows[row], fix)
         self._shifts[row + 1] = Shift(span.column, span.end_column, len(fix.replacement))
         return True
 
@@ -197,6 +219,10 @@ class _Page:
 
     def _opens(self, row: int) -> bool:
         return self._rows[row].split("#")[0].rstrip().endswith(":")
+
+
+def _edited(text: str, fix: Fix) -> str:
+    return text[: fix.span.column - 1] + fix.replacement + text[fix.span.end_column - 1 :]
 
 
 def _signature(text: str) -> str | None:

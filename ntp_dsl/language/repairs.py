@@ -69,8 +69,20 @@ def repair_count(sight: Sight, parameters: Sequence[Parameter], given: Arguments
         choices = [each for each in combinations(given, wanted) if sight.takes(parameters, each)]
         distinct = [each for each in choices if len(set(each)) == len(each)]
         return next(iter(distinct or choices), None)
+    fields = _fields_of(sight, given[0]) if found == 1 else ()
+    if len(fields) == wanted and sight.takes(parameters, fields):
+        return fields
     filled = (_fill(sight, parameters, given, kept) for kept in combinations(range(wanted), found))
     return next((each for each in filled if each is not None), None)
+
+
+def _fields_of(sight: Sight, whole: Expression) -> Arguments:
+    """`p.item, p.support` of `p`."""
+    type = sight.names.get(whole.id) if isinstance(whole, Name) else None
+    record = sight.table.records.get(type.name) if type is not None and not type.is_list else None
+    if record is None or not isinstance(whole, Name):
+        return ()
+    return tuple(Field(whole, each.name) for each in record.fields)
 
 
 def _fill(
@@ -102,6 +114,10 @@ def repair_argument(
 ) -> Expression | None:
     """What was meant at one place: a part of what stands there, or the only thing that fits."""
     wrong, parameter = given[index], parameters[index]
+    if isinstance(wrong, syntax.Atom) and len(wrong.arguments) == 1:
+        whole = wrong.arguments[0]  # drink(order), where order.drink is meant
+        if isinstance(whole, Name) and sight.accepts(parameter, Field(whole, wrong.predicate)):
+            return Field(whole, wrong.predicate)
     parts = [each for each in sight.things(parameter.type) if _is_part(each, wrong, sight.names)]
     named = [each for each in parts if _last_name(each) == parameter.name]
     if len(parts) == 1 or len(named) == 1:
@@ -110,6 +126,16 @@ def repair_argument(
         if sight.accepts(parameter, wrong.arguments[0]):
             return wrong.arguments[0]  # pick(clear(x)), where pick(x) is meant
     return sight.only(parameter, given)
+
+
+def as_field(sight: Sight, atom: syntax.Node) -> Fix | None:
+    """`order.drink` where `drink(order)` is written."""
+    match atom:
+        case syntax.Atom(name, (Name(id),)) if id in sight.names and not sight.names[id].is_list:
+            record = sight.table.records.get(sight.names[id].name)
+            if record is not None and name in {each.name for each in record.fields}:
+                return Fix(atom.span, f"{id}.{name}")
+    return None
 
 
 def _is_part(thing: Expression, whole: Expression, names: Names) -> bool:

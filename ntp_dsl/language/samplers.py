@@ -53,13 +53,21 @@ def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterat
         message = "a goal without a placement is empty: nothing would have to be done"
         yield "placements", message, _from(placements, 1)
     elif height.low < 2:
-        yield "height", "a tower has at least two blocks", _from(height, 2)
+        heights = (
+            each
+            for each in range(2, blocks + 1)
+            if blocks_needed(placements.high, max(each, height.high)) <= blocks
+        )
+        yield "height", "a tower has at least two blocks", _from(height, next(heights, 2))
+    elif height.low > blocks:
+        message = f"a tower of {height.low} takes as many blocks; the scene has {blocks}"
+        highest = min(blocks, placements.low + 1)
+        is_enough = highest > 1 and blocks_needed(placements.high, highest) <= blocks
+        yield "height", message, (highest, highest) if is_enough else None
     elif placements.low < height.low - 1:
         need = height.low - 1
         message = f"a tower of {height.low} takes {need} placements, not {placements.low}"
         yield "placements", message, _from(placements, need)
-    elif height.low > blocks:
-        yield "height", f"a tower of {height.low} takes as many blocks; the scene has {blocks}", None
     elif (need := _needed(placements.high, height)) > blocks:
         message = (
             f"{placements.high} placements in towers of at most {height.high} take {need} blocks;"

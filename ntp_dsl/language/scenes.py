@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from ntp_dsl.language.diagnostics import Fix, unknown
 from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.names import Table
+from ntp_dsl.language.names import UNITS, Table
 from ntp_dsl.language.signatures import check_order, fits, head, measure, phrase, si
 from ntp_dsl.language.syntax import (
     Detail,
@@ -14,6 +15,7 @@ from ntp_dsl.language.syntax import (
     Name,
     Number,
     SceneGroup,
+    Span,
     TaskDeclaration,
     Text,
     TypeName,
@@ -37,6 +39,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the things of a group may st
     "spacing": ("distance",),
     "at": ("positions",),
 }
+LARGEST = 2.0  # of things before an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
 
@@ -77,9 +80,11 @@ def _check_detail(
     shaped = [other.name for other in before if other.name in SHAPES and detail.name in SHAPES]
     if same or shaped:
         message = f"'{group.name}' has a {(same or shaped)[0]} already"
-        table.report("E305", message, span, "one of the two is enough")
+        last, end = before[-1].span, detail.span
+        rest = Span(end.path, last.end_line, last.end_column, end.end_line, end.end_column)
+        table.report("E305", message, span, "one of the two is enough", fix=Fix(rest, ""))
     elif detail.name in SHAPES or detail.name in PLACING:
-        _check_settings(detail, {**SHAPES, **PLACING}[detail.name], table)
+        _check_settings(detail, group, {**SHAPES, **PLACING}[detail.name], table)
     elif detail.name in table.predicates:
         _check_reading(detail, group, table)
     else:
@@ -88,8 +93,12 @@ def _check_detail(
         table.mistakes.append(unknown("E111", "things have no", detail.name, span, known))
 
 
-def _check_positions(detail: Detail, table: Table) -> None:
+def _check_positions(detail: Detail, group: SceneGroup, table: Table) -> None:
     """`at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`: x and y, for one thing after the other."""
+    places, things = len(detail.settings) // 2, max(group.count, group.most or 0)
+    if detail.settings and not len(detail.settings) % 2 and places < things:
+        message = f"'{group.name}' are {things}, and here are places for {places}"
+        table.report("E504", message, head(detail.span, detail.name), "each takes an x and a y")
     if not detail.settings or len(detail.settings) % 2:
         message = f"'at' takes pairs of x and y, here are {len(detail.settings)} numbers"
         help = "for example: at(0.4 m, -0.2 m, 0.4 m, 0.2 m)"
@@ -103,14 +112,23 @@ def _check_positions(detail: Detail, table: Table) -> None:
             table.report("E204", f"a position is a length, and this {phrase(found)}", setting.span)
 
 
-def _check_settings(detail: Detail, wanted: tuple[str, ...], table: Table) -> None:
+def _check_settings(
+    detail: Detail, group: SceneGroup, wanted: tuple[str, ...], table: Table
+) -> None:
     if detail.name == "at":
-        _check_positions(detail, table)
+        _check_positions(detail, group, table)
         return
     span = head(detail.span, detail.name)
     if len(detail.settings) != len(wanted):
         message = f"'{detail.name}' takes {len(wanted)}, here are {len(detail.settings)}"
-        table.report("E201", message, span, f"{detail.name}({', '.join(wanted)})")
+        fix = None
+        match wanted, detail.settings:
+            case ("region",), (Number() as low, Number() as high):
+                low = low if low.unit or not high.unit else replace(low, unit=high.unit)
+                start, end = low.span, high.span
+                whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
+                fix = Fix(whole, f"{format_expression(low)} .. {format_expression(high)}")
+        table.report("E201", message, span, f"{detail.name}({', '.join(wanted)})", fix=fix)
         return
     for setting, meaning in zip(detail.settings, wanted, strict=True):
         if meaning == "file":
@@ -134,9 +152,10 @@ def _check_length(number: Number, meaning: str, table: Table) -> None:
     found = measure(table, number, LENGTH)
     if found is not None and not fits(table, found, LENGTH):
         table.report("E204", f"the {meaning} is a length, and this {phrase(found)}", number.span)
-    elif (size := si(number)) is not None and not 0 < size <= 10:
-        is_bare = not number.unit and 0 < size <= 100
-        fix = Fix(number.span, f"{format_expression(number)} cm") if is_bare else None
+    elif number.unit in ("", *UNITS) and (size := si(number)) is not None and not 0 < size <= LARGEST:
+        meant = replace(number, unit="cm")
+        is_near = number.unit in {"", "m"} and 0 < size <= 100
+        fix = Fix(number.span, format_expression(meant)) if is_near else None
         help = f"did you mean {fix.replacement}?" if fix else ""
         message = f"{size:g} m is no size for a thing before an arm"
         table.report("E504", message, number.span, help, fix=fix)
@@ -164,11 +183,16 @@ def _check_reading(detail: Detail, group: SceneGroup, table: Table) -> None:
         table.report("E202", f"{message} {phrase(group.type)}", span)
     if not detail.settings:
         table.report("E201", f"'{detail.name}' takes at least one value", span)
+    if declared.result.name not in table.type_names():
+        return  # said already
     enum = table.enums.get(declared.result.name)
     for setting in detail.settings:
         if enum is not None:
             value = setting.id if isinstance(setting, Name) else ""
-            if value not in enum.members:
+            if not value:
+                message = f"'{detail.name}' is {phrase(declared.result)}, and this is no member of it"
+                table.report("E202", message, setting.span, f"there is: {', '.join(enum.members)}")
+            elif value not in enum.members:
                 what = f"'{enum.name}' has no member"
                 table.mistakes.append(unknown("E101", what, value, setting.span, enum.members))
         elif not isinstance(setting, Number):

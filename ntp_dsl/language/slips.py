@@ -9,38 +9,34 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.idioms import FILLERS, SYNONYMS, bracketed, rewritten
 from ntp_dsl.language.pieces import PARTNERS, Piece
+from ntp_dsl.language.syntax import Span
 
 Attempt = Callable[[Piece], tuple[object, Sequence[Diagnostic]]]
+Guess = tuple[int, str]  # a row, and what it should say
 
 MOST_LETTERS = 12_000  # to be read anew for all guesses at one mistake
-MOST_TRIES = 40
+MOST_TRIES = 60
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
 TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
+APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
          "requires", "achieves")  # fmt: skip
-SYNONYMS: Mapping[str, str] = {
-    "if": "when", "while": "when", "foreach": "for", "forall": "all", "every": "all", "each": "all",
-    "exists": "some", "of": "in", "extends": "is", "isa": "is", "inherits": "is", "from": "in",
-    "pre": "requires", "precondition": "requires", "preconditions": "requires", "needs": "requires",
-    "expects": "requires", "assumes": "requires", "where": "if",
-    "post": "achieves", "postcondition": "achieves", "effect": "achieves", "effects": "achieves",
-    "ensures": "achieves", "provides": "achieves", "returns": "achieves",
-    "objects": "scene", "init": "scene", "program": "run", "task": "goal", "target": "goal",
-    "done": "success", "until": "success", "at": "on", "using": "with", "List": "list",
-}  # fmt: skip
 MARKS: Mapping[str, str] = {
     "&&": "and", "&": "and", "||": "or", "|": "or", "=>": "->", "<>": "!=", "=": "==", "!": "not ",
     "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
-    "–": "-", "×": "*", ">": "->", "..": "=",
+    "–": "-", "×": "*", ">": "->", "..": "=", "--": "#", "…": "..", ":=": "==",
 }  # fmt: skip
-MISSING = (", ", ":", ")", "]", "()", ".", "(", "[", " in ", " on ", " is ", "..", "=", " and ", " == ")
+MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ", " on table ", " on ", " is ",
+           "..", "=", " and ", " == ")  # fmt: skip
 FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
@@ -51,17 +47,13 @@ def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
     if piece.shifts or not 0 <= row < len(rows):
         return mistake
     if mistake.code == "E001" and row and (word := WORD.match(rows[row].strip())) and word.group() in FOREIGN:
-        column = rows[row].index(word.group()) + 1
-        message = f"there is no '{word.group()}' in the language"
-        span = piece.span(row + 1, column, len(word.group()))
-        help = "a body is calls, 'for' and 'when'"
-        return replace(mistake, message=message, span=span, help=help, fix=None)
+        return _foreign(mistake, piece, rows, row, word.group(), attempt)
     if mistake.fix is not None or mistake.code not in {"E001", "E003", "E004"}:
         return mistake
     better: tuple[int, str] | None = None
     tried: set[tuple[int, str]] = set()
     for guess in _guesses(rows, row, mistake.span.column - 1):
-        if guess in tried or guess == (guess[0], rows[guess[0]]):
+        if guess in tried or guess == (guess[0], rows[guess[0]]) or _stutters(guess, rows):
             continue
         tried.add(guess)
         if len(tried) > min(MOST_TRIES, MOST_LETTERS // len(piece.text)):
@@ -74,13 +66,38 @@ def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
     return mistake if better is None else _fixed(mistake, piece, rows, better)
 
 
+def _foreign(
+    mistake: Diagnostic, piece: Piece, rows: list[str], row: int, word: str, attempt: Attempt
+) -> Diagnostic:
+    """Of a line that begins with a word such as `return`, what follows it may stand by itself."""
+    column = rows[row].index(word) + 1
+    span = piece.span(row + 1, column, len(word))
+    rest = rows[row][column - 1 + len(word) :].lstrip()
+    fix = None
+    if not rest.strip(" :;"):
+        others = [*rows[:row], *rows[row + 1 :]]
+        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
+            line = piece.line + row
+            fix = Fix(Span(piece.path, line, 1, line + 1, 1), "")
+    else:
+        others = _with(rows, (row, rows[row][: column - 1] + rest))
+        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
+            fix = Fix(piece.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
+    message = f"there is no '{word}' in the language"
+    help = "a body is calls, 'for' and 'when'"
+    return replace(mistake, message=message, span=span, help=help, fix=fix)
+
+
+def _stutters(guess: Guess, rows: Sequence[str]) -> bool:
+    """Whether it says a word twice that was said once, or two that never follow one another."""
+    index, new = guess
+    return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART))
+
+
 def is_word(mistake: Diagnostic) -> bool:
     """Whether its fix is another word in place of one: then it is sure what was meant."""
     fix = mistake.fix
     return fix is not None and mistake.span == fix.span and WORD.fullmatch(fix.replacement) is not None
-
-
-Guess = tuple[int, str]  # a row, and what it should say
 
 
 def _with(rows: list[str], guess: Guess) -> list[str]:
@@ -102,11 +119,14 @@ def _fixed(mistake: Diagnostic, piece: Piece, rows: list[str], guess: Guess) -> 
     fix = Fix(span, replacement)
     taken = old[start : len(old) - end]
     help = f"did you mean '{new.strip()}'?"
-    is_here = WORD.fullmatch(taken) is not None and index == mistake.span.line - piece.line
-    if not is_here or WORD.fullmatch(replacement) is None:
-        return replace(mistake, fix=fix, help=help)
-    message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
-    return replace(mistake, message=message, span=span, fix=fix, help="")
+    is_here = WORD.search(taken) is not None and index == mistake.span.line - piece.line
+    if is_here and WORD.fullmatch(taken) and WORD.fullmatch(replacement):
+        message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
+        return replace(mistake, message=message, span=span, fix=fix, help="")
+    if is_here and taken.strip().lower() in FILLERS and not replacement.strip():
+        message = f"'{taken.strip()}' has no place here"
+        return replace(mistake, message=message, span=span, fix=fix, help=help)
+    return replace(mistake, fix=fix, help=help)
 
 
 def _same(one: str, other: str) -> int:
@@ -135,17 +155,21 @@ def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
     if text.count('"""') == 1:
         yield row, text.rstrip() + '"""'
         return
+    for new in rewritten(rows, row, column):
+        yield row, new
     twice = TWICE.search(text)
     if twice:
         yield row, text[: twice.end("word")] + text[twice.end() :]
     if text[column : column + 1] in PARTNERS:
         for match in re.finditer(r"[\w)\]](?!\w)", text[column:]):
             yield row, _put(text, column + match.end(), PARTNERS[text[column]])
-    for new in (*_other_words(text, column), *_other_marks(text, column), *_missing(text, column)):
+    others = _other_words(text, column), _other_marks(text, column), _missing(text, column)
+    for new in chain(*others, bracketed(text, column)):
         yield row, new
     yield from _other_margins(rows, row)
-    if not WORD.match(text, column):
-        yield row, text[:column].rstrip() + text[column + 1 :]
+    head, rest = text[:column], text[column + 1 :]
+    if not WORD.match(text, column) and not (head[-1:].isalnum() and rest[:1].isalnum()):
+        yield row, head.rstrip() + rest
 
 
 def _other_words(text: str, column: int) -> Iterator[str]:
@@ -157,8 +181,8 @@ def _other_words(text: str, column: int) -> Iterator[str]:
         is_first = match is words[0]
         known = OPENING if is_first else INNER
         found = match.group()
-        near = [each for each in known if nearest(found, [each])]
-        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), nearest(found, known), *near):
+        near = [each for each in known if nearest(found, [each])] if found not in known else []
+        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), *near):
             if guess is not None and guess != found:
                 yield text[: match.start()] + guess + text[match.end() :]
                 yield text[: match.start()] + guess + text[match.end() :].replace(":", "", 1)
@@ -171,8 +195,15 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
             if start >= 0 and text.startswith(mark, start):
                 rest = text[start + len(mark) :]
                 yield text[:start] + ours + rest
-                if mark == "-":
+                if mark == ":":
+                    yield f"{text[:start].rstrip()} with {rest.lstrip()}"
+                if mark == ",":
+                    yield f"{text[:start].rstrip()} and {rest.lstrip()}"
+                if mark in {"-", ":"}:
                     yield text[:start] + "->" + rest
+                    yield text[:start].rstrip() + ":" + rest
+                if mark == ";":
+                    yield text[:start] + "#" + rest
                 if mark == "!":
                     yield text[:start] + ours + rest.lstrip()
                 if mark in {"=", ":"}:
@@ -196,6 +227,8 @@ def _missing(text: str, column: int) -> Iterator[str]:
     if word and before:  # `Drawer d`, as other languages have it
         yield f"{bare[: before.start()]}{word.group()}: {before.group()}{rest[word.end() :]}"
     for mark in MISSING:
+        if mark == "(goal)" and not bare.lstrip().startswith("run"):
+            continue
         yield bare + mark + (rest.lstrip() if mark.endswith((" ", ".", "(", "[", "=")) else rest)
     if word:
         for mark in (")", "]"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import Fix
@@ -11,9 +12,11 @@ from ntp_dsl.language.facts import substitute
 from ntp_dsl.language.formatter import format_expression, format_group, format_sampler
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.samplers import SAMPLERS, SamplerKind, blocks_needed
+from ntp_dsl.language.signatures import fits
 from ntp_dsl.language.syntax import (
     Option,
     ProgramDeclaration,
+    RecordDeclaration,
     Sampler,
     SceneGroup,
     Span,
@@ -121,11 +124,39 @@ def _run(task: TaskDeclaration, goal: str, table: Table) -> str | None:
 
 def _success(task: TaskDeclaration, goal: str, table: Table) -> str | None:
     """What the program that runs achieves, said of what it is given."""
+    meant = promised(task, table)
+    return format_expression(meant) if meant is not None else None
+
+
+def promised(task: TaskDeclaration, table: Table) -> syntax.Expression | None:
+    """What the program that runs achieves, in the task's terms."""
     program = table.programs.get(task.run.callee) if task.run else None
     if program is None or program.achieves is None or task.run is None:
         return None
-    promised = said_of(program, task.run)
-    return format_expression(promised) if promised is not None else None
+    return said_of(program, task.run)
+
+
+def other_run(task: TaskDeclaration, goal: str, table: Table) -> Fix | None:
+    """The program that takes such a goal, where another one is told to run."""
+    text = _run(task, goal, table)
+    return Fix(task.run.span, text) if task.run is not None and text is not None else None
+
+
+def typed_goal(task: TaskDeclaration, table: Table) -> Fix | None:
+    """`-> list[RECORD]`, of what the program that runs takes, where the goal does not say what it draws."""
+    goal, program = task.goal, table.programs.get(task.run.callee) if task.run else None
+    kind = SAMPLERS.get(goal.name) if goal else None
+    asked = [each.type for each in program.parameters if each.type.is_list] if program else []
+    if goal is None or goal.result is not None or kind is None or len(asked) != 1:
+        return None
+    groups = {each.name: each.type for each in task.scene}
+    types = [groups.get(name, TypeName(name)) for name in goal.groups]
+    record = table.records.get(asked[0].name)
+    if record is None or record.name == kind.record or not fills(kind, types, record, table):
+        return None
+    end = goal.span
+    place = Span(end.path, end.end_line, end.end_column, end.end_line, end.end_column)
+    return Fix(place, f" -> list[{record.name}]")
 
 
 def said_of(program: ProgramDeclaration, call: syntax.Call) -> syntax.Expression | None:
@@ -179,13 +210,78 @@ def without(option: Option, sampler: Sampler) -> Fix | None:
     return Fix(Span(end.path, last.end_line, last.end_column, end.end_line, end.end_column), "")
 
 
-def with_groups(goal: Sampler, kind: SamplerKind, task: TaskDeclaration) -> Fix | None:
-    """The groups of the scene, where it is clear which are meant."""
+def with_groups(
+    goal: Sampler, kind: SamplerKind, record: RecordDeclaration | None, task: TaskDeclaration, table: Table
+) -> Fix | None:
+    """The groups of the scene, where it is clear which are meant: those that are named, and what fits."""
     wanted = len(kind.sources)
-    groups = tuple(each.name for each in task.scene)
-    if len(groups) != wanted and not (kind.many_sources and groups):
+    types = {each.name: each.type for each in task.scene}
+    types |= {name: TypeName(name) for name in goal.groups if name in table.enums}
+    if kind.many_sources:
+        fitting = [
+            each.name for each in task.scene if record is None or fills(kind, [each.type], record, table)
+        ]
+        choices = [tuple(fitting)] if fitting else []
+    else:
+        choices = [
+            each
+            for each in permutations(types, wanted)
+            if set(goal.groups) <= set(each) or set(each) <= set(goal.groups)
+            if record is None or fills(kind, [types[name] for name in each], record, table)
+        ]
+    if len(choices) != 1:
         return None
-    return Fix(goal.span, format_sampler(replace(goal, groups=groups)))
+    return Fix(goal.span, format_sampler(replace(goal, groups=choices[0])))
+
+
+def filled(
+    kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration
+) -> list[tuple[TypeName, syntax.Parameter]]:
+    """What becomes which field: of a tower, each thing may be either."""
+    first, second = record.fields
+    if kind.many_sources:
+        return [(type, field) for type in types for field in (first, second)]
+    return [*zip(types, (first, second), strict=False)]
+
+
+def fills(
+    kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration, table: Table
+) -> bool:
+    """Whether a record can be made of such things."""
+    return len(record.fields) == 2 and all(
+        fits(table, type, field.type) for type, field in filled(kind, types, record)
+    )
+
+
+def other_groups(
+    goal: Sampler,
+    kind: SamplerKind,
+    index: int,
+    record: RecordDeclaration,
+    task: TaskDeclaration,
+    table: Table,
+) -> list[str]:
+    """The groups that would fit where one stands that does not."""
+    fields = record.fields if kind.many_sources else (record.fields[index],)
+    return [
+        each.name
+        for each in task.scene
+        if each.name not in goal.groups and all(fits(table, each.type, field.type) for field in fields)
+    ]
+
+
+def other_record(
+    goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: Table
+) -> Fix | None:
+    """The list that the program which runs takes, or else the only one that the things can fill."""
+    if goal.result is None:
+        return None
+    program = table.programs.get(task.run.callee) if task.run else None
+    asked = [each.type.name for each in program.parameters if each.type.is_list] if program else []
+    fitting = [each.name for each in table.records.values() if fills(kind, types, each, table)]
+    meant = [name for name in fitting if name in asked] or fitting
+    text = meant[0] if len(meant) == 1 else ""
+    return Fix(goal.result.span, text if goal.result.is_list else f"list[{text}]") if text else None
 
 
 def reversed_count(group: SceneGroup) -> Fix | None:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ntp_dsl.language.diagnostics import Fix
 from ntp_dsl.language.formatter import format_expression
 from ntp_dsl.language.goals import check_goal
 from ntp_dsl.language.names import Table
 from ntp_dsl.language.scenes import check_scene
 from ntp_dsl.language.signatures import head
-from ntp_dsl.language.syntax import TaskDeclaration, TypeName
-from ntp_dsl.language.task_repairs import missing_section, said_of
+from ntp_dsl.language.syntax import Atom, Name, Number, TaskDeclaration, TypeName
+from ntp_dsl.language.task_repairs import missing_section, other_run, promised, typed_goal
 from ntp_dsl.language.typing_rules import Typing
 from ntp_dsl.language.walks import mentions
 
@@ -35,15 +37,31 @@ def check_task(task: TaskDeclaration, table: Table, typing: Typing) -> None:
     if task.goal is not None:
         names[GOAL] = TypeName(check_goal(task.goal, task, table), is_list=True)
     before = len(table.mistakes)
-    if task.run is not None:
+    if task.run is not None and task.run.callee in table.apis:
+        message = f"'{task.run.callee}' is an api; a task runs a program"
+        fix = other_run(task, GOAL, table)
+        table.report("E503", message, head(task.run.span, task.run.callee), fix=fix)
+    elif task.run is not None:
         typing.call(task.run, names)
-        if task.run.callee in table.apis:
-            message = f"'{task.run.callee}' is an api; a task runs a program"
-            table.report("E503", message, head(task.run.span, task.run.callee))
+        if task.goal is not None and len(table.mistakes) > before:
+            _propose(table, before, typed_goal(task, table) or other_run(task, GOAL, table))
+            names[GOAL] = TypeName("", is_list=True)  # it may be another goal that is meant
     if task.success is not None:
+        ahead = len(table.mistakes)
         typing.condition(task.success, names)
+        is_call = isinstance(task.success, Atom) and task.success.predicate in table.programs
+        is_none = is_call or isinstance(task.success, Name | Number)  # no condition at all
+        if is_none and (meant := promised(task, table)) is not None:
+            _propose(table, ahead, Fix(task.success.span, format_expression(meant)))
     if len(table.mistakes) == before:
         _check_judgement(task, table)
+
+
+def _propose(table: Table, start: int, fix: Fix | None) -> None:
+    """The fix for the one mistake that was found from there on, if nothing better is known."""
+    if len(table.mistakes) == start + 1 and table.mistakes[start].fix is None and fix is not None:
+        help = table.mistakes[start].help or f"did you mean '{fix.replacement.strip()}'?"
+        table.mistakes[start] = replace(table.mistakes[start], fix=fix, help=help)
 
 
 def _check_judgement(task: TaskDeclaration, table: Table) -> None:
@@ -52,9 +70,8 @@ def _check_judgement(task: TaskDeclaration, table: Table) -> None:
         return
     is_run = any(GOAL in mentions(argument) for argument in task.run.arguments)
     if is_run and GOAL not in mentions(task.success):
-        program = table.programs.get(task.run.callee)
-        promised = said_of(program, task.run) if program and program.achieves else None
-        fix = Fix(task.success.span, format_expression(promised)) if promised else None
+        meant = promised(task, table)
+        fix = Fix(task.success.span, format_expression(meant)) if meant else None
         message = f"this says nothing of the {GOAL} that is drawn and run"
         help = f"what '{task.run.callee}' achieves is: {fix.replacement}" if fix else ""
         table.report("W501", message, task.success.span, help, fix=fix)

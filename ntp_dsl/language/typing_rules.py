@@ -35,14 +35,15 @@ class Typing:
             case syntax.Atom():
                 declared = self._applications.predicate(expression, names)
                 if declared is not None and declared.result is not None:
-                    self._not_a_truth(expression, f"{phrase(declared.result)}")
+                    self._not_a_truth(expression, phrase(declared.result))
             case syntax.Compare():
                 self._compare(expression, names)
             case syntax.Not(value):
                 self.condition(value, names)
             case syntax.And(values) | syntax.Or(values):
-                for value in values:
-                    self.condition(value, names)
+                for before, value in zip((None, *values), values, strict=False):
+                    if not self._lacks_left(value, before, names):
+                        self.condition(value, names)
             case syntax.Quantified(_, body, generators):
                 inner = names
                 for generator in generators:
@@ -54,6 +55,21 @@ class Typing:
                 found = self.value(expression, names, None)
                 if found is not None:
                     self._not_a_truth(expression, f"{phrase(found)}")
+
+    def _lacks_left(self, value: Expression, before: Expression | None, names: Names) -> bool:
+        """`zone(c) == north or south`: what is compared is said again."""
+        if not isinstance(before, syntax.Compare) or not isinstance(value, syntax.Name | syntax.Number):
+            return False
+        ahead = len(self._table.mistakes)
+        left, found = self.value(before.left, names, None), self.value(value, names, None)
+        del self._table.mistakes[ahead:]
+        if left is None or found is None or not fits(self._table, found, left):
+            return False
+        meant = format_expression(replace(before, right=value))
+        message = f"this is {phrase(found)}, where something true or false is meant"
+        fix = Fix(value.span, meant)
+        self._table.report("E205", message, value.span, f"did you mean '{meant}'?", fix=fix)
+        return True
 
     def _not_a_truth(self, expression: Expression, what: str) -> None:
         message = f"this is {what}, where something true or false is meant"
@@ -94,6 +110,14 @@ class Typing:
         if found is not None and found.is_list:
             return TypeName(found.name)
         lists = [name for name, type in names.items() if type.is_list]
+        of_records = [name for name in lists if names[name].name in self._table.records]
+        if found is None and domain.id not in self._table.constants and len(of_records) == 1:
+            known = [*lists, *self._table.types]
+            if nearest(domain.id, known) is None and not domain.id[0].isupper():
+                message = f"no list is called '{domain.id}'; did you mean '{of_records[0]}'?"
+                only = Fix(domain.span, of_records[0])
+                self._table.report("E101", message, domain.span, fix=only, name=domain.id)
+                return TypeName("")
         if found is None and domain.id not in self._table.constants:
             what, known = "no list or type is called", [*lists, *self._table.types]
             report_unknown(
@@ -103,6 +127,10 @@ class Typing:
             one = found or self._table.constants[domain.id].type
             message = f"'{domain.id}' is one {one.name}, not a list to go through"
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
+            if one.name in self._table.records and one.span.line:
+                fix = Fix(one.span, f"list[{one.name}]")  # declared so, and gone through
+            if any(each.code == "E206" and each.fix == fix for each in self._table.mistakes if fix):
+                return TypeName("")
             help = "a loop goes through a list, or through the things of a type: for b in Object"
             self._table.report("E206", message, domain.span, help, fix=fix)
         return TypeName("")  # stands for "said already": it fits everything
@@ -125,7 +153,10 @@ class Typing:
             case syntax.Atom():
                 declared = self._applications.predicate(expression, names)
                 if declared is None or declared.result is not None:
-                    return declared.result if declared else None
+                    result = declared.result if declared else None
+                    return result if result and result.name in self._table.type_names() else None
+                if self._is_mistaken(declared):
+                    return None
                 message = f"'{declared.name}' is true or false; here a value is meant"
                 help = (
                     f"a reading is declared with its type: predicate {declared.name}(...) -> length"
@@ -173,6 +204,19 @@ class Typing:
         if name in self._table.types:
             help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
         likely = [] if expected is None else self._of_type(expected, names)
+        if (declared := self._table.predicates.get(name)) is not None:
+            sight = self._applications.arguments.sight(names)
+            meant = repairs.repair_count(sight, declared.parameters, ())
+            text = f"{name}({', '.join(map(format_expression, meant or ()))})"
+            applied = Fix(node.span, text) if meant is not None else None
+            message = f"'{name}' is a predicate, and is written with brackets"
+            self._table.report("E101", message, node.span, f"for example: {text}" if applied else "",
+                               fix=applied)  # fmt: skip
+            return
+        if (owner := self._field_called(node, name, names)) is not None:
+            message = f"nothing is called '{name}'; it is a field: {owner}"
+            self._table.report("E101", message, node.span, fix=Fix(node.span, owner), name=name)
+            return
         fix = self._only(node, names, expected)
         if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
             help = help or f"'{fix.replacement}' would fit here"
@@ -183,6 +227,16 @@ class Typing:
         report_unknown(
             self._table, "value", "E101", what, name, node.span, known, help, likely
         )
+
+    def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
+        """`p.item` where `item` is written, if only one record in sight has such a field."""
+        owners = [
+            variable
+            for variable, type in names.items()
+            if type.name in self._table.records and not type.is_list
+            if name in {each.name for each in self._table.records[type.name].fields}
+        ]
+        return f"{owners[0]}.{name}" if len(owners) == 1 else None
 
     def _of_type(self, type: TypeName, names: Names) -> list[str]:
         """Whatever has a name of its own and fits."""
@@ -202,6 +256,8 @@ class Typing:
     def _field(
         self, node: syntax.Field, names: Names, expected: TypeName | None
     ) -> TypeName | None:
+        if self._names_member(node, names):
+            return None
         type = self._name(node.value, node.value.id, names, None)
         if type is None:
             return None
@@ -209,7 +265,8 @@ class Typing:
         if record is None or type.is_list:
             message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
             help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
-            self._table.report("E105", message, node.span, help, fix=self._owner(node, names))
+            fix = self._applied(node, names) or self._owner(node, names)
+            self._table.report("E105", message, node.span, help, fix=fix)
             return None
         fields = {each.name: each.type for each in record.fields}
         if node.name not in fields:
@@ -223,6 +280,23 @@ class Typing:
                 wrong = replace(wrong, fix=Fix(span, likely[0]))
             self._table.mistakes.append(wrong)
         return fields.get(node.name)
+
+    def _names_member(self, node: syntax.Field, names: Names) -> bool:
+        """`Side.left`: a member stands by itself."""
+        enum = self._table.enums.get(node.value.id)
+        if enum is None or node.value.id in names or node.name not in enum.members:
+            return False
+        message = f"a member of an enumeration stands by itself: {node.name}"
+        self._table.report("E101", message, node.span, fix=Fix(node.span, node.name))
+        return True
+
+    def _applied(self, node: syntax.Field, names: Names) -> Fix | None:
+        """`drink(cup)` where `cup.drink` is written."""
+        declared = self._table.predicates.get(node.name)
+        takes = self._applications.arguments.takes
+        if declared is None or not takes(declared.parameters, [node.value], names):
+            return None
+        return Fix(node.span, f"{node.name}({node.value.id})")
 
     def _owner(self, node: syntax.Field, names: Names) -> Fix | None:
         """The only thing in sight that has such a field: `p.item` where `goal.item` is written."""
@@ -296,5 +370,9 @@ class Typing:
     def _is_truth(self, side: Expression) -> bool:
         if isinstance(side, syntax.Atom):
             declared = self._table.predicates.get(side.predicate)
-            return declared is not None and declared.result is None
+            return declared is not None and declared.result is None and not self._is_mistaken(declared)
         return isinstance(side, CONDITIONS)
+
+    def _is_mistaken(self, declared: syntax.PredicateDeclaration) -> bool:
+        """`predicate drink(cup: Cup): Drink`, of which is said already that it is a reading."""
+        return isinstance(declared.body, syntax.Name) and declared.body.id in self._table.type_names()

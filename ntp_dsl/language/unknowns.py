@@ -49,9 +49,10 @@ def settle(
 ) -> Iterator[Diagnostic]:
     """What is to be said of a library, now that all libraries are known.
 
-    A name that a broken declaration may declare is passed over, and of a library that ought to be
-    used it is said once.
+    A name that a broken declaration may declare is passed over, and so is what stands in a line that is only
+    guessed at; of a library that ought to be used it is said once.
     """
+    home = units[index].draft
     inside = [*below(units, index), index]
     drafts = [units[each].draft for each in inside]
     lost = frozenset[Key]().union(*(draft.lost for draft in drafts))
@@ -60,6 +61,8 @@ def settle(
     )
     missing: set[str] = set()
     for mistake in mistakes:
+        if mistake.span.line in home.guessed and mistake.span.path == home.path:
+            continue
         keys = [(space, mistake.name) for space in SOUGHT.get(mistake.code, ()) if mistake.name]
         if keys and (is_open or not lost.isdisjoint(keys)):
             continue
@@ -68,7 +71,7 @@ def settle(
             yield mistake
         elif library not in missing:
             missing.add(library)
-            yield _unused(mistake, library, units[index].draft)
+            yield _unused(mistake, library, home)
 
 
 def _owner(

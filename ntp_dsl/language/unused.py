@@ -117,9 +117,18 @@ def unused_between(
         is_for_idle = any(key(declaration) in _resolved(mentions(each), table) for each in others)
         if not is_seen and not is_for_idle and not name.startswith("_"):
             word = SPACES[type(declaration)][2]
+            code = "N106" if _is_whole(declaration) else "W106"
             message = f"none of the tasks comes to {word} '{name}'"
             help = f"leave it out, or call it '_{name}' if it is for others"
-            yield Diagnostic("W106", message, declaration.name_span, help=help)
+            yield Diagnostic(code, message, declaration.name_span, help=help)
+
+
+def _is_whole(declaration: Declaration) -> bool:
+    """A program can be run, and a composed predicate asked for, though no task does so yet; a word that
+    nothing speaks of serves nobody."""
+    if isinstance(declaration, syntax.PredicateDeclaration):
+        return declaration.body is not None
+    return isinstance(declaration, syntax.ProgramDeclaration)
 
 
 def _unused_uses(
@@ -191,5 +200,5 @@ def _unused_groups(
         if group.name not in named and not is_met and not group.name.startswith("_"):
             message = f"nothing that this task runs can ever come to '{group.name}'"
             help = f"draw goals from it, or call it '_{group.name}' if it only stands in the way"
-            yield Diagnostic("W104", message, head(group.span, group.name), help=help)
+            yield Diagnostic("N104", message, head(group.span, group.name), help=help)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Set
 
 from ntp_dsl.language.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.idioms import SYNONYMS
 from ntp_dsl.language.pieces import WORD, Piece
 from ntp_dsl.language.syntax import Span
 
@@ -69,6 +71,11 @@ def unexpected(
         return misspelt
     message = f"expected {expectation(expected)}, found {_found(kind, text)}"
     fix = None
+    untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", piece.text.split("\n")[line - 1][: column - 1])
+    if expected == {"':'"} and text in {")", ","} and untyped:
+        name = untyped.group(1)
+        message = f"'{name}' does not say of which type it is"
+        return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
     if kind == "_INDENT":
         message = "this line is indented further than the one above it, to which nothing belongs"
         span = _next_line(piece, line)
@@ -110,12 +117,16 @@ def _misspelt_line(piece: Piece, line: int, column: int, expected: Set[str]) -> 
     end = start + len(first.group())
     between = row[end - 1 : column - 1].strip()
     allowed = {word.strip("'") for word in expected} & LINE_WORDS if column == start else LINE_WORDS
-    meant = nearest(first.group(), allowed)
+    meant = SYNONYMS.get(first.group().lower())
+    if meant not in allowed:
+        meant = nearest(first.group(), allowed)
     if meant is None or between or "(" in row[end - 1 : end]:
         return None
     span = piece.span(line, start, len(first.group()))
     message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
-    return Diagnostic("E001", message, span, fix=Fix(span, meant))
+    is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
+    taken = piece.span(line, start, len(first.group()) + is_clause)
+    return Diagnostic("E001", message, span, fix=Fix(taken, meant))
 
 
 def unreadable(piece: Piece, line: int, column: int, letter: str) -> Diagnostic:

@@ -130,7 +130,7 @@ def _fixed(
 
 def _serious(mistakes: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Without what is declared in vain: the libraries of the corpus keep some things in stock."""
-    return [each for each in mistakes if not each.code.startswith("W1")]
+    return [each for each in mistakes if not each.code.startswith(("W1", "N1"))]
 
 
 def _codes(mistakes: Iterable[Diagnostic]) -> set[str]:

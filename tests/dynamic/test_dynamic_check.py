@@ -191,6 +191,42 @@ def test_an_expert_in_python_that_is_no_function_or_fails_is_found(tmp_path: Pat
         assert "mine.py:" in errors[0].message and "has no attribute 'elements'" in errors[0].message
 
 
+STONES = """
+type Stone is Movable
+enum Hue: red, blue
+predicate weight_of(s: Stone) -> mass
+predicate hue(s: Stone) -> Hue
+program lighten(x: Place):
+    requires present(x) and reachable(x)
+    achieves all not on(s, x) for s in Stone if hue(s) == red and weight_of(s) > 0.5 kg
+    for s in Stone if on(s, x) and hue(s) == red and weight_of(s) > 0.5 kg:
+        pick(s)
+"""
+OTHER_STONES = """
+program stack(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        pick_and_place(p.item, p.support)
+task stones:
+    scene:   stones: 4 Stone on table with cube(4 cm), hue(red)
+    goal:    towers(stones, placements=1..2, height=2..3)
+    run:     stack(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+
+
+@pytest.mark.parametrize("text", [STONES, STONES + OTHER_STONES], ids=["no task", "a task that says less"])
+def test_what_a_scene_leaves_out_is_no_fault_of_who_asks(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.ntp").write_text(f"library a\nuse tabletop\n{text}")
+    assert [str(each) for each in found(tmp_path / "a.ntp")] == []
+
+
+@pytest.mark.parametrize("text", ["library a\n", "library a\ntype Thing\ntype Tool is Thing\n"])
+def test_of_a_library_without_things_there_is_nothing_to_try(tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.ntp").write_text(text)
+    assert found(tmp_path / "a.ntp") == []
+
+
 def test_the_check_is_the_same_for_a_seed(tmp_path: Path) -> None:
     path = written(tmp_path, FOUND["E605 two things that push each other off one pad"][0])
     assert found(path) == found(path)
