@@ -148,8 +148,8 @@ def _blame(run: Run, wrong_before: str) -> str:
 def authors_success(now: Observation, goal: Goal) -> bool:
     """The test of the paper's authors: within 0.05 m of each other seen from above, and higher."""
     for placement in goal:
-        x, y, z = now.positions[placement["item"]]
-        sx, sy, sz = now.positions[placement["support"]]
+        x, y, z = now.positions[str(placement["item"])]
+        sx, sy, sz = now.positions[str(placement["support"])]
         if hypot(x - sx, y - sy) > 0.05 or z <= sz:
             return False
     return True

@@ -153,7 +153,7 @@ def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
 
 
 def end_configuration(goal: Goal) -> Configuration:
-    rows = ([value for _, value in row.fields] for row in goal)
+    rows = ([str(value) for _, value in row.fields] for row in goal)
     return configuration((row[0], row[-1]) for row in rows)
 
 
