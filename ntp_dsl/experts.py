@@ -64,8 +64,8 @@ class Expert:
         """The first due call, or a return. Asking twice gives the same answer."""
         row = self.registry.programs[program]
         answer = self._step(row, arguments, state)
-        if isinstance(answer, NextCall) and self._is_empty(answer, state):
-            return Return(False, f"{answer.callee} would return at once")
+        if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
+            return Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
@@ -75,9 +75,8 @@ class Expert:
         }
         if not needed:
             return Return(True)
-        lacking = [x for x in state.literals(row.requires, scope) if not state.holds(x)]
-        if lacking:
-            return Return(False, f"{lacking[0]} does not hold")
+        if lacking := _first_lacking(row, scope, state):
+            return Return(False, f"{lacking} does not hold")
         if row.in_python or row.name in self._functions:
             return self._ask_python(row, arguments, state)
         return self._first_due(row, scope, needed, state)
@@ -169,13 +168,17 @@ class Expert:
 
     def _is_empty(self, call: NextCall | None, state: State) -> bool:
         """Whether the callee's own first step would be a return."""
-        if call is None:
-            return False
+        return call is not None and self._end_at_once(call, state) is not None
+
+    def _end_at_once(self, call: NextCall, state: State) -> Return | None:
+        """The callee's own first step, if that is a return."""
         callee = self.registry[call.callee]
         if isinstance(callee, Api):
             inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
-            return not all(state.holds(x) for x in state.literals(callee.requires, inner))
-        return isinstance(self._step(callee, call.arguments, state), Return)
+            lacking = _first_lacking(callee, inner, state)
+            return Return(False, f"{lacking} does not hold") if lacking else None
+        answer = self._step(callee, call.arguments, state)
+        return answer if isinstance(answer, Return) else None
 
     def _ask_python(
         self, row: Program, arguments: tuple[Argument, ...], state: State
@@ -241,6 +244,11 @@ def call(callee: str, *arguments: Argument) -> NextCall:
 def first(calls: Iterable[NextCall]) -> list[NextCall]:
     """For Python experts: candidates in order; the first that would not return at once is made."""
     return list(calls)
+
+
+def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
+    """Of what it requires, the first that does not hold."""
+    return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
 
 
 def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:
