@@ -7,7 +7,7 @@ does not; else it calls the first due statement of its body. See "Meaning" in `g
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ntp_dsl.language import syntax
@@ -93,7 +93,8 @@ class Expert:
             if instance is None:
                 continue
             wanted = _provides_any(instance.provides, needed)
-            unnamed = not _provides_any(instance.provides, named)
+            loops = isinstance(row.body[index], syntax.For)
+            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
             if not instance.achieved and (wanted or unnamed):
                 needed |= instance.lacks
                 due.append(instance)
@@ -194,7 +195,7 @@ class Expert:
                 )
             _check_arguments(self.registry, offer, row.name)
             if not self._is_empty(offer, state):
-                return offer
+                return replace(offer, span=row.span)  # the declaration that leaves it to Python
         return Return(False, "the Python expert offers no call")
 
 

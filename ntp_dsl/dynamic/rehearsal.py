@@ -128,7 +128,7 @@ class Rehearsal:
         for number in range(PROGRAM_TRIES):
             rng = np.random.default_rng((self.seed, 1, number))
             instance = instances[number % len(instances)]
-            self.world.reset(instance.scrambled(rng, centred=True), number)
+            self.world.reset(instance.scrambled(rng, straight=1.0), number)
             state = State(self.registry, self.world.truth())
             arguments = random_arguments(program.parameters, state, rng)
             if arguments is None:

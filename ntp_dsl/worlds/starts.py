@@ -24,6 +24,7 @@ CROWDED = 0.4  # of a region's free part that is covered, from which things stan
 MOST_CELLS = 4  # of a grid, for each of them: more is no use
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
 NESTED = 0.008  # of a bowl in the one below it [m]
+STRAIGHT = 0.6  # of what stands on something, right in its middle
 TOPPLES = 1.6  # times as wide as what is below: such a thing is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
@@ -241,12 +242,12 @@ def scrambled(
     rng: np.random.Generator,
     in_hand: bool = True,
     starts: Mapping[str, Start] | None = None,
-    centred: bool = False,
+    straight: float = STRAIGHT,
 ) -> Scene:
     """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere.
 
     Args:
-        centred: towers stand straight, as an arm that is not disturbed leaves them.
+        straight: how often things stand in the middle of what is below, as an undisturbed arm leaves them.
     """
     scene = scattered(things, rng, starts)
     into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
@@ -257,7 +258,7 @@ def scrambled(
     for name in bases:
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
-            place = _stacked(item, below, positions, rng, centred)
+            place = _stacked(item, below, positions, rng, straight)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
             elif below.cavity is not None and item.cavity is None:
@@ -292,7 +293,7 @@ def _stacked(
     below: Thing,
     positions: Mapping[str, Vector],
     rng: np.random.Generator,
-    centred: bool,
+    straight: float,
 ) -> Vector:
     """On top; centred, or as far off as just carries: where decisions are closest."""
     x, y, z = positions[below.name]
@@ -301,8 +302,8 @@ def _stacked(
         dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
         return (x + dx, y + dy, height)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
-    straight = rng.random() < 0.6 or (centred and not below.roomy)
-    dx, dy = rng.normal(0, 0.001, 2) if straight else rng.uniform(-reach, reach, 2)
+    centred = rng.random() < (min(straight, STRAIGHT) if below.roomy else straight)
+    dx, dy = rng.normal(0, 0.001, 2) if centred else rng.uniform(-reach, reach, 2)
     return (x + float(dx), y + float(dy), height)
 
 

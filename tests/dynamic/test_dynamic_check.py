@@ -185,6 +185,54 @@ def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: P
     assert told and all("vacate would return at once: no statement is due" in each for each in told)
 
 
+LEANING = """
+type Tray is Place
+
+program deliver(goal: list[Placement]) by python:
+    achieves all on(p.item, p.support) for p in goal
+    calls bring
+
+program bring(item: Movable, tray: Place):
+    requires present(item) and reachable(item) and present(tray) and reachable(tray)
+    achieves on(item, tray)
+    uncover(item)
+    pick_and_place(item, tray)
+
+program uncover(item: Movable):
+    requires present(item) and reachable(item)
+    achieves clear(item)
+    for b in Block if on(b, item):
+        pick(b)
+
+task delivering:
+    scene:
+        trays:  1 Tray on table with box(20 cm, 20 cm, 1 cm), at(50 cm, 38 cm)
+        blocks: 5 Block on table
+    goal:    matchings(blocks, trays, pairs=3)
+    run:     deliver(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+
+
+def test_what_leans_is_told_apart_from_what_stands_and_a_python_expert_is_pointed_at(tmp_path: Path) -> None:
+    path = written(tmp_path, LEANING)
+    path.with_suffix(".py").write_text(
+        """
+from ntp_dsl.authoring import call, expert, first
+
+@expert
+def deliver(world, goal):
+    pairs = [(p["item"], p["support"]) for p in goal]
+    return first(call("bring", *pair) for pair in pairs if not world.on(*pair))
+"""
+    )
+    (livelock,) = check_dynamically(with_python(load(path)), path)
+    assert livelock.code == "E605" and "leaning start" in livelock.message
+    assert excerpt(path, livelock) == "deliver"
+    path.write_text(path.read_text().replace("if on(b, item)", "if covers(b, item)"))
+    assert check_dynamically(with_python(load(path)), path) == []
+
+
 def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: Path) -> None:
     diagnostics = found(written(tmp_path, OVERFULL))
     assert [each.code for each in diagnostics if each.severity == "error"] == []
