@@ -264,16 +264,15 @@ def _goal_shown(
 ) -> Goal:
     """What success is judged by where a demonstration is brought: its own goal. The policy never sees it."""
     pattern = instance.goal[0]
-    fields = [name for name, _ in pattern.fields]
     try:
         goal = tuple(
-            Record(pattern.type, tuple((name, str(row[name])) for name in fields))
+            Record(pattern.type, tuple((name, type(value)(row[name])) for name, value in pattern.fields))
             for row in demonstration.notes["goal"]
         )
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise NtpError("the demonstration does not say what it shows; record it anew") from error
     known = {*demonstration.names, *(name for enum in registry.enums.values() for name in enum)}
-    missing = {name for row in goal for _, name in row.fields} - known
+    missing = {value for row in goal for _, value in row.fields if isinstance(value, str)} - known
     if missing:
         raise NtpError(f"the demonstration's goal names {', '.join(sorted(missing))}, which it lacks")
     return goal

@@ -7,7 +7,7 @@ does not; else it calls the first due statement of its body. See "Meaning" in `g
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ntp_dsl.language import syntax
@@ -64,8 +64,8 @@ class Expert:
         """The first due call, or a return. Asking twice gives the same answer."""
         row = self.registry.programs[program]
         answer = self._step(row, arguments, state)
-        if isinstance(answer, NextCall) and self._is_empty(answer, state):
-            return Return(False, f"{answer.callee} would return at once")
+        if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
+            return Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
@@ -75,9 +75,8 @@ class Expert:
         }
         if not needed:
             return Return(True)
-        lacking = [x for x in state.literals(row.requires, scope) if not state.holds(x)]
-        if lacking:
-            return Return(False, f"{lacking[0]} does not hold")
+        if lacking := _first_lacking(row, scope, state):
+            return Return(False, f"{lacking} does not hold")
         if row.in_python or row.name in self._functions:
             return self._ask_python(row, arguments, state)
         return self._first_due(row, scope, needed, state)
@@ -94,7 +93,8 @@ class Expert:
             if instance is None:
                 continue
             wanted = _provides_any(instance.provides, needed)
-            unnamed = not _provides_any(instance.provides, named)
+            loops = isinstance(row.body[index], syntax.For)
+            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
             if not instance.achieved and (wanted or unnamed):
                 needed |= instance.lacks
                 due.append(instance)
@@ -169,13 +169,17 @@ class Expert:
 
     def _is_empty(self, call: NextCall | None, state: State) -> bool:
         """Whether the callee's own first step would be a return."""
-        if call is None:
-            return False
+        return call is not None and self._end_at_once(call, state) is not None
+
+    def _end_at_once(self, call: NextCall, state: State) -> Return | None:
+        """The callee's own first step, if that is a return."""
         callee = self.registry[call.callee]
         if isinstance(callee, Api):
             inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
-            return not all(state.holds(x) for x in state.literals(callee.requires, inner))
-        return isinstance(self._step(callee, call.arguments, state), Return)
+            lacking = _first_lacking(callee, inner, state)
+            return Return(False, f"{lacking} does not hold") if lacking else None
+        answer = self._step(callee, call.arguments, state)
+        return answer if isinstance(answer, Return) else None
 
     def _ask_python(
         self, row: Program, arguments: tuple[Argument, ...], state: State
@@ -191,7 +195,7 @@ class Expert:
                 )
             _check_arguments(self.registry, offer, row.name)
             if not self._is_empty(offer, state):
-                return offer
+                return replace(offer, span=row.span)  # the declaration that leaves it to Python
         return Return(False, "the Python expert offers no call")
 
 
@@ -241,6 +245,11 @@ def call(callee: str, *arguments: Argument) -> NextCall:
 def first(calls: Iterable[NextCall]) -> list[NextCall]:
     """For Python experts: candidates in order; the first that would not return at once is made."""
     return list(calls)
+
+
+def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
+    """Of what it requires, the first that does not hold."""
+    return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
 
 
 def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:

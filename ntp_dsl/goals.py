@@ -5,9 +5,10 @@ See `ntp_dsl.language.samplers` for what the checker knows of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.samplers import SAMPLERS as KINDS
 from ntp_dsl.language.samplers import VARIED
 from ntp_dsl.language.syntax import Option, Sampler
-from ntp_dsl.registry import Registry
+from ntp_dsl.registry import Parameter, Registry
 from ntp_dsl.world import Record
 
 Goal = tuple[Record, ...]
@@ -60,7 +61,7 @@ def draw_goal(
     )
     draw = _draw(sources, options, rng)
     if sampler.by is not None:
-        return _by_function(registry, sampler, draw)
+        return _by_function(registry, sampler, draw, {name for names in groups.values() for name in names})
     kind = KINDS[sampler.name]
     for knob, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
         raise NtpError(f"{sampler.name}: {knob}: {flaw}")
@@ -95,7 +96,7 @@ def _draw(
     return Draw(sources, options, rng, topology, semantics, indices.get("topology"))
 
 
-def _by_function(registry: Registry, sampler: Sampler, draw: Draw) -> Goal:
+def _by_function(registry: Registry, sampler: Sampler, draw: Draw, things: Container[str]) -> Goal:
     """A function in Python: takes a generator, the sources, and the knobs by name as drawn numbers.
 
     Where it takes `topology` or `semantics`, each is a generator for choices of that kind.
@@ -123,11 +124,33 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw) -> Goal:
             raise NtpError(
                 f"the sampler '{sampler.name}' yields rows of ({expected}); found {values!r}"
             )
-        pairs = zip((field.name for field in fields), map(str, values), strict=True)
-        goal.append(Record(sampler.result.name, tuple(pairs)))
+        entries = (
+            (field.name, _entry(registry, sampler, field, value, things))
+            for field, value in zip(fields, values, strict=True)
+        )
+        goal.append(Record(sampler.result.name, tuple(entries)))
     if not goal:
         raise NtpError(f"the sampler '{sampler.name}' drew an empty goal; draw at least one element")
     return tuple(goal)
+
+
+def _entry(
+    registry: Registry, sampler: Sampler, field: Parameter, value: object, things: Container[str]
+) -> str | float:
+    """What a function drew for a field: a number, a member of its enumeration, or a thing of the scene."""
+    if field.type in registry.enums:
+        fits, wanted = value in registry.enums[field.type], " or ".join(registry.enums[field.type])
+    elif field.type in registry.parents:
+        fits, wanted = value in things or value in registry.constants, "the name of a thing in the scene"
+    else:
+        fits, wanted = isinstance(value, SupportsFloat) and not isinstance(value, str), "a number"
+        if fits:
+            return float(value)  # type: ignore[arg-type]
+    if not fits:
+        raise NtpError(
+            f"the sampler '{sampler.name}' drew {value!r} for '{field.name}: {field.type}'; expected {wanted}"
+        )
+    return str(value)
 
 
 # The samplers -----------------------------------------------------------------------------------

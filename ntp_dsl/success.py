@@ -9,15 +9,18 @@ from math import hypot
 
 import numpy as np
 
+from ntp_dsl.experts import Expert
 from ntp_dsl.goals import Goal
-from ntp_dsl.interpreter import Run
+from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language import syntax
 from ntp_dsl.predicates import JUDGED, held, inside
 from ntp_dsl.registry import Registry
+from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.state import Bindings, Fact, Literal, State
-from ntp_dsl.tasks import Instance
+from ntp_dsl.tasks import Instance, enough_primitives
 from ntp_dsl.traces.blame import OF_FAILURE
 from ntp_dsl.world import Argument, Observation, Scene, Vector, World
+from ntp_dsl.worlds import make_world
 from ntp_dsl.worlds.scenes import movable
 
 STILL_FOR = 2.0  # [s] that the result must stand
@@ -77,7 +80,10 @@ def _wrong(
         if any(thing.name in _above(scene, name) for name in named):
             continue  # it had to make room
         if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
-            return f"{thing.name} was {'moved' if thing.name in run.handled else KNOCKED}"
+            if thing.name not in run.handled:
+                return f"{thing.name} was {KNOCKED}"
+            if thing.name not in _moved_by_expert(registry, instance, scene):
+                return f"{thing.name} was moved"
     return ""
 
 
@@ -126,6 +132,19 @@ def _above(scene: Scene, support: Argument) -> set[str]:
     }
 
 
+def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> set[Argument]:
+    """What the expert takes into the hand from the same start: it was in the way, as the library sees it."""
+    world = make_world("kinematic", registry, exact=True)
+    world.reset(scene, 0)
+    taken: set[Argument] = set()
+    world.on_frame = lambda seen: taken.update({seen.held} if seen.held else ())
+    limits = Limits(primitives=enough_primitives(instance))
+    Interpreter(registry, ScriptedPolicy(Expert(registry)), world, limits=limits).run(
+        instance.program, instance.arguments
+    )
+    return taken
+
+
 def _crept(before: Observation, after: Observation) -> str:
     """What moves. A heap in a bin or bowl may settle: that what is in there stays in, is asked anyway."""
     for name, position in after.positions.items():
@@ -148,8 +167,8 @@ def _blame(run: Run, wrong_before: str) -> str:
 def authors_success(now: Observation, goal: Goal) -> bool:
     """The test of the paper's authors: within 0.05 m of each other seen from above, and higher."""
     for placement in goal:
-        x, y, z = now.positions[placement["item"]]
-        sx, sy, sz = now.positions[placement["support"]]
+        x, y, z = now.positions[str(placement["item"])]
+        sx, sy, sz = now.positions[str(placement["support"])]
         if hypot(x - sx, y - sy) > 0.05 or z <= sz:
             return False
     return True

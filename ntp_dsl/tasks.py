@@ -18,7 +18,7 @@ from ntp_dsl.state import Fact, State
 from ntp_dsl.task_files import TaskFileEntry, read_tasks
 from ntp_dsl.world import Argument, Observation, Record, Scene, Thing
 from ntp_dsl.worlds.scenes import CUBE, Start, layout, with_furniture
-from ntp_dsl.worlds.starts import scattered, scrambled
+from ntp_dsl.worlds.starts import STRAIGHT, scattered, scrambled
 
 Configuration = frozenset[tuple[str, str]]
 
@@ -51,10 +51,10 @@ class Instance:
         return scattered(self.things, rng, self.starts)
 
     def scrambled(
-        self, rng: np.random.Generator, in_hand: bool = True, centred: bool = False
+        self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT
     ) -> Scene:
         """Partial and wrong towers, buried things, now and then a thing in hand."""
-        return scrambled(self.things, rng, in_hand, self.starts, centred)
+        return scrambled(self.things, rng, in_hand, self.starts, straight)
 
 
 def enough_primitives(instance: Instance) -> int:
@@ -153,7 +153,7 @@ def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
 
 
 def end_configuration(goal: Goal) -> Configuration:
-    rows = ([value for _, value in row.fields] for row in goal)
+    rows = ([str(value) for _, value in row.fields] for row in goal)
     return configuration((row[0], row[-1]) for row in rows)
 
 

@@ -17,9 +17,9 @@ class Record:
     """A record of the language at run time, such as a `Placement`."""
 
     type: str
-    fields: tuple[tuple[str, str], ...]
+    fields: tuple[tuple[str, str | float], ...]  # things, members and numbers [SI]
 
-    def __getitem__(self, name: str) -> str:
+    def __getitem__(self, name: str) -> str | float:
         return dict(self.fields)[name]
 
 

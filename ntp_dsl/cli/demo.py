@@ -46,7 +46,7 @@ def command(
 
 def towers(goal: Goal) -> str:
     """The goal in words, tower by tower, from the bottom up."""
-    carries = {placement["support"]: placement["item"] for placement in goal}
+    carries = {str(placement["support"]): str(placement["item"]) for placement in goal}
     bases = [support for support in carries if support not in carries.values()]
     lines = []
     for base in bases:

@@ -53,7 +53,8 @@ def check_dynamically(
         try:
             whole = replace(task, scene=_with_readings(task.scene, runnable))
             drawn = [draw(runnable, whole, np.random.default_rng((seed, n))) for n in range(3)]
-            drawn[0].scattered(np.random.default_rng(seed))
+            for each in drawn:
+                each.scattered(np.random.default_rng(seed))
         except NtpError as error:
             found.append(_impossible(task, error))
         else:
@@ -80,7 +81,11 @@ def _run(
     world = make_world("kinematic", registry, exact=True)
     rehearsal = Rehearsal(registry, world, seed)
     told("apis")
-    found = list(check_honesty(registry, world, instances, seed))
+    try:
+        found = list(check_honesty(registry, world, instances, seed))
+    except NtpError as error:  # a skill or predicate in Python failed
+        yield Diagnostic("E607", str(error), instances[0].task.name_span)
+        return
     yield from found
     if any(each.severity == "error" for each in found):
         return  # everything further trusts the apis' contracts

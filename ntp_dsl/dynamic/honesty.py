@@ -35,7 +35,7 @@ def check_honesty(
     for walk in range(WALKS):
         rng = np.random.default_rng((seed, walk))
         instance = instances[walk % len(instances)]
-        world.reset(instance.scrambled(rng, centred=True), walk)
+        world.reset(instance.scrambled(rng, straight=1.0), walk)
         for _ in range(STEPS):
             _step(registry, world, records, rng)
     for name, record in records.items():

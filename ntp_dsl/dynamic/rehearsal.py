@@ -9,7 +9,7 @@ import numpy as np
 
 from ntp_dsl.dynamic.starts import STARTS
 from ntp_dsl.dynamic.watching import Impure, Livelock, WatchedPolicy, source_lines
-from ntp_dsl.experts import Expert, NextCall, Return
+from ntp_dsl.experts import Decision, Expert, NextCall
 from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.syntax import Span, TaskDeclaration
@@ -17,7 +17,8 @@ from ntp_dsl.random_arguments import random_arguments
 from ntp_dsl.registry import Program, Registry
 from ntp_dsl.state import Fact, Literal, State
 from ntp_dsl.tasks import Instance, draw, enough_primitives
-from ntp_dsl.world import World
+from ntp_dsl.traces.wording import shown
+from ntp_dsl.world import Argument, World
 
 USUAL, CROWD = 16, 60  # things of a scene: up to which all trials are made, and from which one
 PROGRAM_TRIES = 6  # of every program as a root
@@ -127,7 +128,7 @@ class Rehearsal:
         for number in range(PROGRAM_TRIES):
             rng = np.random.default_rng((self.seed, 1, number))
             instance = instances[number % len(instances)]
-            self.world.reset(instance.scrambled(rng, centred=True), number)
+            self.world.reset(instance.scrambled(rng, straight=1.0), number)
             state = State(self.registry, self.world.truth())
             arguments = random_arguments(program.parameters, state, rng)
             if arguments is None:
@@ -202,32 +203,43 @@ def _livelock(
     call, span = lines[0]
     message = f"'{name}' goes round in a circle ({start} start): the same state comes again and again"
     notes = [
-        Note(f"{number}. {each.callee}({_given(each)})", place)
+        Note(f"{number}. {each.callee}({_given(each.arguments)})", place)
         for number, (each, place) in enumerate(lines, start=1)
     ]
-    notes.append(Note(f"{len(lines) + 1}. {call.callee}({_given(call)}) again, and so on"))
+    if livelock.refused:
+        return _stuck(livelock, name, start, span)
+    notes.append(Note(f"{len(lines) + 1}. {call.callee}({_given(call.arguments)}) again, and so on"))
+    for program, arguments, reason in dict.fromkeys(livelock.gave_up):
+        notes.append(Note(f"{program}({_given(arguments)}) returns unfinished: {reason}"))
     help = "what one statement achieves another undoes: require it, or order them otherwise"
     return Diagnostic(code, message, span, tuple(notes), help)
 
 
-def _given(call: NextCall) -> str:
-    return ", ".join(argument if isinstance(argument, str) else "..." for argument in call.arguments)
+def _stuck(livelock: Livelock, name: str, start: str, span: Span) -> Diagnostic:
+    """Round in a circle since the world does not do what it is asked: not by the expert's fault, perhaps."""
+    said = dict.fromkeys(f"{api}({_given(arguments)}): {why}" for api, arguments, why in livelock.refused)
+    message = f"'{name}' comes no further ({start} start): the world refuses {next(iter(said))}"
+    help = "leave more room: fewer or smaller things, or wider regions; or call something else then"
+    return Diagnostic("W603", message, span, (), help)
+
+
+def _given(arguments: Sequence[Argument]) -> str:
+    return ", ".join("..." if isinstance(each, tuple) else shown(each) for each in arguments)
 
 
 def _impure(impure: Impure, registry: Registry) -> Diagnostic:
     row = registry.programs[impure.program]
-    told = [
-        f"{a.callee}({_given(a)})" if isinstance(a, NextCall) else ("done" if _done(a) else "unfinished")
-        for a in impure.answers
-    ]
+    told = [_answer(each) for each in impure.answers]
     message = f"the expert of '{row.name}' is no function of the state: {impure.how}, it says "
     message += f"{told[1]}, not {told[0]}"
     help = "decide by the arguments and the predicates alone; sort what has no order of its own"
     return Diagnostic("E606", message, row.span, (), help)
 
 
-def _done(answer: Return) -> bool:
-    return answer.done
+def _answer(answer: Decision) -> str:
+    if isinstance(answer, NextCall):
+        return f"{answer.callee}({_given(answer.arguments)})"
+    return "done" if answer.done else "unfinished"
 
 
 def _success_span(task: TaskDeclaration) -> Span:

@@ -25,7 +25,12 @@ def scattered(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def scrambled(instance: Instance, rng: np.random.Generator) -> Scene:
     """Partial and wrong towers, and now and then something in the hand."""
-    return instance.scrambled(rng, centred=True)
+    return instance.scrambled(rng, straight=1.0)
+
+
+def leaning(instance: Instance, rng: np.random.Generator) -> Scene:
+    """The same, but nothing stands in the middle of what is below it: what has slipped lies so."""
+    return instance.scrambled(rng, straight=0.0)
 
 
 def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
@@ -55,7 +60,7 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
-    scene = instance.scrambled(rng, in_hand=False, centred=True)
+    scene = instance.scrambled(rng, in_hand=False, straight=1.0)
     solid = [thing.name for thing in movable(scene.things) if thing.cavity is None]
     order = rng.permutation(solid or [thing.name for thing in movable(scene.things)])
     missing = str(max(order, key=lambda name: scene.positions[name][2]))
@@ -66,6 +71,7 @@ def lost(instance: Instance, rng: np.random.Generator) -> Scene:
 STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> how to make one, and how many are tried
     "scattered": (scattered, 6),
     "scrambled": (scrambled, 10),
+    "leaning": (leaning, 6),
     "wrong in hand": (wrong_in_hand, 4),
     "buried": (buried, 6),
     "lost": (lost, 4),

@@ -10,19 +10,27 @@ from ntp_dsl.language.syntax import Span
 from ntp_dsl.policy import Barred, Choice, Frame
 from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.state import State
-from ntp_dsl.world import Argument, Observation, World
+from ntp_dsl.world import Argument, Failure, Observation, World
 
 PROOF = 3  # how often a state is seen with the same calls running, until it is called a circle
+NO_REFUSAL = ("achieved", str(Failure.NOT_READY))  # which is for the expert to see to
 GRAIN = 0.0005  # to which positions are told apart [m]
 
 Key = tuple[object, ...]
+Ended = tuple[str, tuple[Argument, ...], str]
 
 
 class Livelock(Exception):
-    """The expert goes round; `cycle` are its decisions, with the statements that made them."""
+    """The expert goes round; `cycle` are its decisions, with the statements that made them.
 
-    def __init__(self, cycle: Sequence[NextCall]) -> None:
-        self.cycle = tuple(cycle)
+    `gave_up` are the programs that returned unfinished meanwhile, and `refused` the apis that the world did
+    not carry out: name, arguments, and why.
+    """
+
+    def __init__(
+        self, cycle: Sequence[NextCall], gave_up: Sequence[Ended] = (), refused: Sequence[Ended] = ()
+    ) -> None:
+        self.cycle, self.gave_up, self.refused = tuple(cycle), tuple(gave_up), tuple(refused)
         super().__init__(" -> ".join(call.callee for call in cycle))
 
 
@@ -43,9 +51,15 @@ class WatchedPolicy(ScriptedPolicy):
     running: list[tuple[str, tuple[Argument, ...]]] = field(default_factory=list)
     seen: dict[Key, list[int]] = field(default_factory=dict)
     made: list[NextCall] = field(default_factory=list)
+    gave_up: list[tuple[int, Ended]] = field(default_factory=list)  # after so many decisions
+    refused: list[tuple[int, Ended]] = field(default_factory=list)
 
-    def watch(self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], _: object) -> None:
+    def watch(
+        self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], said: object
+    ) -> None:
         """Follows the stack of calls; an interpreter's `watch`."""
+        if event == "return" and name in self.expert.registry.apis and said not in NO_REFUSAL:
+            self.refused.append((len(self.made), (name, arguments, str(said))))
         del self.running[depth:]
         if event == "call":
             self.running.append((name, arguments))
@@ -54,9 +68,12 @@ class WatchedPolicy(ScriptedPolicy):
         seen = world.truth()
         decision = self._ask(frame, seen)
         if isinstance(decision, Return):
+            if not decision.done:
+                self.gave_up.append((len(self.made), (frame.program, frame.arguments, decision.reason)))
             return Choice(None, done=decision.done, details={"reason": decision.reason})
-        self._remember((*_moment(seen), *self.running))
-        self.made.append(decision)
+        if decision.callee not in barred:  # else it is asked again in the same breath
+            self._remember((*_moment(seen), *self.running))
+            self.made.append(decision)
         return Choice(decision.callee, decision.arguments)
 
     def _ask(self, frame: Frame, seen: Observation) -> Decision:
@@ -76,7 +93,10 @@ class WatchedPolicy(ScriptedPolicy):
         times = self.seen.setdefault(key, [])
         times.append(len(self.made))
         if len(times) >= PROOF:
-            raise Livelock(self.made[times[-2] : times[-1]])
+            gave_up, refused = (
+                [each for number, each in rows if times[-2] < number] for rows in (self.gave_up, self.refused)
+            )
+            raise Livelock(self.made[times[-2] : times[-1]], gave_up, refused)
 
 
 def _moment(seen: Observation) -> Key:

@@ -132,7 +132,7 @@ def to_json(argument: Argument) -> Any:
 def from_json(value: Any) -> Argument:
     """Raises `ValueError` for what is no argument."""
     if isinstance(value, dict) and isinstance(value.get("record"), str):
-        entries = tuple((k, str(v)) for k, v in value.items() if k != "record")
+        entries = tuple((k, v if isinstance(v, float) else str(v)) for k, v in value.items() if k != "record")
         return Record(value["record"], entries)
     if isinstance(value, list):
         return tuple(from_json(element) for element in value)  # type: ignore[misc]

@@ -21,7 +21,7 @@ def plain(text: object) -> str:
 def shown(argument: Argument) -> str:
     """An argument, briefly: records without their types."""
     if isinstance(argument, Record):
-        return f"({', '.join(value for _, value in argument.fields)})"
+        return f"({', '.join(shown(value) for _, value in argument.fields)})"
     if isinstance(argument, tuple):
         more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
         return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"

@@ -62,7 +62,7 @@ class KinematicWorld(RestingThings):
         self._by_name = scene.by_name
         self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
         self._solid = {t.name: t for t in scene.things if t.size[0] <= TOO_WIDE}  # on the table
-        self._region = REGION if len(self._solid) == len(self._items) else WIDE
+        self._region = _region(REGION if len(self._solid) == len(self._items) else WIDE, scene)
         self._bounds = _bounds(self._region, scene)
         self._positions = dict(scene.positions)
         self._disturbances = disturbances
@@ -275,6 +275,15 @@ class KinematicWorld(RestingThings):
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
+
+
+def _region(region: Region, scene: Scene) -> Region:
+    """Where things may be put on the table: the arm's region, and wherever something stood from the start."""
+    (x0, x1), (y0, y1) = region
+    names = {thing.name for thing in movable(scene.things)} - {scene.held}
+    standing = [place for name, place in scene.positions.items() if name in names]
+    xs, ys = ([place[axis] for place in standing] for axis in (0, 1))
+    return (min([x0, *xs]), max([x1, *xs])), (min([y0, *ys]), max([y1, *ys]))
 
 
 def _bounds(region: Region, scene: Scene) -> Region:

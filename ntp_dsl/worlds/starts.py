@@ -9,7 +9,7 @@ import numpy as np
 
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import TOO_WIDE, Scene, Thing, Vector
-from ntp_dsl.worlds.scenes import CUBE, TABLE, Start, movable
+from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
@@ -20,13 +20,16 @@ COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m
 REDRAWS = 20_000  # of the spots, until all are far enough from each other
 GAP = 0.03  # between things of other sizes [m]
 TIGHT = 0.007  # between things on a grid, at least [m]
-CROWDED = 0.4  # of a region that is covered, from which things stand on a grid
+CROWDED = 0.4  # of a region's free part that is covered, from which things stand on a grid
+MOST_CELLS = 4  # of a grid, for each of them: more is no use
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
 NESTED = 0.008  # of a bowl in the one below it [m]
+STRAIGHT = 0.6  # of what stands on something, right in its middle
 TOPPLES = 1.6  # times as wide as what is below: such a thing is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 Spot = tuple[float, float]
+Footprint = tuple[Spot, Vector]  # of a thing: where its middle is, and its size
 
 
 def scattered(
@@ -47,7 +50,7 @@ def scattered(
         surface = starts.get(thing.name, Start()).surface
         floor = 0.0
         if surface in spots:
-            floor = positions[surface][2] + by_name[surface].size[2] / 2
+            floor = positions[surface][2] + _floor(by_name[surface], thing)
         positions[thing.name] = (x, y, floor + thing.size[2] / 2)
         yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if thing.movable else 0.0
     return Scene(things, positions, yaws)
@@ -74,20 +77,24 @@ def _spread(
     aside = iter(ASIDE)
     given = {t.name: next(aside, ASIDE[-1]) for t in items if t.fixed and t.name not in starts and t.roomy}
     order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
+    fixed = sum(not thing.movable for thing in order)
     for _ in range(RESTARTS):
         spots: dict[str, Spot] = {}
-        cells = _crowded(order, starts, rng)
-        for thing in order:
+        for index, thing in enumerate(order):
+            if index == fixed:  # what stays has its place
+                in_place = [(spots[name], by_name[name].size) for name in spots]
+                spots |= _crowded(order[fixed:], starts, in_place, rng)
             start = starts.get(thing.name, Start())
-            if start.surface in by_name:
+            if start.surface in by_name or thing.name in spots:
                 continue
-            spot = given.get(thing.name) or cells.get(thing.name)
-            spot = spot or _free_spot(thing, start, spots, by_name, starts, rng)
+            spot = given.get(thing.name) or _free_spot(thing, start, spots, by_name, starts, rng)
             if spot is None:
                 break
             spots[thing.name] = spot
         else:
-            return spots | _stacked_starts(items, starts, spots, by_name, rng)
+            stacked = _stacked_starts(items, starts, spots, by_name, rng)
+            if stacked is not None:
+                return spots | stacked
     sizes = ", ".join(f"{thing.name} ({thing.size[0]:g} x {thing.size[1]:g} m)" for thing in order[:4])
     raise NtpError(
         f"{len(items)} things do not fit where they are to start, among them {sizes}; "
@@ -96,34 +103,73 @@ def _spread(
 
 
 def _crowded(
-    items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator
+    items: Sequence[Thing],
+    starts: Mapping[str, Start],
+    taken: Sequence[Footprint],
+    rng: np.random.Generator,
 ) -> dict[str, Spot]:
-    """Cells of a jittered grid, for movable things too many to find room by chance."""
+    """Cells of a jittered grid, for things too many to find room by chance; none over what is there."""
     shared: dict[Start, list[Thing]] = {}
     for thing in items:
-        if thing.movable and starts.get(thing.name, Start()).surface == TABLE:
-            start = starts.get(thing.name, Start())
+        start = starts.get(thing.name, Start())
+        if start.surface == TABLE:
             shared.setdefault(Start(x=start.x, y=start.y), []).append(thing)
+    in_place = list(taken)
     cells: dict[str, Spot] = {}
     for start, things in shared.items():
-        (x0, x1), (y0, y1) = start.x or REGION[0], start.y or REGION[1]
+        region = start.x or REGION[0], start.y or REGION[1]
+        (x0, x1), (y0, y1) = region
         if x0 == x1 or y0 == y1:
             continue  # where they start is said already
         width = max(max(thing.size[:2]) for thing in things)
-        if len(things) * (width + GAP) ** 2 < CROWDED * (x1 - x0) * (y1 - y0):
+        covered = sum(_covered(region, spot, size) for spot, size in in_place)
+        if len(things) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
             continue
-        columns, rows = _grid(len(things), x1 - x0, y1 - y0)
+        found = _free_cells(len(things), width, region, in_place)
+        if found is None:
+            continue
+        free, pitch = found
+        jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
+        for thing, cell in zip(things, rng.permutation(len(free)), strict=False):
+            dx, dy = rng.uniform(-jitter, jitter, 2)
+            cells[thing.name] = (free[cell][0] + float(dx), free[cell][1] + float(dy))
+            in_place.append((cells[thing.name], thing.size))
+    return cells
+
+
+def _free_cells(
+    count: int, width: float, region: tuple[Interval, Interval], in_place: Sequence[Footprint]
+) -> tuple[list[Spot], float] | None:
+    """At least so many cells' middles of the widest grid that has them, and how far apart they are."""
+    (x0, x1), (y0, y1) = region
+    for wanted in range(count, MOST_CELLS * count + 1):
+        columns, rows = _grid(wanted, x1 - x0, y1 - y0)
         pitch = min((x1 - x0) / columns, (y1 - y0) / rows)
         if pitch < width + TIGHT:
-            continue
-        jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
-        chosen = rng.permutation(columns * rows)[: len(things)]
-        for thing, cell in zip(things, chosen, strict=True):
-            dx, dy = rng.uniform(-jitter, jitter, 2)
-            x = x0 + (int(cell) // rows + 0.5) * (x1 - x0) / columns + float(dx)
-            y = y0 + (int(cell) % rows + 0.5) * (y1 - y0) / rows + float(dy)
-            cells[thing.name] = (x, y)
-    return cells
+            return None
+        middles = [
+            (x0 + (column + 0.5) * (x1 - x0) / columns, y0 + (row + 0.5) * (y1 - y0) / rows)
+            for column in range(columns)
+            for row in range(rows)
+        ]
+        free = [m for m in middles if not any(_overlaps(m, pitch, spot, size) for spot, size in in_place)]
+        if len(free) >= count:
+            return free, pitch
+    return None
+
+
+def _overlaps(middle: Spot, width: float, spot: Spot, size: Vector) -> bool:
+    """Whether a square and a thing's footprint do."""
+    return all(abs(middle[axis] - spot[axis]) < (width + size[axis]) / 2 for axis in (0, 1))
+
+
+def _covered(region: tuple[Interval, Interval], spot: Spot, size: Vector) -> float:
+    """How much of a region a thing's footprint takes up [m2]."""
+    sides = [
+        min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
+        for axis in (0, 1)
+    ]
+    return max(0.0, sides[0]) * max(0.0, sides[1])
 
 
 def _grid(count: int, length: float, width: float) -> tuple[int, int]:
@@ -169,8 +215,8 @@ def _stacked_starts(
     spots: Mapping[str, Spot],
     by_name: Mapping[str, Thing],
     rng: np.random.Generator,
-) -> dict[str, Spot]:
-    """Those that start on others: in the middle, or anywhere free on a tray."""
+) -> dict[str, Spot] | None:
+    """Those that start on others: in the middle, or anywhere free on a tray; None where there is no room."""
     found: dict[str, Spot] = {}
     for thing in items:
         start = starts.get(thing.name, Start())
@@ -179,12 +225,13 @@ def _stacked_starts(
         below = by_name[start.surface]
         x, y = {**spots, **found}[start.surface]
         if below.roomy:
-            dx, dy = (max(0.0, (below.size[axis] - thing.size[axis]) / 2) for axis in (0, 1))
+            inner = below.cavity or (below.size[0] / 2, below.size[1] / 2)
+            dx, dy = (max(0.0, inner[axis] - thing.size[axis] / 2) for axis in (0, 1))
             region = Start(start.surface, (x - dx, x + dx), (y - dy, y + dy), start.spacing)
             there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
             spot = _free_spot(thing, region, there, by_name, starts, rng)
             if spot is None:
-                raise NtpError(f"there is no room for {thing.name} on {start.surface}")
+                return None
             x, y = spot
         found[thing.name] = (x, y)
     return found
@@ -195,12 +242,12 @@ def scrambled(
     rng: np.random.Generator,
     in_hand: bool = True,
     starts: Mapping[str, Start] | None = None,
-    centred: bool = False,
+    straight: float = STRAIGHT,
 ) -> Scene:
     """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere.
 
     Args:
-        centred: towers stand straight, as an arm that is not disturbed leaves them.
+        straight: how often things stand in the middle of what is below, as an undisturbed arm leaves them.
     """
     scene = scattered(things, rng, starts)
     into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
@@ -211,7 +258,7 @@ def scrambled(
     for name in bases:
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
-            place = _stacked(item, below, positions, rng, centred)
+            place = _stacked(item, below, positions, rng, straight)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
             elif below.cavity is not None and item.cavity is None:
@@ -246,19 +293,25 @@ def _stacked(
     below: Thing,
     positions: Mapping[str, Vector],
     rng: np.random.Generator,
-    centred: bool,
+    straight: float,
 ) -> Vector:
     """On top; centred, or as far off as just carries: where decisions are closest."""
+    x, y, z = positions[below.name]
+    height = z + _floor(below, item) + item.size[2] / 2
     if below.cavity is not None and item.cavity is None:
         dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
-        x, y, z = positions[below.name]
-        return (x + dx, y + dy, z - below.size[2] / 2 + below.cavity.floor + item.size[2] / 2)
+        return (x + dx, y + dy, height)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
-    straight = rng.random() < 0.6 or (centred and not below.roomy)
-    dx, dy = rng.normal(0, 0.001, 2) if straight else rng.uniform(-reach, reach, 2)
-    x, y, z = positions[below.name]
-    nested = NESTED if item.shape == below.shape == "bowl" else 0.0
-    return (x + float(dx), y + float(dy), z + (below.size[2] + item.size[2]) / 2 - nested)
+    centred = rng.random() < (min(straight, STRAIGHT) if below.roomy else straight)
+    dx, dy = rng.normal(0, 0.001, 2) if centred else rng.uniform(-reach, reach, 2)
+    return (x + float(dx), y + float(dy), height)
+
+
+def _floor(below: Thing, item: Thing) -> float:
+    """Where an item's bottom is on what is below, or in it, from the middle of that [m]."""
+    if below.cavity is not None and item.cavity is None:
+        return below.cavity.floor - below.size[2] / 2
+    return below.size[2] / 2 - (NESTED if item.shape == below.shape == "bowl" else 0.0)
 
 
 def in_hand_at(thing: Thing, gripper: Vector) -> Vector:

@@ -131,6 +131,115 @@ def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
     assert livelock.notes[-1].message.endswith("again, and so on")
 
 
+SWAPPING = """
+type Plate is Place
+type Spare is Place
+
+program exchange(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+program bring(item: Movable, plate: Place):
+    requires present(item) and reachable(item) and present(plate) and reachable(plate)
+    achieves on(item, plate)
+    vacate(plate, item)
+    pick_and_place(item, plate)
+
+program vacate(plate: Place, item: Movable):
+    requires present(plate) and reachable(plate)
+    achieves not some on(b, plate) for b in Block if b != item
+    for b in Block if on(b, plate) and b != item:
+        for s in Spare if clear(s):
+            pick_and_place(b, s)
+
+task exchanging:
+    scene:
+        plates: 3 Plate on table with box(10 cm, 10 cm, 1 cm), x(0.35 .. 0.65 m)
+        spares: 1 Spare on table with box(10 cm, 10 cm, 1 cm)
+        blocks: 3 Block on plates
+    goal:    permutations(blocks, plates)
+    run:     exchange(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+OVERFULL = (
+    """
+type Pad is Place
+"""
+    + PLACING
+    + """
+task filling:
+    scene:
+        pads: 1 Pad on table with box(7 cm, 7 cm, 1 cm), at(80 cm, 0 cm)
+        blocks: 24 Block on table with cube(8 cm), y(-0.3 .. 0.3 m)
+    goal:    matchings(blocks, pads, pairs=1)
+    run:     fill(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+)
+
+
+def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: Path) -> None:
+    (livelock,) = [each for each in found(written(tmp_path, SWAPPING)) if each.code == "E605"]
+    told = [note.message for note in livelock.notes if "returns unfinished" in note.message]
+    assert told and all("vacate would return at once: no statement is due" in each for each in told)
+
+
+LEANING = """
+type Tray is Place
+
+program deliver(goal: list[Placement]) by python:
+    achieves all on(p.item, p.support) for p in goal
+    calls bring
+
+program bring(item: Movable, tray: Place):
+    requires present(item) and reachable(item) and present(tray) and reachable(tray)
+    achieves on(item, tray)
+    uncover(item)
+    pick_and_place(item, tray)
+
+program uncover(item: Movable):
+    requires present(item) and reachable(item)
+    achieves clear(item)
+    for b in Block if on(b, item):
+        pick(b)
+
+task delivering:
+    scene:
+        trays:  1 Tray on table with box(20 cm, 20 cm, 1 cm), at(50 cm, 38 cm)
+        blocks: 5 Block on table
+    goal:    matchings(blocks, trays, pairs=3)
+    run:     deliver(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+
+
+def test_what_leans_is_told_apart_from_what_stands_and_a_python_expert_is_pointed_at(tmp_path: Path) -> None:
+    path = written(tmp_path, LEANING)
+    path.with_suffix(".py").write_text(
+        """
+from ntp_dsl.authoring import call, expert, first
+
+@expert
+def deliver(world, goal):
+    pairs = [(p["item"], p["support"]) for p in goal]
+    return first(call("bring", *pair) for pair in pairs if not world.on(*pair))
+"""
+    )
+    (livelock,) = check_dynamically(with_python(load(path)), path)
+    assert livelock.code == "E605" and "leaning start" in livelock.message
+    assert excerpt(path, livelock) == "deliver"
+    path.write_text(path.read_text().replace("if on(b, item)", "if covers(b, item)"))
+    assert check_dynamically(with_python(load(path)), path) == []
+
+
+def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: Path) -> None:
+    diagnostics = found(written(tmp_path, OVERFULL))
+    assert [each.code for each in diagnostics if each.severity == "error"] == []
+    (stuck,) = [each for each in diagnostics if each.code == "W603"]
+    assert "the world refuses move_to(table): no path" in stuck.message
+
+
 EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,25 @@ from expert_samples import drawn, experts
 
 from ntp_dsl.experts import Decision, Expert, NextCall, UndeclaredCall, View, call
 from ntp_dsl.labels import random_call
+from ntp_dsl.language.loader import load
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Literal, State
 from ntp_dsl.world import Argument, Observation, Record, Thing
 
 SEEDS = range(60)
+CARRYING = """
+library mine
+use tabletop
+
+predicate aside(item: Object): not reachable(item)
+
+program carry(item: Object):
+    requires present(item) and reachable(item)
+    achieves aside(item)
+    pick(item)
+    move_to(table)
+    release()
+"""
 Question = tuple[str, tuple[Argument, ...], Observation]
 
 
@@ -98,9 +113,7 @@ def test_more_things_elsewhere_do_not_matter(stacking: Registry, kind: str) -> N
             more = Thing("another", "Block", (0.05, 0.05, 0.05))
             positions = {**seen.positions, "another": (0.9, 0.45, 0.025)}
             fuller = replace(seen, things=(more, *seen.things), positions=positions)
-            assert decide(expert, (program, arguments, seen)) == decide(
-                expert, (program, arguments, fuller)
-            )
+            assert decide(expert, (program, arguments, seen)) == decide(expert, (program, arguments, fuller))
 
 
 def test_a_call_that_a_program_does_not_declare_is_refused(stacking: Registry) -> None:
@@ -119,6 +132,22 @@ def test_a_python_expert_sees_declared_predicates_and_nothing_else(stacking: Reg
     assert view.clear(things[0]) == state.holds(Literal("clear", (things[0],)))
     with pytest.raises(AttributeError, match="no predicate is called 'positions'"):
         _ = view.positions
+
+
+def test_the_right_thing_is_taken_up_though_the_hand_holds_another(tmp_path: Path) -> None:
+    """`release` asks for anything in the hand; what was picked before it is meant."""
+    path = tmp_path / "mine.ntp"
+    path.write_text(CARRYING)
+    registry = load(path)
+    things = (
+        *(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "ab"),
+        Thing("table", "Table", (1.5, 1.5, 0.04)),
+    )
+    places = {"a": (0.4, 0.1, 0.025), "b": (0.5, 0.0, 0.3), "table": (0.5, 0.0, -0.02)}
+    seen = Observation(things, places, (0.5, 0.0, 0.3), closed=True)
+    assert seen.held == "b"
+    assert decide(Expert(registry), ("carry", ("a",), seen)) == call("pick", "a")
+    assert decide(Expert(registry), ("carry", ("b",), seen)) == call("release")
 
 
 def test_a_task_that_is_done_returns_done(stacking: Registry) -> None:

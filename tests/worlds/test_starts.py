@@ -1,0 +1,104 @@
+"""Where things start: on what the task says, and never inside one another."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ntp_dsl.language.loader import load
+from ntp_dsl.predicates import inside, on
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.world import TOO_WIDE, Observation, Scene
+
+LIBRARY = """
+library mine
+use containers
+
+type Pad is Place
+
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        pick_and_place(p.item, p.support)
+
+task filling:
+    scene: {scene}
+    goal:    matchings(blocks, pads, pairs=1)
+    run:     fill(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+CROWDED = {
+    "things among pads": """
+        pads: 3 Pad on table with box(9 cm, 9 cm, 1 cm), x(0.35 .. 0.65 m)
+        blocks: 9 Block on table with box(7 cm, 5 cm, 2 cm)""",
+    "two crowds in one place": """
+        pads: 1 Pad on table with box(9 cm, 9 cm, 1 cm), at(80 cm, 0 cm)
+        blocks: 6 Block on table with cube(7 cm), x(0.3 .. 0.6 m)
+        others: 6 Block on table with cube(3 cm), x(0.35 .. 0.7 m)""",
+    "a crowd with a few larger ones beside it": """
+        pads: 2 Pad on table with box(9 cm, 9 cm, 1 cm), x(0.35 .. 0.65 m)
+        blocks: 12 Block on table with cube(4 cm), y(-0.1 .. 0.2 m)
+        others: 2 Block on table with cube(6 cm)""",
+    "three parcels on a tray that has just room for them": """
+        pads: 1 Pad on table with box(20 cm, 26 cm, 2 cm)
+        blocks: 3 Block on pads with box(6 cm, 6 cm, 4 cm)""",
+}
+
+
+def starts(folder: Path, scene: str, seed: int) -> Scene:
+    path = folder / "mine.ntp"
+    path.write_text(LIBRARY.format(scene=scene))
+    registry = load(path)
+    rng = np.random.default_rng(seed)
+    return draw(registry, find_task(registry, "filling"), rng).scattered(rng)
+
+
+def overlap(scene: Scene, a: str, b: str) -> bool:
+    """Whether two things take up some of the same room."""
+    gaps = [
+        abs(scene.positions[a][axis] - scene.positions[b][axis])
+        - (scene.by_name[a].size[axis] + scene.by_name[b].size[axis]) / 2
+        for axis in range(3)
+    ]
+    return max(gaps) < -1e-9
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("crowd", CROWDED)
+def test_no_two_things_start_inside_each_other(tmp_path: Path, crowd: str, seed: int) -> None:
+    scene = starts(tmp_path, CROWDED[crowd], seed)
+    names = [thing.name for thing in scene.things if thing.size[0] <= TOO_WIDE]
+    assert [pair for pair in combinations(names, 2) if overlap(scene, *pair)] == []
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_starts_on_a_bin_lies_in_it(tmp_path: Path, seed: int) -> None:
+    scene = starts(
+        tmp_path,
+        """
+        pads: 2 Pad on table with bin(20 cm, 20 cm, 8 cm), y(-0.4 .. 0.4 m)
+        blocks: 4 Block on pads with cube(3 cm)""",
+        seed,
+    )
+    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    for number in range(4):
+        block, pad = f"block_{number}", f"pad_{number % 2}"
+        assert inside(seen, block, pad)
+        bottom = scene.positions[block][2] - scene.by_name[block].size[2] / 2
+        assert bottom < 0.01, "on the floor of the bin, not on its rim"
+
+
+def test_what_starts_on_others_is_on_them(tmp_path: Path) -> None:
+    scene = starts(
+        tmp_path,
+        """
+        pads: 2 Pad on table with box(9 cm, 9 cm, 1 cm)
+        blocks: 2 Block on pads
+        others: 2 Block on blocks with cube(4 cm)""",
+        0,
+    )
+    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    assert on(seen, "block_0", "pad_0") and on(seen, "block_3", "block_1")
