@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from kinematics import models
-from kinematics.geometry import wxyz
+from kinematics.geometry import Array, wxyz
 from kinematics.gripper import gripper_of
 from kinematics.robot import Robot
 from kinematics.shapes import (
@@ -112,6 +112,35 @@ def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
             counts[pair] = counts.get(pair, 0) + 1
     often = {pair for pair, count in counts.items() if count >= ALWAYS * SAMPLES}
     return tuple(sorted(often | at_home))
+
+
+@cache
+def reaches(robot: Robot) -> Array:
+    """(dof,) how far any point of the arm moves when a joint does [m/rad]; 1 where that one slides.
+
+    The farthest from its axis that spheres around the links were seen, in random configurations.
+    """
+    model = models.mujoco_model(robot)
+    data = mujoco.MjData(model)
+    moved = [[g for g in range(model.ngeom) if _is_moved(model, g, joint)] for joint in range(model.njnt)]
+    limits = robot.limits
+    found = np.zeros(robot.dof)
+    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        for joint, geoms in enumerate(moved):
+            away = np.cross(data.geom_xpos[geoms] - data.xanchor[joint], data.xaxis[joint])
+            far = np.linalg.norm(away, axis=1) + model.geom_rbound[geoms]
+            found[joint] = max(found[joint], float(far.max(initial=0.0)))
+    found[model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE] = 1.0
+    return found
+
+
+def _is_moved(model: Any, geom: int, joint: int) -> bool:
+    body = model.geom_bodyid[geom]
+    while body > model.jnt_bodyid[joint]:  # a parent has a lower number
+        body = model.body_parentid[body]
+    return bool(body == model.jnt_bodyid[joint])
 
 
 def _pairs(model: Any, data: Any, q: Any) -> set[tuple[str, str]]:

@@ -140,16 +140,22 @@ class InverseKinematics:
 
     def _step(self, q: Array, jacobian: Array, error: Array, squared: float) -> Array:
         lower, upper = self._limits.lower, self._limits.upper
-        step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
-        stuck = ((q >= upper) & (step > 0)) | ((q <= lower) & (step < 0))
-        if stuck.any():  # the other joints have to do without those that are at their limit
-            jacobian[:, stuck] = 0.0
-            step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
-        largest = float(np.abs(step).max())
-        if largest > LARGEST_STEP:
-            step *= LARGEST_STEP / largest
-        moved: Array = np.minimum(np.maximum(q + step, lower), upper)
-        return moved
+        damping = DAMPING * squared + 1e-9
+        moved = q + _shortened(_least_squares(jacobian, error, damping))
+        within: Array = np.minimum(np.maximum(moved, lower), upper)
+        if (within != moved).any():
+            stuck = within == q
+            if stuck.any():  # the other joints have to do without those that are at their limit
+                jacobian[:, stuck] = 0.0
+                moved = q + _shortened(_least_squares(jacobian, error, damping))
+                within = np.minimum(np.maximum(moved, lower), upper)
+        return within
+
+
+def _shortened(step: Array) -> Array:
+    """At most `LARGEST_STEP` of any joint."""
+    largest = max(map(abs, step.tolist()))
+    return step if largest <= LARGEST_STEP else step * (LARGEST_STEP / largest)
 
 
 def _least_squares(jacobian: Array, error: Array, damping: float) -> Array:

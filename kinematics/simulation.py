@@ -14,7 +14,7 @@ import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,7 @@ class Workcell:
         self._let_go()  # once; a cell that is forgotten does the same
         self._client = -1
 
-    def __enter__(self) -> "Workcell":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
