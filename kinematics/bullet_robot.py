@@ -86,6 +86,11 @@ class BulletRobot:
         left, right = (self._pressing(links) for links in self.gripper.sides)
         return left, right
 
+    def pressed(self) -> set[int]:
+        """The other bodies that any link presses on."""
+        points = self._world.getContactPoints(bodyA=self.id, physicsClientId=self._client)
+        return {point[2] for point in points if point[9] > 0} - {self.id}
+
     # -- what is done ----------------------------------------------------------------------
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:

@@ -179,6 +179,10 @@ class Workcell:
         left, right = self._robot.pressing()
         return frozenset(self._names[each] for each in left.keys() | right.keys() if each in self._names)
 
+    def pressed(self) -> frozenset[str]:
+        """The bodies that any part of the robot presses on."""
+        return frozenset(self._names[each] for each in self._robot.pressed() if each in self._names)
+
     # -- what is done ----------------------------------------------------------------------
 
     def step(self) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from kinematics.bench import plan_peers
 from kinematics.bench.measuring import Tally, machine
 from kinematics.bench.plan_queries import Query, Referee, drawn
-from kinematics.collision import MARGIN
 from kinematics.geometry import Array
 from kinematics.planning import Planner
 from kinematics.reasons import KinematicsError
@@ -84,7 +83,7 @@ def run(referee: Referee, planner: Any, queries: list[Query]) -> Paths:
 def rounded(referee: Referee, query: Query, corners: Array) -> Array:
     """The curve that the arm would follow."""
     scene = referee.scene(query)
-    return round_corners(corners, lambda chain: all(scene.is_free(q, MARGIN / 2) for q in chain))
+    return round_corners(corners, lambda chain: all(map(scene.is_free, chain)))
 
 
 def _joins(corners: Array, query: Query) -> bool:
