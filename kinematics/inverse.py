@@ -107,7 +107,7 @@ class InverseKinematics:
             yield generator.uniform(self._limits.lower, self._limits.upper)
 
     def usual_posture(self, target: Array) -> Array:
-        """As at home, but turned towards the target, and the wrist turned as the target is.
+        """As at home, but turned about the shoulder towards the target, and the wrist turned as that is.
 
         Where the first or the last axis is not vertical at home, that joint stays as it is.
         """
@@ -116,13 +116,18 @@ class InverseKinematics:
         home = self._home_tool
         turned = 0.0
         if abs(first) > 0.9:
-            turned = math.atan2(target[1, 3], target[0, 3]) - math.atan2(home[1, 3], home[0, 3])
+            turned = self._bearing(target) - self._bearing(home)
             q[0] += math.copysign(turned, first * turned)
         if abs(last) > 0.9:
             yaw = math.atan2(target[1, 0], target[0, 0]) - math.atan2(home[1, 0], home[0, 0]) - turned
             q[-1] += math.remainder(math.copysign(1.0, last) * yaw, 2 * math.pi)
         clipped: Array = np.clip(q, self._limits.lower, self._limits.upper)
         return clipped
+
+    def _bearing(self, tool: Array) -> float:
+        """Of a tool as seen from the shoulder [rad]."""
+        x, y, _ = (tool[:3, 3] - self._shoulder).tolist()
+        return math.atan2(y, x)
 
     def _world_jacobian(self, q: Array) -> Array:
         pinocchio.computeJointJacobians(self._model, self._data, q)

@@ -11,16 +11,11 @@ from kinematics.bench import sim
 from kinematics.bench.cells import HALF, cube, cubes
 from kinematics.bodies import Body
 from kinematics.noise import NO_NOISE, Noise
-from kinematics.robot import SHIPPED, Robot, load
+from kinematics.robot import Robot
 from kinematics.routines import pick, place
 from kinematics.simulation import Workcell
 
 SURE, UNSURE = Noise(0.002, math.radians(2)), Noise(0.005, math.radians(2))
-
-
-@pytest.fixture(params=SHIPPED)
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return load(request.param)
 
 
 @pytest.fixture
