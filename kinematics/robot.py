@@ -105,11 +105,9 @@ class Robot:
         found = (link for joint in self.finger_joints for link in self.urdf.carried_by(joint.child))
         return tuple(dict.fromkeys(found))
 
-    @property
-    def links_with_contact(self) -> frozenset[str]:
-        """The links whose URDF says how they touch: friction, stiffness, damping."""
-        links = self.urdf.root.findall("link")
-        return frozenset(link.get("name", "") for link in links if link.find("contact") is not None)
+    def contact_of(self, link: str) -> frozenset[str]:
+        """What the URDF says of how a link touches: `lateral_friction`, `stiffness` …"""
+        return frozenset(told.tag for told in self.urdf.root.iterfind(f"link[@name='{link}']/contact/*"))
 
     @cached_property
     def finger_joints(self) -> tuple[Joint, ...]:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from kinematics import bullet, models
 from kinematics.bodies import Body
 from kinematics.bullet_bodies import Solids
-from kinematics.bullet_robot import GRIP_FORCE, BulletRobot
+from kinematics.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
 from kinematics.camera import Camera
 from kinematics.geometry import Array, Pose, Vector, check_pose
 from kinematics.gripper import gripper_of
@@ -227,10 +227,10 @@ class Workcell:
         """
         self.is_told_to_stop = True
 
-    def open_fingers(self, opening: float) -> None:
-        """Tell the fingers to go this far from the middle [m]."""
+    def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
+        """Tell the fingers to go this far from the middle, each at most so fast [m], [m/s]."""
         self.hand_closed = False
-        self._robot.drive_fingers(opening, GRIP_FORCE)
+        self._robot.drive_fingers(opening, GRIP_FORCE, speed)
 
     def close_fingers(self) -> None:
         """Tell the fingers to close, and to keep pressing."""

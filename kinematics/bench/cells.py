@@ -57,7 +57,8 @@ def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0) -> 
 
 
 def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Named cube0, cube1 …"""
+    """Named cube0, cube1 …, as many as the workspace takes."""
+    count = min(count, capacity(robot))
     places = spots(robot, generator, count)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
     return [
@@ -66,7 +67,8 @@ def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body
 
 
 def crowded(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Cubes, a bin beside the workspace, and a pillar that stands among the cubes."""
+    """Cubes as far as the workspace takes them, a bin beside it, and a pillar among the cubes."""
+    count = min(count, capacity(robot) - 1)
     places = spots(robot, generator, count + 1)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
     bodies = [cube(f"cube{k}", places[k], yaws[k], k) for k in range(count)]

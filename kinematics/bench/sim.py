@@ -28,9 +28,9 @@ class RecordingCell(Workcell):
         self.commands.append((Workcell.drive_arm, (position, velocity)))
         super().drive_arm(position, velocity)
 
-    def open_fingers(self, opening: float) -> None:
-        self.commands.append((Workcell.open_fingers, (opening,)))
-        super().open_fingers(opening)
+    def open_fingers(self, *how: float) -> None:
+        self.commands.append((Workcell.open_fingers, how))
+        super().open_fingers(*how)
 
     def close_fingers(self) -> None:
         self.commands.append((Workcell.close_fingers, ()))
