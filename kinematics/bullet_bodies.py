@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from kinematics import bullet, models
+from kinematics import bullet, meshes
 from kinematics.bodies import Body, Colour
 from kinematics.geometry import rotation_from_quaternion, rpy_from_rotation
 from kinematics.shapes import (
@@ -108,7 +108,7 @@ class Solids:
         if isinstance(shape, Sphere):
             return f'<sphere radius="{shape.radius:.9g}"/>'
         path = self._folder / f"hull{len(list(self._folder.glob('hull*.obj')))}.obj"
-        path.write_text(models.hull_as_obj(points_of(shape)))
+        path.write_text(meshes.hull_as_obj(points_of(shape)))
         return f'<mesh filename="{path}"/>'
 
 
@@ -134,5 +134,5 @@ def _geometry(world: Any, shape: Convex, along: str) -> dict[str, Any]:
         return {"shapeType": world.GEOM_SPHERE, "radius": shape.radius}
     if along == "height":
         return {"shapeType": world.GEOM_MESH, "vertices": shape.points}
-    vertices, indices = models.hull_triangles(points_of(shape))
+    vertices, indices = meshes.hull_triangles(points_of(shape))
     return {"shapeType": world.GEOM_MESH, "vertices": vertices, "indices": indices}

@@ -16,12 +16,11 @@ CLOSING_SPEED = 0.15  # of each finger [m/s]
 POSITION_GAIN = 0.2
 SLIDING_GEAR = {"erp": 0.1, "maxForce": 50}
 SWINGING_GEAR = {"erp": 0.8, "maxForce": 1000}  # hinges in a row give way otherwise
-PADS = {  # of fingers, where the URDF says nothing of how they touch: rubber
-    "lateralFriction": 1.0,
-    "spinningFriction": 0.1,
-    "contactStiffness": 30000.0,
-    "contactDamping": 1000.0,
-    "frictionAnchor": 1,
+PADS: dict[str, dict[str, float]] = {  # of fingers, in what the URDF does not say of how they touch: rubber
+    "lateral_friction": {"lateralFriction": 1.0},
+    "spinning_friction": {"spinningFriction": 0.1},
+    "stiffness": {"contactStiffness": 30000.0, "contactDamping": 1000.0},
+    "friction_anchor": {"frictionAnchor": 1},  # without it what is held creeps when the arm is fast
 }
 
 
@@ -86,6 +85,11 @@ class BulletRobot:
         left, right = (self._pressing(links) for links in self.gripper.sides)
         return left, right
 
+    def pressed(self) -> set[int]:
+        """The other bodies that any link presses on."""
+        points = self._world.getContactPoints(bodyA=self.id, physicsClientId=self._client)
+        return {point[2] for point in points if point[9] > 0} - {self.id}
+
     # -- what is done ----------------------------------------------------------------------
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
@@ -101,8 +105,8 @@ class BulletRobot:
             physicsClientId=self._client,
         )
 
-    def drive_fingers(self, opening: float, force: float) -> None:
-        """Each finger this far from the middle, pressing at most so hard [m], [N]."""
+    def drive_fingers(self, opening: float, force: float, speed: float = CLOSING_SPEED) -> None:
+        """Each finger this far from the middle, pressing at most so hard, at most so fast [m], [N], [m/s]."""
         values = self.gripper.values(opening).values()
         forces = self._joint_forces(force)
         for finger, value, rate, share in zip(self._fingers, values, self._rates, forces, strict=True):
@@ -112,7 +116,7 @@ class BulletRobot:
                 self._world.POSITION_CONTROL,
                 targetPosition=value,
                 force=share,
-                maxVelocity=CLOSING_SPEED * abs(rate),
+                maxVelocity=speed * abs(rate),
                 physicsClientId=self._client,
             )
 
@@ -150,8 +154,11 @@ class BulletRobot:
         )
         for joint, position in places:
             self._world.resetJointState(self.id, joint, position, physicsClientId=self._client)
-        for link in sorted(set().union(*self.gripper.sides) - self.robot.links_with_contact):
-            self._world.changeDynamics(self.id, self._links[link], **PADS, physicsClientId=self._client)
+        for link in sorted(set().union(*self.gripper.sides)):
+            for untold in sorted(PADS.keys() - self.robot.contact_of(link)):
+                self._world.changeDynamics(
+                    self.id, self._links[link], **PADS[untold], physicsClientId=self._client
+                )
         for finger, rate in zip(self._fingers[1:], self._rates[1:], strict=True):
             self._gear(finger, rate / self._rates[0])
         self.drive_arm(home, [0.0] * len(home))

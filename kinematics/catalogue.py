@@ -6,7 +6,7 @@ from pathlib import Path
 
 from kinematics import urdf
 from kinematics.geometry import Vector, pose_of
-from kinematics.models import mesh_points
+from kinematics.meshes import mesh_points
 from kinematics.reasons import UnusableShape
 from kinematics.shapes import (
     Box,

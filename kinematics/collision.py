@@ -39,6 +39,7 @@ class CollisionScene:
         in_hand = in_hand_names(self.shapes, fixed)
         self._model = for_planning(robot, self.shapes, in_hand, MARGIN)
         self._data = mujoco.MjData(self._model)
+        self._q = self._data.qpos[: robot.dof]  # a view, and its place is looked up once
         self._mocap = {name: int(self._model.body(f"body_{name}").mocapid[0]) for name in self.shapes}
         self._held = {shape: geoms_of(self._model, name) for shape, name in in_hand.items()}
         self._questions = Questions(robot, self.shapes, in_hand, MARGIN)
@@ -80,7 +81,7 @@ class CollisionScene:
     def clearance(self, q: Array) -> float:
         """The least distance at these joint positions, up to `MARGIN`; negative where things overlap [m]."""
         self.checks += 1
-        self._data.qpos[: len(q)] = q
+        self._q[:] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         if self._data.ncon == 0:

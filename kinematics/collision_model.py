@@ -4,6 +4,7 @@ One is small and is asked thousands of times: is this configuration free? The ot
 asked now and then: does a hand alone fit there, how far is this from that.
 """
 
+import itertools
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -12,7 +13,7 @@ import mujoco
 import numpy as np
 
 from kinematics import models
-from kinematics.geometry import wxyz
+from kinematics.geometry import Array, pose_of, wxyz
 from kinematics.gripper import gripper_of
 from kinematics.robot import Robot
 from kinematics.shapes import (
@@ -78,6 +79,8 @@ def for_questions(
 
 def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> Any:
     spec = models.mujoco_spec(robot)
+    # One point of contact a pair is enough, and with several its distance is not the least to the micrometre.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
     spec.compiler.discardvisual = False  # what only measures distances collides with nothing, but stays
     for geom in spec.geoms:
         geom.contype, geom.conaffinity, geom.margin = ROBOT, ROBOT | SCENE, margin
@@ -95,14 +98,18 @@ def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> An
 
 @cache
 def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
-    """Pairs of links that touch at home, or nearly everywhere: neighbours, as they are built."""
+    """Pairs of links that touch at home, or nearly everywhere: neighbours, as they are built.
+
+    And all pairs within the hand, whose joints no path moves.
+    """
     spec = models.mujoco_spec(robot)
     for geom in spec.geoms:
         geom.margin = 1e-3
     model = spec.compile()
     data = mujoco.MjData(model)
     for link, transform in gripper_of(robot).link_poses(gripper_of(robot).maximum_opening).items():
-        model.body_pos[model.body(link).id] = transform[:3, 3]
+        body, pose = model.body(link).id, pose_of(transform)
+        model.body_pos[body], model.body_quat[body] = pose.position, wxyz(pose.quaternion_xyzw)
     generator = np.random.default_rng(0)
     limits = robot.limits
     counts: dict[tuple[str, str], int] = {}
@@ -111,7 +118,37 @@ def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
         for pair in _pairs(model, data, q):
             counts[pair] = counts.get(pair, 0) + 1
     often = {pair for pair, count in counts.items() if count >= ALWAYS * SAMPLES}
-    return tuple(sorted(often | at_home))
+    order = sorted(robot.hand_links, key=lambda link: int(model.body(link).id))
+    return tuple(sorted(often | at_home | set(itertools.combinations(order, 2))))
+
+
+@cache
+def reaches(robot: Robot) -> Array:
+    """(dof,) how far any point of the arm moves when a joint does [m/rad]; 1 where that one slides.
+
+    The farthest from its axis that spheres around the links were seen, in random configurations.
+    """
+    model = models.mujoco_model(robot)
+    data = mujoco.MjData(model)
+    moved = [[g for g in range(model.ngeom) if _is_moved(model, g, joint)] for joint in range(model.njnt)]
+    limits = robot.limits
+    found = np.zeros(robot.dof)
+    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        for joint, geoms in enumerate(moved):
+            away = np.cross(data.geom_xpos[geoms] - data.xanchor[joint], data.xaxis[joint])
+            far = np.linalg.norm(away, axis=1) + model.geom_rbound[geoms]
+            found[joint] = max(found[joint], float(far.max(initial=0.0)))
+    found[model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE] = 1.0
+    return found
+
+
+def _is_moved(model: Any, geom: int, joint: int) -> bool:
+    body = model.geom_bodyid[geom]
+    while body > model.jnt_bodyid[joint]:  # a parent has a lower number
+        body = model.body_parentid[body]
+    return bool(body == model.jnt_bodyid[joint])
 
 
 def _pairs(model: Any, data: Any, q: Any) -> set[tuple[str, str]]:

@@ -27,8 +27,9 @@ FINGER_DEPTH = 0.025  # of the tool below the top of what is gripped, at most [m
 LARGEST_TILT = math.radians(50)  # of the approach from the vertical
 FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
 NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
-BITE = 3e-3  # of the fingertips below the top of what they close on, at least [m]
+BITE = 2e-3  # of the fingertips below the top of what they close on, at least [m]
 ABOVE_SUPPORT = 1e-3  # of the fingertips, when a body is flatter than they are long [m]
+SWINGING_ABOVE_SUPPORT = 2e-3  # the same where they dip on closing: what is below would spread them [m]
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
 _LIFTS = (0.0, 0.008, 0.014, 0.019)  # of the tool, so that the fingertips go in less deep [m]
@@ -105,7 +106,8 @@ def _raised(grip: Grip, approach: Array, bottom: float, gripper: Gripper) -> flo
     """How far from the grip's centre the tool stays: not too deep in what is tall, off what is below."""
     top = _top(grip, approach)
     tips = float(grip.centre[2]) - _beyond(grip, gripper)  # world height, were the tool in the centre
-    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + ABOVE_SUPPORT - tips)
+    above = ABOVE_SUPPORT if gripper.slides else SWINGING_ABOVE_SUPPORT
+    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + above - tips)
 
 
 def _beyond(grip: Grip, gripper: Gripper) -> float:

@@ -88,7 +88,7 @@ def gripper_of(robot: Robot) -> Gripper:
         )
     reaches = np.array([float(bench.tips(values)[:, 2].max()) for values in driven])
     closed_tips = bench.tips(driven[0])
-    sides = bench.sides(driven[-1])
+    sides = bench.sides(driven[0], driven[-1])
     if not all(sides):
         raise UnusableRobot(
             f"{robot.name}: the fingers are not on either side of the tool along its closing direction; "
@@ -123,13 +123,14 @@ class _Bench:
         spec = models.mujoco_spec(robot)
         bead = mujoco.mjtGeom.mjGEOM_SPHERE
         spec.body(robot.tool_frame).add_geom(name="bead", type=bead, size=[_BEAD, 0, 0])
-        self.model = spec.compile()
+        self.model = models.compiled(spec, robot)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = robot.home
-        fingers = [joint.child for joint in robot.finger_joints]
-        self.geoms = [
-            g for g in range(self.model.ngeom) if self.model.body(self.model.geom_bodyid[g]).name in fingers
-        ]
+        fingers = {self.model.body(link).id for link in robot.finger_links}
+        self.geoms = [g for g in range(self.model.ngeom) if int(self.model.geom_bodyid[g]) in fingers]
+        if not self.geoms:
+            listed = ", ".join(robot.finger_links)
+            raise UnusableRobot(f"{robot.urdf.path}: no finger has collision geometry, of {listed}")
 
     def place(self, driven: Array) -> None:
         for joint in self.robot.finger_joints:
@@ -148,21 +149,26 @@ class _Bench:
         )
         return float(nearest) + _BEAD
 
-    def sides(self, driven: Array) -> tuple[frozenset[str], frozenset[str]]:
-        """The finger links with positive, and with negative, y in the tool frame.
+    def sides(self, closed: Array, opened: Array) -> tuple[frozenset[str], frozenset[str]]:
+        """The finger links that opening moves towards positive, and towards negative, y of the tool frame.
 
-        None where they are farther apart along x: then they do not close along y.
+        None where it moves any farther along x: then they do not close along y.
         """
-        self.place(driven)
-        tool = self.data.body(self.robot.tool_frame)
         left: set[str] = set()
         right: set[str] = set()
-        for geom in self.geoms:
-            x, y, _ = (self.data.geom_xpos[geom] - tool.xpos) @ tool.xmat.reshape(3, 3)
+        for geom, moved in zip(self.geoms, self._centres(opened) - self._centres(closed), strict=True):
+            x, y, _ = moved
             if abs(y) < abs(x):
                 return frozenset(), frozenset()
             (left if y > 0 else right).add(self.model.body(self.model.geom_bodyid[geom]).name)
         return frozenset(left), frozenset(right)
+
+    def _centres(self, driven: Array) -> Array:
+        """(n, 3) of the fingers' geoms in the tool frame."""
+        self.place(driven)
+        tool = self.data.body(self.robot.tool_frame)
+        centres: Array = (self.data.geom_xpos[self.geoms] - tool.xpos) @ tool.xmat.reshape(3, 3)
+        return centres
 
     def tips(self, driven: Array) -> Array:
         """(n, 3) vertices of the fingers in the tool frame."""

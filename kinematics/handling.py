@@ -4,6 +4,7 @@ carried out.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinematics.approach import (
     line_to_grasp,
 )
 from kinematics.arm import Arm, Look
+from kinematics.collision import MARGIN
 from kinematics.geometry import Array, angle_between
 from kinematics.grasps import grasps_by_trouble
 from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
@@ -84,7 +86,8 @@ class Attempt:
         path = arm.plan(look.q, goal, self.seed)
         self.planner = path.planner
         self.evidence["validity_checks"] = path.checks
-        return time_parameterise(round_corners(path.corners, arm.chain_is_free), arm.robot.limits)
+        free = partial(arm.chain_is_free, margin=MARGIN)
+        return time_parameterise(round_corners(path.corners, free), arm.robot.limits)
 
     def turns_to(self, look: Look, q: Array) -> bool:
         """Whether a path leads to another posture; the arm then takes it, with what it holds."""

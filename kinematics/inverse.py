@@ -107,7 +107,7 @@ class InverseKinematics:
             yield generator.uniform(self._limits.lower, self._limits.upper)
 
     def usual_posture(self, target: Array) -> Array:
-        """As at home, but turned towards the target, and the wrist turned as the target is.
+        """As at home, but turned about the shoulder towards the target, and the wrist turned as that is.
 
         Where the first or the last axis is not vertical at home, that joint stays as it is.
         """
@@ -116,13 +116,18 @@ class InverseKinematics:
         home = self._home_tool
         turned = 0.0
         if abs(first) > 0.9:
-            turned = math.atan2(target[1, 3], target[0, 3]) - math.atan2(home[1, 3], home[0, 3])
+            turned = self._bearing(target) - self._bearing(home)
             q[0] += math.copysign(turned, first * turned)
         if abs(last) > 0.9:
             yaw = math.atan2(target[1, 0], target[0, 0]) - math.atan2(home[1, 0], home[0, 0]) - turned
             q[-1] += math.remainder(math.copysign(1.0, last) * yaw, 2 * math.pi)
         clipped: Array = np.clip(q, self._limits.lower, self._limits.upper)
         return clipped
+
+    def _bearing(self, tool: Array) -> float:
+        """Of a tool as seen from the shoulder [rad]."""
+        x, y, _ = (tool[:3, 3] - self._shoulder).tolist()
+        return math.atan2(y, x)
 
     def _world_jacobian(self, q: Array) -> Array:
         pinocchio.computeJointJacobians(self._model, self._data, q)
@@ -140,16 +145,22 @@ class InverseKinematics:
 
     def _step(self, q: Array, jacobian: Array, error: Array, squared: float) -> Array:
         lower, upper = self._limits.lower, self._limits.upper
-        step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
-        stuck = ((q >= upper) & (step > 0)) | ((q <= lower) & (step < 0))
-        if stuck.any():  # the other joints have to do without those that are at their limit
-            jacobian[:, stuck] = 0.0
-            step = _least_squares(jacobian, error, DAMPING * squared + 1e-9)
-        largest = float(np.abs(step).max())
-        if largest > LARGEST_STEP:
-            step *= LARGEST_STEP / largest
-        moved: Array = np.minimum(np.maximum(q + step, lower), upper)
-        return moved
+        damping = DAMPING * squared + 1e-9
+        moved = q + _shortened(_least_squares(jacobian, error, damping))
+        within: Array = np.minimum(np.maximum(moved, lower), upper)
+        if (within != moved).any():
+            stuck = within == q
+            if stuck.any():  # the other joints have to do without those that are at their limit
+                jacobian[:, stuck] = 0.0
+                moved = q + _shortened(_least_squares(jacobian, error, damping))
+                within = np.minimum(np.maximum(moved, lower), upper)
+        return within
+
+
+def _shortened(step: Array) -> Array:
+    """At most `LARGEST_STEP` of any joint."""
+    largest = max(map(abs, step.tolist()))
+    return step if largest <= LARGEST_STEP else step * (LARGEST_STEP / largest)
 
 
 def _least_squares(jacobian: Array, error: Array, damping: float) -> Array:

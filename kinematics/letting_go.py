@@ -103,7 +103,7 @@ def _put(attempt: Attempt, held: str, line: Array, opening: float) -> None:
         if drop is not None:
             raise attempt.dropped(drop)
     put_at = np.array(cell.observed_pose(held).position)
-    motion.open_hand(cell, opening)
+    motion.let_go(cell, opening)
     motion.follow(cell, down.reversed())
     moved = float(np.linalg.norm(np.array(cell.observed_pose(held).position) - put_at))
     attempt.evidence.update(moved=moved, speed=cell.speed(held))

@@ -6,23 +6,34 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import coal
 import mujoco
-import numpy as np
 import pinocchio
 
-from kinematics.geometry import Array, rpy_from_rotation
+from kinematics import meshes
+from kinematics.geometry import rpy_from_rotation
 from kinematics.reasons import UnusableRobot
 from kinematics.robot import TOOL_LINK, Robot
 
 Element = ElementTree.Element
 
-_READ_BY_ALL = (".obj", ".stl")
+_MASS = 0.2  # of a link that has a shape, where the URDF says nothing of its weight [kg]
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def tree(robot: Robot) -> Element:
-    """The URDF with absolute paths, and with a link in the tool's frame."""
+    """The URDF as all libraries read it alike.
+
+    Paths are absolute, a link stands in the tool's frame, joints without end have a turn, and joints that
+    are neither the arm's nor the gripper's are fixed.
+    """
     root = copy.deepcopy(robot.urdf.root)
+    moving = {*robot.arm_joints, *(joint.name for joint in robot.finger_joints)}
+    for joint in root.findall("joint"):
+        if joint.get("name") not in moving:
+            joint.set("type", "fixed")
+    _end_the_endless(root, robot)
+    for mesh in root.iterfind("link/collision/geometry/mesh"):
+        mesh.set("filename", str(meshes.readable(Path(mesh.get("filename", "")))))
     if robot.tool_frame == TOOL_LINK:
         _add_tool(root, robot)
     return root
@@ -33,17 +44,30 @@ def text(root: Element) -> str:
 
 
 def for_bullet(robot: Robot, visuals: bool) -> str:
-    """Without visuals loading is six times faster."""
+    """Without visuals loading is six times faster.
+
+    PyBullet gives a kilogram to every link that does not say its mass, to mere frames too.
+    """
     root = tree(robot)
+    for link in root.findall("link"):
+        if link.find("inertial/mass") is None or link.find("inertial/inertia") is None:
+            mass = link.find("inertial/mass")
+            untold = _MASS if link.find("collision") is not None else 0.0
+            _weigh(link, untold if mass is None else float(mass.get("value", untold)))
     if not visuals:
         _drop(root, "visual")
     return text(root)
 
 
-def with_fixed_fingers(robot: Robot) -> Element:
-    """Without the finger joints, which as mimics would cost equalities in every update."""
+def for_kinematics(robot: Robot) -> Element:
+    """The arm alone: fingers are fixed, since as mimics they would cost equalities in every update.
+
+    All links weigh alike, for what the URDF says of weights may be less than a library wants to hear.
+    """
     root = tree(robot)
     _drop(root, "visual")
+    for link in root.findall("link"):
+        _weigh(link, _MASS)
     for joint in root.findall("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)
@@ -55,7 +79,10 @@ def with_fixed_fingers(robot: Robot) -> Element:
 @cache
 def pinocchio_model(robot: Robot) -> Any:
     """The arm alone, within its soft limits."""
-    model = pinocchio.buildModelFromXML(text(with_fixed_fingers(robot)))
+    try:
+        model = pinocchio.buildModelFromXML(text(for_kinematics(robot)))
+    except ValueError as unexpected:
+        raise UnusableRobot(f"{robot.urdf.path}: Pinocchio cannot read it: {unexpected}") from unexpected
     found = tuple(name for name in model.names if name != "universe")
     if found != robot.arm_joints:
         raise UnusableRobot(f"{robot.urdf.path}: Pinocchio orders the joints {found}")
@@ -67,7 +94,15 @@ def pinocchio_model(robot: Robot) -> Any:
 @cache
 def mujoco_model(robot: Robot) -> Any:
     """The arm alone, for mink."""
-    return mujoco_spec(robot).compile()
+    return compiled(mujoco_spec(robot), robot)
+
+
+def compiled(spec: Any, robot: Robot) -> Any:
+    """The model of a MuJoCo description; `UnusableRobot` where it has none, as of a broken mesh."""
+    try:
+        return spec.compile()
+    except ValueError as unexpected:
+        raise UnusableRobot(f"{robot.urdf.path}: MuJoCo cannot read it: {unexpected}") from unexpected
 
 
 def mujoco_spec(robot: Robot) -> Any:
@@ -75,24 +110,18 @@ def mujoco_spec(robot: Robot) -> Any:
 
     Meshes are handed over under names of our own: MuJoCo takes two files of one name for one.
     """
-    root = with_fixed_fingers(robot)
+    root = for_kinematics(robot)
     assets: dict[str, bytes] = {}
     for mesh in root.iter("mesh"):
-        suffix, content = _mesh_content(Path(mesh.get("filename", "")))
-        name = f"mesh{len(assets)}{suffix}"
-        assets[name] = content
+        path = Path(mesh.get("filename", ""))
+        name = f"mesh{len(assets)}{path.suffix.lower()}"
+        assets[name] = path.read_bytes()
         mesh.set("filename", name)
     for link in root.findall("link"):
         for number, collision in enumerate(link.findall("collision")):
             collision.set("name", f"{link.get('name')}/{number}")
     options = ElementTree.Element("mujoco")
-    settings = {
-        "strippath": "false",
-        "balanceinertia": "true",
-        "discardvisual": "true",
-        "fusestatic": "false",
-        "inertiafromgeom": "auto",
-    }
+    settings = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
     ElementTree.SubElement(options, "compiler", settings)
     root.insert(0, options)
     for extra in [e for e in root if e.tag not in ("mujoco", "link", "joint", "material")]:
@@ -101,45 +130,13 @@ def mujoco_spec(robot: Robot) -> Any:
         spec = mujoco.MjSpec.from_string(text(root), assets=assets)
     except ValueError as unexpected:
         raise UnusableRobot(f"{robot.urdf.path}: MuJoCo cannot read it: {unexpected}") from unexpected
+    for mesh in spec.meshes:  # what lies within is never asked for, and may not be well-defined
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     limits = robot.limits
     for name, lower, upper in zip(robot.arm_joints, limits.lower, limits.upper, strict=True):
         spec.joint(name).limited = mujoco.mjtLimited.mjLIMITED_TRUE
         spec.joint(name).range = [lower, upper]
     return spec
-
-
-def mesh_points(path: Path) -> Array:
-    """(n, 3) vertices of a mesh file's convex hull, in its own units."""
-    loaded = coal.MeshLoader().load(str(path), np.ones(3))
-    loaded.buildConvexHull(True, "Qt")
-    return np.array(loaded.convex.points())
-
-
-def _mesh_content(path: Path) -> tuple[str, bytes]:
-    """As MuJoCo reads it; what it does not read becomes the points of its convex hull."""
-    if path.suffix.lower() in _READ_BY_ALL:
-        return path.suffix.lower(), path.read_bytes()
-    return ".obj", hull_as_obj(mesh_points(path)).encode()
-
-
-def hull_triangles(points: Array) -> tuple[list[list[float]], list[int]]:
-    """Vertices of the convex hull of points, and its triangles, three indices each, seen from outside."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    indices: list[int] = []
-    for (a, b, c), plane in zip(hull.simplices.tolist(), hull.equations, strict=True):
-        outward = float(np.cross(points[b] - points[a], points[c] - points[a]) @ plane[:3]) > 0
-        indices += [a, b, c] if outward else [a, c, b]
-    return points.tolist(), indices
-
-
-def hull_as_obj(points: Array) -> str:
-    """The convex hull of points as a Wavefront file."""
-    vertices, indices = hull_triangles(points)
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in zip(*[iter(indices)] * 3, strict=True)]
-    return "\n".join(lines) + "\n"
 
 
 def _drop(root: Element, tag: str) -> None:
@@ -148,13 +145,30 @@ def _drop(root: Element, tag: str) -> None:
             link.remove(element)
 
 
-def _add_tool(root: Element, robot: Robot) -> None:
-    """A link without weight: PyBullet gives a kilogram to what does not say its mass."""
-    link = ElementTree.SubElement(root, "link", {"name": TOOL_LINK})
+def _end_the_endless(root: Element, robot: Robot) -> None:
+    """A joint without end would have two coordinates in Pinocchio."""
+    for joint in root.findall("joint"):
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            limit = joint.find("limit")
+            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
+            place = robot.arm_joints.index(joint.get("name", ""))
+            limit.set("lower", f"{robot.limits.lower[place]:.12g}")
+            limit.set("upper", f"{robot.limits.upper[place]:.12g}")
+
+
+def _weigh(link: Element, mass: float) -> None:
+    for told in link.findall("inertial"):
+        link.remove(told)
     inertial = ElementTree.SubElement(link, "inertial")
-    ElementTree.SubElement(inertial, "mass", {"value": "0.0"})
-    inertia = {key: "0.1" if key[1] == key[2] else "0" for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
-    ElementTree.SubElement(inertial, "inertia", inertia)
+    ElementTree.SubElement(inertial, "mass", {"value": str(mass)})
+    moments = {key: "0.1" if key[1] == key[2] else "0" for key in _MOMENTS}
+    ElementTree.SubElement(inertial, "inertia", moments)
+
+
+def _add_tool(root: Element, robot: Robot) -> None:
+    link = ElementTree.SubElement(root, "link", {"name": TOOL_LINK})
+    _weigh(link, 0.0)
     joint = ElementTree.SubElement(root, "joint", {"name": f"{TOOL_LINK}_joint", "type": "fixed"})
     ElementTree.SubElement(joint, "parent", {"link": robot.tool_link})
     ElementTree.SubElement(joint, "child", {"link": TOOL_LINK})

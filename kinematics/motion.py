@@ -20,6 +20,8 @@ SLIPPED_WIDTH = 0.006  # how much the fingers may come together or apart [m]
 WAIT_FOR_FALL = 1.0  # [s]
 CERTAIN = 4.0  # standard deviations of a look beyond which it is no error of the look
 RESISTANCE = 8.0  # of a joint's torque to change within `FELT_STEPS` [N m]
+SPRING_BACK = 1.5e-3  # of each finger, from what it pressed [m]
+PARTING_SPEED = 0.02  # of each finger meanwhile [m/s]
 FELT_STEPS = 4  # free motion changes it by less than 2 N m meanwhile
 
 
@@ -118,6 +120,13 @@ def open_hand(cell: Workcell, opening: float) -> None:
     """Open the fingers, and wait until they are open (a neighbour may hold them up)."""
     cell.open_fingers(opening)
     _wait_for_fingers(cell)
+
+
+def let_go(cell: Workcell, opening: float) -> None:
+    """Open gently until nothing is pressed any more, then wide: pads that spring back move what they held."""
+    cell.open_fingers(cell.finger_width() / 2 + SPRING_BACK, PARTING_SPEED)
+    cell.settle(SPRING_BACK / PARTING_SPEED)
+    open_hand(cell, opening)
 
 
 def close_hand(cell: Workcell) -> None:

@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 from ompl import base, geometric, util
 
+from kinematics.collision_model import reaches
 from kinematics.geometry import Array
 from kinematics.reasons import NoPathFound, Obstructed, Reason
 from kinematics.robot import Robot
 
-RESOLUTION = 1 / 32  # between two checks, Euclidean over the joints [rad]
+RESOLUTION = 1 / 32  # between two checks of OMPL's, Euclidean over the joints [rad]
 RANGE = 1.0  # of one extension of a tree [rad]
 MAXIMUM_CHECKS = 20_000
 BACKSTOP = 20.0  # [s]
 SHORTCUTS = 20
+IN_HAND = 0.15  # how far what is held may reach from the axis of the last joint [m]
 
 Validity = Callable[[Array], bool]
 
@@ -44,6 +46,8 @@ class Planner:
         util.setLogLevel(util.LOG_NONE)
         limits = robot.limits
         self._dof = robot.dof
+        farthest = np.maximum(reaches(robot), IN_HAND)
+        self._steps_per_joint = farthest / (farthest.max() * RESOLUTION)  # (dof,) [1/rad]
         bounds = base.RealVectorBounds(robot.dof)
         for joint in range(robot.dof):
             bounds.setLow(joint, float(limits.lower[joint]))
@@ -63,7 +67,7 @@ class Planner:
     def plan(
         self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
     ) -> Path:
-        """A path whose every edge is checked at `RESOLUTION`; or `Obstructed`, or `NoPathFound`."""
+        """A path whose every edge is checked; or `Obstructed`, or `NoPathFound`."""
         if planner not in PLANNERS:
             raise ValueError(f"no planner is called '{planner}'; there are {', '.join(PLANNERS)}")
         make = PLANNERS[planner]
@@ -124,8 +128,12 @@ class Planner:
         return kept
 
     def _edge_is_free(self, a: Array, b: Array) -> bool:
-        steps = max(1, math.ceil(float(np.linalg.norm(b - a)) / RESOLUTION))
-        points = a + _bisecting(steps)[:, None] * (b - a)
+        """Between two checks no point of the arm moves farther than it would by the joint that reaches
+        farthest, alone, in a step of `RESOLUTION`: a turn of the wrist needs few.
+        """
+        way = b - a
+        steps = max(1, math.ceil(float(np.abs(way) @ self._steps_per_joint)))
+        points = a + _bisecting(steps)[:, None] * way
         return all(map(self._check, points))
 
     def _check(self, q: Array) -> bool:

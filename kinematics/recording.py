@@ -11,7 +11,7 @@ from typing import Any
 
 from kinematics.bodies import Body
 from kinematics.geometry import Pose, pose_of
-from kinematics.models import hull_triangles
+from kinematics.meshes import hull_triangles
 from kinematics.shapes import Box, Cylinder, Piece, Sphere, pieces_of, points_of
 from kinematics.simulation import Workcell
 from kinematics.urdf import origin_of

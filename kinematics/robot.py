@@ -23,7 +23,6 @@ FOLDER = Path(__file__).parent / "robots"
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 TOOL_LINK = "tool_of_kinematics"  # added where the URDF has no link in the tool's frame
-WORKSPACE = ((0.3, 0.7), (-0.2, 0.2))  # of x and of y, where nothing else is said [m]
 RAMP = 0.2  # from rest to full speed, where no acceleration is given [s]
 JERK_RAMP = 0.02  # from none to full acceleration, where no jerk is given [s]
 
@@ -65,7 +64,7 @@ class Robot:
     limits: Limits
     tool_link: str
     tool_from_link: Array  # (4, 4) of our tool frame to that link
-    workspace: Region  # where the suites and the searches for free places put things [m]
+    workspace: Region | None  # where things lie, if the TOML tells; else `workspace_of` measures it [m]
 
     @property
     def dof(self) -> int:
@@ -98,24 +97,27 @@ class Robot:
     @cached_property
     def hand_links(self) -> tuple[str, ...]:
         """The links that move with the last arm joint, and all fingers."""
-        links = [self.flange]
-        for link in links:
-            links += [joint.child for joint in self.urdf.joints.values() if joint.parent == link]
-        return tuple(links)
+        return self.urdf.carried_by(self.flange)
 
-    @property
-    def links_with_contact(self) -> frozenset[str]:
-        """The links whose URDF says how they touch: friction, stiffness, damping."""
-        links = self.urdf.root.findall("link")
-        return frozenset(link.get("name", "") for link in links if link.find("contact") is not None)
+    @cached_property
+    def finger_links(self) -> tuple[str, ...]:
+        """The links that finger joints move, with the pads and tips that are fixed to them."""
+        found = (link for joint in self.finger_joints for link in self.urdf.carried_by(joint.child))
+        return tuple(dict.fromkeys(found))
+
+    def contact_of(self, link: str) -> frozenset[str]:
+        """What the URDF says of how a link touches: `lateral_friction`, `stiffness` …"""
+        return frozenset(told.tag for told in self.urdf.root.iterfind(f"link[@name='{link}']/contact/*"))
 
     @cached_property
     def finger_joints(self) -> tuple[Joint, ...]:
         """Driven gripper joints, then those that mimic them."""
         joints = self.urdf.joints
-        driven = [joints[name] for name in self.gripper_joints]
-        mimics = [j for j in joints.values() if j.mimic and j.name not in self.gripper_joints]
-        return (*driven, *(j for j in mimics if j.mimic and j.mimic.joint in self.gripper_joints))
+        found = [joints[name] for name in self.gripper_joints]
+        for leader in found:  # a mimic may have mimics of its own
+            followers = (j for j in joints.values() if j.mimic and j.mimic.joint == leader.name)
+            found += [joint for joint in followers if joint not in found]
+        return tuple(found)
 
     def finger_values(self, driven: Array) -> dict[str, float]:
         """Of every finger joint, by the values of the driven ones."""
@@ -173,10 +175,25 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
         limits,
         link,
         _tool(path, told["tool"]),
-        tuple(map(tuple, told.get("workspace", WORKSPACE))),  # type: ignore[arg-type]
+        _workspace(path, told.get("workspace")),
     )
     _check_fingers(path, made)
     return made
+
+
+def _workspace(path: Path, told: Any) -> Region | None:
+    if told is None:
+        return None
+    try:
+        (x0, x1), (y0, y1) = told
+        region = ((float(x0), float(x1)), (float(y0), float(y1)))
+    except (TypeError, ValueError) as unexpected:
+        raise UnusableRobot(
+            f"{path}: workspace is [[x from, x to], [y from, y to]] in metres, found {told}"
+        ) from unexpected
+    if not (x0 < x1 and y0 < y1):
+        raise UnusableRobot(f"{path}: workspace needs ends that rise, found {told}")
+    return region
 
 
 def _check_keys(path: Path, told: Mapping[str, Any]) -> None:

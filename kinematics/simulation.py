@@ -14,7 +14,7 @@ import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from kinematics import bullet, models
 from kinematics.bodies import Body
 from kinematics.bullet_bodies import Solids
-from kinematics.bullet_robot import GRIP_FORCE, BulletRobot
+from kinematics.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
 from kinematics.camera import Camera
 from kinematics.geometry import Array, Pose, Vector, check_pose
 from kinematics.gripper import gripper_of
@@ -91,7 +91,7 @@ class Workcell:
         self._let_go()  # once; a cell that is forgotten does the same
         self._client = -1
 
-    def __enter__(self) -> "Workcell":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -179,6 +179,10 @@ class Workcell:
         left, right = self._robot.pressing()
         return frozenset(self._names[each] for each in left.keys() | right.keys() if each in self._names)
 
+    def pressed(self) -> frozenset[str]:
+        """The bodies that any part of the robot presses on."""
+        return frozenset(self._names[each] for each in self._robot.pressed() if each in self._names)
+
     # -- what is done ----------------------------------------------------------------------
 
     def step(self) -> None:
@@ -223,10 +227,10 @@ class Workcell:
         """
         self.is_told_to_stop = True
 
-    def open_fingers(self, opening: float) -> None:
-        """Tell the fingers to go this far from the middle [m]."""
+    def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
+        """Tell the fingers to go this far from the middle, each at most so fast [m], [m/s]."""
         self.hand_closed = False
-        self._robot.drive_fingers(opening, GRIP_FORCE)
+        self._robot.drive_fingers(opening, GRIP_FORCE, speed)
 
     def close_fingers(self) -> None:
         """Tell the fingers to close, and to keep pressing."""

@@ -38,6 +38,7 @@ from kinematics.reasons import (
 from kinematics.robot import Region, Robot
 from kinematics.shapes import Box, half_extents_of, height_above
 from kinematics.simulation import Workcell
+from kinematics.workspace import workspace_of
 
 PLACES = 12  # of the table that are tried
 ROOMY = 0.06  # half of what has room for several things and never moves [m]
@@ -87,7 +88,7 @@ def move_above_free_place(
 
     def skill(attempt: Attempt) -> None:
         look = attempt.look()
-        places = _free_places(attempt, look, region or cell.robot.workspace)
+        places = _free_places(attempt, look, region or workspace_of(cell.robot).region)
         attempt.go_above(look, _approaches_over_places(attempt, look, places), slip_at)
 
     return _perform(cell, seed, skill)

@@ -4,6 +4,7 @@ Mesh paths become absolute. What a library would stumble over silently is a name
 """
 
 import importlib.util
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,12 +59,20 @@ class Urdf:
 
     @property
     def links(self) -> list[str]:
-        return [link.attrib["name"] for link in self.root.iter("link") if "name" in link.attrib]
+        return [link.get("name", "?") for link in self.root.findall("link")]
 
     @property
     def parent_joint(self) -> dict[str, Joint]:
         """Of each link, the joint that carries it."""
         return {joint.child: joint for joint in self.joints.values()}
+
+    def carried_by(self, link: str) -> tuple[str, ...]:
+        """The link, and all that hang on it."""
+        links = [link]
+        for parent in links:
+            children = [joint.child for joint in self.joints.values() if joint.parent == parent]
+            links += [child for child in children if child not in links]
+        return tuple(links)
 
     def chain_to(self, link: str) -> tuple[Joint, ...]:
         """All joints from the base to a link, fixed ones too."""
@@ -79,16 +88,57 @@ def read(path: Path) -> Urdf:
     if not path.is_file():
         raise UnusableRobot(f"there is no URDF at {path}")
     try:
-        root = ElementTree.fromstring(path.read_text())
-    except ElementTree.ParseError as unexpected:
+        root = ElementTree.fromstring(_with_prefixes_declared(path.read_text(encoding="utf-8")))
+    except (ElementTree.ParseError, UnicodeDecodeError) as unexpected:
         raise UnusableRobot(f"{path} is no XML: {unexpected}") from unexpected
+    _drop_foreign(root, path)
     if root.tag != "robot":
         raise UnusableRobot(f"{path}: expected a <robot>, found <{root.tag}>; is it a URDF?")
     for link in root.findall("link"):
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_mesh(mesh.get("filename", ""), path, link.get("name", "?"))))
     joints = [_joint(element, path) for element in root.findall("joint")]
-    return Urdf(path, root, {joint.name: joint for joint in joints})
+    description = Urdf(path, root, {joint.name: joint for joint in joints})
+    _check_tree(description, joints)
+    return description
+
+
+def _check_tree(description: Urdf, joints: list[Joint]) -> None:
+    """One root, from which every link hangs by one joint."""
+    path, links = description.path, description.links
+    for kind, names in (("link", links), ("joint", [joint.name for joint in joints])):
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise UnusableRobot(f"{path}: there are two {kind}s called '{twice[0]}'")
+    for joint in joints:
+        for link in (joint.parent, joint.child):
+            if link not in links:
+                raise UnusableRobot(f"{path}: joint '{joint.name}' needs a link '{link}', and there is none")
+    children = [joint.child for joint in joints]
+    roots = [link for link in links if link not in children]
+    if len(roots) != 1 or set(description.carried_by(roots[0])) != set(links) or len(children) >= len(links):
+        raise UnusableRobot(
+            f"{path}: the links must hang from one root, each by one joint; "
+            f"found {len(links)} links, {len(joints)} joints and the roots {roots}"
+        )
+
+
+def _with_prefixes_declared(text: str) -> str:
+    """Many a URDF has the tags and attributes of some tool, as `drake:…`, without declaring the prefix."""
+    used = set(re.findall(r"[<\s/]([A-Za-z_][\w-]*):[A-Za-z_]", text)) - {"xml", "xmlns"}
+    needed = sorted(prefix for prefix in used if f"xmlns:{prefix}=" not in text)
+    declared = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in needed)
+    return re.sub(r"<robot\b", f"<robot{declared}", text, count=1)
+
+
+def _drop_foreign(root: Element, path: Path) -> None:
+    """Remove what belongs to other tools; xacro is what somebody forgot to expand."""
+    for parent in list(root.iter()):
+        for child in [child for child in parent if str(child.tag).startswith("{")]:
+            if "xacro" in child.tag:
+                raise UnusableRobot(f"{path} is a xacro that nobody expanded: `xacro {path.name}` does")
+            parent.remove(child)
+        for key in [key for key in parent.attrib if key.startswith("{")]:
+            del parent.attrib[key]
 
 
 def located(reference: str, folder: Path) -> Path:

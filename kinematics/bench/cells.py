@@ -8,6 +8,7 @@ from kinematics.bodies import Body
 from kinematics.catalogue import tub
 from kinematics.robot import Robot
 from kinematics.shapes import Box
+from kinematics.workspace import workspace_of
 
 HALF = 0.025  # of a cube [m]
 PITCH, JITTER, SPACING = 0.1, 0.03, 0.08  # of the grid, and between centres [m]
@@ -27,7 +28,7 @@ COLOURS = (
 def _grid(robot: Robot) -> list[tuple[float, float]]:
     axes = [
         [low + PITCH / 2 + PITCH * k for k in range(int((high - low) / PITCH + 1e-9))]
-        for low, high in robot.workspace
+        for low, high in workspace_of(robot).region
     ]
     return [(x, y) for x in axes[0] for y in axes[1]]
 
@@ -56,7 +57,8 @@ def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0) -> 
 
 
 def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Named cube0, cube1 …"""
+    """Named cube0, cube1 …, as many as the workspace takes."""
+    count = min(count, capacity(robot))
     places = spots(robot, generator, count)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
     return [
@@ -65,10 +67,11 @@ def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body
 
 
 def crowded(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Cubes, a bin beside the workspace, and a pillar that stands among the cubes."""
+    """Cubes as far as the workspace takes them, a bin beside it, and a pillar among the cubes."""
+    count = min(count, capacity(robot) - 1)
     places = spots(robot, generator, count + 1)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
     bodies = [cube(f"cube{k}", places[k], yaws[k], k) for k in range(count)]
-    (x0, x1), (_, y1) = robot.workspace
+    (x0, x1), (_, y1) = workspace_of(robot).region
     pillar = Body("pillar", PILLAR, (*places[-1], PILLAR.half_extents[2]), mass=0.0)
     return [*bodies, pillar, Body("bin", tub(), ((x0 + x1) / 2, y1 + 0.13, 0.0425), mass=0.0)]

@@ -12,11 +12,11 @@ from kinematics.bench.measuring import Tally, machine
 from kinematics.geometry import Array, angle_between, rotation_about
 from kinematics.inverse import InverseKinematics
 from kinematics.robot import Robot, panda
+from kinematics.workspace import FLOOR, workspace_of
 
 POSITION = 1e-3  # [m]
 ANGLE = 0.01  # [rad]
 RESTARTS = 60  # of ours, which are cheap
-HEIGHTS = (0.02, 0.4)  # of top-down poses [m]
 
 Solve = Callable[[Array, int], Array | None]  # tool transform and seed to joint positions
 
@@ -47,13 +47,14 @@ def ours(robot: Robot) -> Solve:
 def top_down(robot: Robot, count: int, seed: int) -> list[Array]:
     """Grasps from straight above over the workspace, any yaw: tool transforms that can be reached."""
     generator = np.random.default_rng((seed, 1))
-    (x0, x1), (y0, y1) = robot.workspace
+    workspace = workspace_of(robot)
+    (x0, x1), (y0, y1) = workspace.region
     poses = []
     for _ in range(count):
         turn = rotation_about(np.array([0.0, 0.0, 1.0]), generator.uniform(-math.pi, math.pi))
         pose = np.eye(4)
         pose[:3, :3] = turn @ np.diag([1.0, -1.0, -1.0])
-        pose[:3, 3] = generator.uniform((x0, y0, HEIGHTS[0]), (x1, y1, HEIGHTS[1]))
+        pose[:3, 3] = generator.uniform((x0, y0, FLOOR), (x1, y1, workspace.ceiling))
         poses.append(pose)
     return poses
 

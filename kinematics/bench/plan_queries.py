@@ -7,19 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.bench.cells import HALF, capacity, crowded
+from kinematics.bench.cells import HALF, crowded
 from kinematics.bodies import Body
 from kinematics.collision import CollisionScene
 from kinematics.geometry import Array, inverse, transform_of
 from kinematics.grasps import grasps_by_trouble
 from kinematics.gripper import gripper_of
 from kinematics.inverse import InverseKinematics
+from kinematics.reasons import UnusableRobot
 from kinematics.robot import Robot
+from kinematics.workspace import workspace_of
 
 FINE = 1 / 160  # rad, Euclidean over the joints: how finely a path is checked once more
 CUBES = 8
 ABOVE = 2 * HALF + 0.1  # the tool, over a cube that stands on the table [m]
 RESTARTS = 8
+FRUITLESS = 100  # cells in a row: then the arm cannot work where it is said to
 OPENING = 0.04  # of each finger, when nothing is held [m]
 
 
@@ -66,12 +69,12 @@ class Referee:
 def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
     """Queries whose ends are free, without end; every second one holds a cube."""
     solver = InverseKinematics(robot)
-    number, count = 0, min(CUBES, capacity(robot) - 1)
-    while True:
+    number, fruitless = 0, 0
+    while fruitless < FRUITLESS:
         generator = np.random.default_rng((seed, number))
         number += 1
-        bodies = tuple(crowded(robot, generator, count))
-        first, second = generator.permutation(count)[:2]
+        bodies = tuple(crowded(robot, generator, CUBES))
+        first, second = generator.permutation(len(bodies) - 2)[:2]
         held = f"cube{first}" if number % 2 else None
         tools = [_above(robot, bodies[k]) for k in (first, second)]
         in_hand = np.eye(4)
@@ -81,8 +84,14 @@ def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
         blank = Query(bodies, robot.home, robot.home, held, in_hand, number)
         scene = referee.scene(blank)
         ends = [_free_end(solver, scene, tool, number) for tool in tools]
+        fruitless += 1
         if ends[0] is not None and ends[1] is not None:
+            fruitless = 0
             yield Query(bodies, ends[0], ends[1], held, in_hand, number)
+    raise UnusableRobot(
+        f"{robot.name}: {FRUITLESS} times in a row the tool could not wait above two things of its workspace "
+        f"{workspace_of(robot).region}; tell another under `workspace`, or none to have it measured"
+    )
 
 
 def finely(corners: Array) -> Iterator[Array]:

@@ -43,6 +43,7 @@ def command(
     _show("ours", figures["ours"])
     for name, peer in figures["peers"].items():
         _show(name, peer)
+    _show("times faster than", figures.get("times_faster", {}))
     return 0
 
 

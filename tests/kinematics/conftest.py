@@ -1,9 +1,12 @@
-"""One cell for all tests: a reset leaves nothing of an earlier test behind."""
+"""One cell for all tests, since a reset leaves nothing of an earlier test behind; and every arm."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+from kinematics_arms import WRITTEN
 
+from kinematics.robot import SHIPPED, Robot, load
 from kinematics.simulation import Workcell
 
 
@@ -11,3 +14,15 @@ from kinematics.simulation import Workcell
 def cell() -> Iterator[Workcell]:
     with Workcell() as workcell:
         yield workcell
+
+
+@pytest.fixture(scope="session")
+def folder_of_arms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("arms")
+
+
+@pytest.fixture(params=(*SHIPPED, *WRITTEN))
+def robot(request: pytest.FixtureRequest, folder_of_arms: Path) -> Robot:
+    """Those that are shipped, and those that are written here."""
+    name = request.param
+    return load(name if name in SHIPPED else str(WRITTEN[name](folder_of_arms)))

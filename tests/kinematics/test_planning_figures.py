@@ -5,13 +5,9 @@ import resource
 import pytest
 
 from kinematics.bench import ik, plan
+from kinematics.bench.measuring import Tally
 from kinematics.bench.plan_queries import Query, Referee, drawn
-from kinematics.robot import SHIPPED, Robot, load
-
-
-@pytest.fixture(params=SHIPPED)
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return load(request.param)
+from kinematics.robot import Robot, load
 
 
 def test_inverse_kinematics_solves_every_pose_within_reach(robot: Robot, soak: bool) -> None:
@@ -29,8 +25,8 @@ def test_every_query_is_planned_and_no_path_grazes(robot: Robot, soak: bool) -> 
     referee = Referee(robot)
     planner = plan.Ours(robot, referee)
     asked = queries(robot, referee, 1000 if soak else 10)
-    figures = plan.measured(referee, planner, asked)
-    assert (figures["solved"], figures["grazing"]) == (1.0, 0)
+    paths = plan.run(referee, planner, asked)
+    assert all(paths.solved) and paths.grazing == 0
     for query in asked[:: 5 if soak else 3]:
         corners = planner.plan(query)
         assert corners is not None and referee.is_clear(query, plan.rounded(referee, query, corners))
@@ -57,3 +53,10 @@ def test_a_benchmark_says_ours_the_peers_and_the_machine(bench, keys: set[str], 
     figures = bench.bench(2, 0)
     assert keys <= figures["ours"].keys() and figures["peers"] and figures["machine"]["libraries"]
     assert all(keys <= peer.keys() for peer in figures["peers"].values())
+
+
+def test_a_ratio_of_times_is_of_the_queries_that_both_solved() -> None:
+    ours = Tally([True, True, False, True, True], busy=[1.0, 2.0, 3.0, 9.0, 9.0])
+    peer = Tally([True, False, True, True], busy=[4.0, 80.0, 90.0, 36.0])
+    assert plan.times_faster(ours, peer) == 4.0  # of the first query and of the fourth
+    assert plan.times_faster(ours, Tally([False], busy=[1.0])) is None

@@ -10,6 +10,7 @@ from kinematics.bodies import Body
 from kinematics.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
 from kinematics.containers import is_inside
 from kinematics.reasons import Reason, UnusableShape
+from kinematics.robot import Robot
 from kinematics.routines import drop_into, pick, place, put_down
 from kinematics.shapes import (
     Box,
@@ -23,6 +24,7 @@ from kinematics.shapes import (
 )
 from kinematics.simulation import Workcell
 from kinematics.urdf import located
+from kinematics.workspace import workspace_of
 
 DUCK = located("package://pybullet_data/duck_vhacd.obj", Path())
 SHAPES: dict[str, tuple[Shape, float]] = {
@@ -74,6 +76,19 @@ def test_a_shape_is_put_down_free_of_everything(cell: Workcell, name: str, soak:
         for motion in (pick(cell, "item", seed), put_down(cell, seed)):
             assert motion.achieved, (seed, motion)
         assert cell.contacts("item", "table") and not cell.contacts("item", "base")
+
+
+@pytest.mark.parametrize("thickness", [0.004, 0.006])
+def test_small_forks_are_picked_up_by_every_arm(robot: Robot, thickness: float, soak: bool) -> None:
+    (x0, x1), (y0, y1) = workspace_of(robot).region
+    with Workcell(robot) as cell:
+        for seed in range(20 if soak else 2):
+            generator = np.random.default_rng(seed)
+            x, y = generator.uniform((x0 + 0.05, y0 + 0.05), (x1 - 0.05, y1 - 0.05))
+            yaw = generator.uniform(-math.pi, math.pi)
+            cell.reset([standing("fork", fork(thickness=thickness), 0.02, x, y, yaw)], seed)
+            motion = pick(cell, "fork", seed)
+            assert motion.achieved, (seed, motion)
 
 
 def test_a_can_is_placed_on_a_base(cell: Workcell) -> None:

@@ -1,0 +1,81 @@
+"""From an arm to where it works: the part of the table over which its tool can point straight down.
+
+Told by the arm's TOML, or measured: from the table to some height, at every yaw, by joint positions that
+touch neither the arm itself nor the table.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from kinematics.collision import CollisionScene
+from kinematics.geometry import rotation_about
+from kinematics.gripper import gripper_of
+from kinematics.inverse import InverseKinematics, usual_tool
+from kinematics.reasons import UnusableRobot
+from kinematics.robot import Region, Robot
+
+FLOOR = 0.02  # of the tool [m]
+CEILINGS = (0.4, 0.3, 0.2)  # of the tool, the first of which leaves room enough [m]
+HALF_WIDTHS = (0.2, 0.15, 0.1)  # on either side of the arm, widest first [m]
+NEAREST, FARTHEST, STEP = 0.15, 1.2, 0.05  # before the world's origin [m]
+LEAST_DEPTH = 0.15  # away from the arm [m]
+YAWS = 6
+RESTARTS = 12
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """Where things may lie, and how high above the table the tool gets everywhere."""
+
+    region: Region  # of x and of y, world frame [m]
+    ceiling: float  # of the tool [m]
+
+
+@cache
+def workspace_of(robot: Robot) -> Workspace:
+    """What the TOML tells, or what is measured in a few tenths of a second."""
+    if robot.workspace is not None:
+        return Workspace(robot.workspace, CEILINGS[0])
+    reach = _Reach(robot)
+    for ceiling, half_width in itertools.product(CEILINGS, HALF_WIDTHS):
+        near, far = reach.longest(half_width, ceiling)
+        if far - near >= LEAST_DEPTH - 1e-9:
+            return Workspace(((near, far), (-half_width, half_width)), ceiling)
+    raise UnusableRobot(
+        f"{robot.name}: nowhere before the arm, {NEAREST} to {FARTHEST} m along x, can its tool point down "
+        "at every yaw; check 'approach' and 'home', or tell the `workspace`"
+    )
+
+
+class _Reach:
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._solver = InverseKinematics(robot)
+        self._scene = CollisionScene(robot, {})
+        self._scene.open_fingers(gripper_of(robot).maximum_opening)
+
+    def longest(self, half_width: float, ceiling: float) -> tuple[float, float]:
+        """The longest stretch of x all of whose rows are within reach [m]."""
+        best = start = end = NEAREST
+        for k in range(1 + round((FARTHEST - NEAREST) / STEP)):
+            x = round(NEAREST + k * STEP, 3)
+            if not self._has_row(x, half_width, ceiling):
+                start = x + STEP
+            elif x - start > end - best:
+                best, end = start, x
+        return round(best, 3), end
+
+    def _has_row(self, x: float, half_width: float, ceiling: float) -> bool:
+        yaws = [2 * math.pi * k / YAWS for k in range(YAWS)]
+        corners = itertools.product((-half_width, 0.0, half_width), (FLOOR, ceiling), yaws)
+        return all(self._gets_to(x, y, z, yaw) for y, z, yaw in corners)
+
+    def _gets_to(self, x: float, y: float, z: float, yaw: float) -> bool:
+        tool = usual_tool(x, y, z)
+        tool[:3, :3] = rotation_about(np.array([0.0, 0.0, 1.0]), yaw) @ tool[:3, :3]
+        starts = self._solver.starts(tool, self._robot.home, 0, RESTARTS)
+        return any(self._scene.is_free(q) for q in self._solver.solutions(tool, starts))
