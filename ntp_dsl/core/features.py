@@ -39,7 +39,7 @@ def moved(positions: Tensor, there: Tensor) -> Tensor:
     seen = steps.masked_fill(~there[:, None, :, None], torch.nan)
     own = steps - seen.nanmedian(2, keepdim=True).values  # most things stand still
     far = torch.linalg.vector_norm(own, dim=-1).clamp(min=LEAST)
-    far = torch.cat([torch.full_like(far[:, :1], LEAST), far], 1)  # (specs, frames, things)
+    far = torch.cat([torch.full_like(positions[:, :1, :, 0], LEAST), far], 1)  # (specs, frames, things)
     age = log(FADES) * torch.arange(far.shape[1], device=far.device)[:, None]
     lately = ((far.log() - age).cummax(1).values + age).exp()
     return torch.tanh(NOTICED * lately)

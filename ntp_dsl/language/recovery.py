@@ -91,10 +91,12 @@ class _Page:
         if not 0 <= row < len(self._rows) or row + 1 in self._shifts:
             return False
         rows = list(self._rows)
+        is_end = not rows[row][fix.span.end_column - 1 :].split("#")[0].strip()
         rows[row] = _edited(rows[row], fix)
         if self._attempt(replace(self.piece(), text="\n".join(rows) + "\n"))[1]:
             return False
-        self.guessed.add(fix.span.line)
+        if not (is_end and fix.replacement == ":"):  # which changes nothing of what the line says
+            self.guessed.add(fix.span.line)
         return True
 
     def mend(self, mistakes: Sequence[Diagnostic]) -> bool:

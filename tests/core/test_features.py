@@ -44,3 +44,8 @@ def test_the_order_of_things_and_those_that_are_not_there_do_not_matter(seed: in
     padded = torch.cat([positions, torch.zeros(1, FRAMES, 3, 3)], 2)
     seen = torch.cat([there, torch.zeros(1, 3, dtype=torch.bool)], 1)
     assert torch.allclose(moved(padded, seen)[:, :, :THINGS], told)
+
+
+def test_a_single_frame_tells_of_no_motion() -> None:
+    told = moved(carrying(0)[:, :1], torch.ones(1, THINGS, dtype=torch.bool))
+    assert told.shape == (1, 1, THINGS) and (told < 0.01).all()

@@ -51,8 +51,8 @@ def test_one_more_thing_out_of_the_way_does_not_matter(
     extra = Thing("extra", "Block", (0.05, 0.05, 0.05))
     for query in queries(stacking, seed):
         seen, shown = query.observation, query.demonstration
-        where = np.array([0.95, 0.45, 0.025]) - np.zeros((len(shown), 3))
-        far = where - np.array(seen.gripper) + np.array([0, 0, 0.3])
+        table = shown.positions[:, shown.names.index("table")]  # relative to the hand, as all is
+        far = table + np.subtract((0.95, 0.45, 0.025), seen.positions["table"])
         wider = replace(
             query,
             observation=replace(
