@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from math import hypot
 
 import numpy as np
 
@@ -17,6 +19,11 @@ from ntp_dsl.traces import ROOT, Call, Trace
 from ntp_dsl.world import Argument, Observation
 
 OFF_STACK = 2  # queries about other programs, for each state
+BYSTANDERS = 0.5  # how often one more thing stands there, which is for the most part of no account
+NAMED = "bystander"
+ASIDE = 0.2  # from everything else, seen from above [m]
+TABLE = ((0.15, 0.95), (-0.5, 0.5))  # where it may stand [m]
+DRAWS = 20  # of its place
 
 
 def labelled(
@@ -64,6 +71,8 @@ def _off_stack(
     rng: np.random.Generator,
 ) -> Sample:
     program, arguments = random_call(expert, observation, shown, rng)
+    if rng.random() < BYSTANDERS:
+        observation = with_bystander(observation, rng)
     node = shown_anywhere(shown, program.name, arguments)
     scope = node.scope if node else None
     query = Query(program.name, given(arguments), scope, observation, demonstration)
@@ -93,3 +102,20 @@ def random_call(
     if arguments is None:  # the scene has nothing for it: another program
         return random_call(expert, observation, shown, rng)
     return program, arguments
+
+
+def with_bystander(observation: Observation, rng: np.random.Generator) -> Observation:
+    """The same moment with one more thing, like one of those there, and far from them if there is room."""
+    movable = [thing for thing in observation.things if thing.movable]
+    if not movable:
+        return observation
+    like = movable[int(rng.integers(len(movable)))]
+    names = (thing.name for thing in observation.things if not thing.roomy)
+    taken = [observation.gripper, *(observation.positions[n] for n in names if n in observation.positions)]
+    for _ in range(DRAWS):
+        x, y = (float(rng.uniform(*bounds)) for bounds in TABLE)
+        if all(hypot(x - other[0], y - other[1]) > ASIDE for other in taken):
+            extra = replace(like, name=NAMED)
+            places = {**observation.positions, NAMED: (x, y, like.size[2] / 2)}
+            return replace(observation, things=(*observation.things, extra), positions=places)
+    return observation
