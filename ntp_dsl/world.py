@@ -22,6 +22,9 @@ class Record:
     def __getitem__(self, name: str) -> str | float:
         return dict(self.fields)[name]
 
+    def __str__(self) -> str:
+        return f"({', '.join(f'{v:g}' if isinstance(v, float) else v for _, v in self.fields)})"
+
 
 Argument = str | float | Record | tuple[Record | str, ...]
 TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]

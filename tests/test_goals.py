@@ -10,6 +10,7 @@ import pytest
 from ntp_dsl.goals import Goal
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.python_code import load_with_python
+from ntp_dsl.state import Literal
 from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.traces.schema import from_json, to_json
 
@@ -68,6 +69,11 @@ def test_a_number_in_a_goal_is_a_number_there_and_back(tmp_path: Path, row: str)
     (spot,) = drawn(tmp_path, row)
     assert spot.fields == (("item", "block_0"), ("mark", "mark_1"), ("side", "left"), ("distance", 0.25))
     assert from_json(to_json(spot)) == spot
+
+
+def test_a_goal_is_told_without_its_machinery(tmp_path: Path) -> None:
+    (spot,) = drawn(tmp_path, ROW)
+    assert str(Literal("laid", (spot,))) == "laid((block_0, mark_1, left, 0.25))"
 
 
 def test_a_constant_of_the_library_may_be_part_of_a_goal(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ntp_dsl.traces.schema import Call, Trace
-from ntp_dsl.world import Argument, Record
+from ntp_dsl.world import Argument
 
 if TYPE_CHECKING:
     from ntp_dsl.specification import Scope
@@ -20,8 +20,6 @@ def plain(text: object) -> str:
 
 def shown(argument: Argument) -> str:
     """An argument, briefly: records without their types."""
-    if isinstance(argument, Record):
-        return f"({', '.join(shown(value) for _, value in argument.fields)})"
     if isinstance(argument, tuple):
         more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
         return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
