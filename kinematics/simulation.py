@@ -7,7 +7,6 @@ be felt.
 """
 
 import math
-import os
 import shutil
 import tempfile
 import time
@@ -19,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import bullet, models
+from kinematics import bullet, models, window
 from kinematics.bodies import Body
 from kinematics.bullet_bodies import Solids
 from kinematics.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
@@ -49,7 +48,9 @@ class Workcell:
         self.robot = robot or panda()
         self.gripper = gripper_of(self.robot)
         self._bullet: Any = bullet.load()
-        self._client: int = _connect(self._bullet, gui)
+        self._client: int = (
+            window.connect(self._bullet) if gui else self._bullet.connect(self._bullet.DIRECT)
+        )
         self._is_watched = gui
         folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
         self._let_go = weakref.finalize(self, _let_go, self._bullet, self._client, folder)
@@ -192,7 +193,7 @@ class Workcell:
         self.stepping_seconds += time.perf_counter() - started
         self._steps += 1
         if self._is_watched:
-            time.sleep(TIME_STEP)
+            self._show()
         if self._steps % FRAME_STEPS == 0 and self.on_frame is not None:
             started = time.perf_counter()
             self.on_frame()
@@ -291,6 +292,15 @@ class Workcell:
         many = sum(not body.is_fixed for body in self.bodies.values()) > MANY
         self._ids = {body.name: self._solids.add(body, many) for body in self.bodies.values()}
         self._names = {identity: name for name, identity in self._ids.items()}
+        if self._is_watched:
+            for name, identity in self._ids.items():
+                window.paint(world, client, identity, self.bodies[name])
+
+    def _show(self) -> None:
+        """No faster than things really move; `NoDisplay` once somebody has closed the window."""
+        if not self._bullet.isConnected(self._client):
+            raise NoDisplay("the window was closed")
+        time.sleep(TIME_STEP)
 
     def _id(self, name: str) -> int:
         if name not in self._ids:
@@ -298,15 +308,9 @@ class Workcell:
         return self._ids[name]
 
 
-def _connect(bullet: Any, gui: bool) -> int:
-    if gui and not os.environ.get("DISPLAY"):
-        raise NoDisplay("there is no display for a window: set DISPLAY, or leave the window out")
-    client: int = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
-    return client
-
-
-def _let_go(bullet: Any, client: int, folder: Path) -> None:
-    bullet.disconnect(physicsClientId=client)
+def _let_go(world: Any, client: int, folder: Path) -> None:
+    with bullet.output_silenced():
+        world.disconnect(physicsClientId=client)
     shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -48,6 +48,7 @@ class Plan:
     tasks: Path | None = None
     traces: Path | None = None
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
+    gui: bool = False  # a window on the bullet world
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Evaluator:
         self.registry = load_with_python(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
-        self.world = make_world(plan.world, self.registry)
+        self.world = make_world(plan.world, self.registry, gui=plan.gui)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
         self._core: Any = None
         if plan.model is not None:

@@ -9,7 +9,7 @@ import typer
 
 from ntp_dsl.cli.display import answers
 from ntp_dsl.cli.models import model_for
-from ntp_dsl.cli.options import Json
+from ntp_dsl.cli.options import Gui, Json
 from ntp_dsl.cli.run import carry_out
 from ntp_dsl.evaluation import Evaluator, Plan
 from ntp_dsl.goals import Goal
@@ -21,6 +21,7 @@ LIBRARY, TASK = examples_folder() / "block_stacking", "block_stacking"
 def command(
     seed: Annotated[int, typer.Option(min=0, help="Draws the task and the placements.")] = 4,
     out: Annotated[Path, typer.Option(help="A folder for trace and pictures.")] = Path("runs/demo"),
+    gui: Gui = False,
     json: Json = False,
 ) -> int:
     """Watch the arm build what it was shown once, with the shipped checkpoint.
@@ -31,7 +32,7 @@ def command(
     Example: ntp demo --seed 7
     """
     out.mkdir(parents=True, exist_ok=True)
-    plan = Plan(LIBRARY, TASK, model_for(LIBRARY, TASK, None), "bullet", seed, traces=out)
+    plan = Plan(LIBRARY, TASK, model_for(LIBRARY, TASK, None), "bullet", seed, traces=out, gui=gui)
     evaluator = Evaluator(plan)
     instance = evaluator.instance(0)
     if not json:

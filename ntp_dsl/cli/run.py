@@ -11,6 +11,7 @@ from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
+    Gui,
     Json,
     Length,
     Library,
@@ -49,6 +50,7 @@ def command(
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
     length: Length = "",
     topology: Topology = "",
@@ -67,7 +69,7 @@ def command(
     path = model_or_expert(library, task, model, expert)
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
-    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges)
+    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui)
     evaluator = Evaluator(plan)
     shown = Shown(read_demonstration(demo)) if demo else None
     if shown is None and not expert:

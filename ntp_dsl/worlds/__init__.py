@@ -14,15 +14,16 @@ from ntp_dsl.world import Argument, Failure, Outcome, World
 WORLDS = ("kinematic", "bullet")
 
 
-def make_world(name: str, registry: Registry, exact: bool = False) -> World:
+def make_world(name: str, registry: Registry, exact: bool = False, gui: bool = False) -> World:
     """A world that can do what a library declares. Imports what it needs and no more.
 
     Args:
         exact: of the kinematic world: what is put down comes to rest right where it is let go.
+        gui: of the bullet world: with a window, in real time.
 
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
-    world = _make(name, exact)
+    world = _make(name, exact, gui)
     lacks = lacking(world, registry)
     if lacks:
         skills = sorted(world.skills)
@@ -68,7 +69,9 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     return provider in {PYTHON, *BUILT_IN} or said
 
 
-def _make(name: str, exact: bool) -> World:
+def _make(name: str, exact: bool, gui: bool) -> World:
+    if gui and name != "bullet":
+        raise NtpError(f"the {name} world has no window; --gui goes with --world bullet")
     if name == "kinematic":
         from ntp_dsl.worlds.kinematic import KinematicWorld
 
@@ -76,5 +79,5 @@ def _make(name: str, exact: bool) -> World:
     if name == "bullet":
         from ntp_dsl.worlds.bullet import BulletWorld
 
-        return BulletWorld()
+        return BulletWorld(gui)
     raise NtpError(f"no world is called '{name}'; there are {', '.join(WORLDS)}")

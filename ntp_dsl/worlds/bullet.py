@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinematics import skills
 from kinematics.geometry import Pose
-from kinematics.reasons import Reason
+from kinematics.reasons import NoDisplay, Reason
 from kinematics.simulation import TABLE, Workcell
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
@@ -67,8 +67,11 @@ class BulletWorld:
 
     starts_holding = False
 
-    def __init__(self) -> None:
-        self._cell = Workcell()
+    def __init__(self, gui: bool = False) -> None:
+        try:
+            self._cell = Workcell(gui=gui)
+        except NoDisplay as unexpected:
+            raise NtpError(f"--gui: {unexpected}") from unexpected
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
         self.skills: dict[str, Callable[..., Outcome]] = {
@@ -148,7 +151,10 @@ class BulletWorld:
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
         self._calls += 1
         self._rng = np.random.default_rng((self._seed, self._calls))
-        outcome = self.skills[api](*arguments)
+        try:
+            outcome = self.skills[api](*arguments)
+        except NoDisplay as closed:
+            raise NtpError(f"--gui: {closed}") from closed
         self._remember(outcome, str(arguments[0]) if arguments else "")
         self._emit()
         return outcome
