@@ -10,9 +10,14 @@ class CoreConfig:
     width: int = 64  # of hidden layers
     type_width: int = 8  # of a type's embedding
     row_width: int = 24  # of a program's embedding
-    hops: int = 2  # pointers that each frame of a demonstration throws, one from the other
+    hops: int = 2  # pointers that each frame of a demonstration throws, one from the other, at least
     rounds: int = 2  # of messages between things of the present state
     kernel: int = 5  # of the temporal convolutions [frames]
+
+
+    def pointers(self, arity: int) -> int:
+        """How many hops there are, where a call takes so many objects: each can be pointed at."""
+        return max(self.hops, arity)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def silent_hint(core: Core, states: States) -> Hint:
     """For programs that run without a part of the demonstration."""
     count, things = states.positions.shape[:2]
     nothing = torch.zeros(count, device=states.positions.device)
-    pointers = torch.zeros(count, things, core.config.hops, device=states.positions.device)
+    pointers = torch.zeros(count, things, len(core.reader.hops), device=states.positions.device)
     relations = torch.zeros(count, core.reader.relations, device=states.positions.device)
     return Hint(pointers, nothing, nothing, relations)
 
@@ -60,7 +60,7 @@ class Core(nn.Module):
         self.reader = Reader(config, memory)
         given = memory.value_arity * memory.choices
         context = config.row_width + 2 + given  # the program's row, silent, scoped, its values
-        thing = features.WIDTH + 1 + config.type_width + memory.arity + config.hops
+        thing = features.WIDTH + 1 + config.type_width + memory.arity + len(self.reader.hops)
         self.see = nn.Sequential(
             nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
         )

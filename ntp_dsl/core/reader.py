@@ -43,14 +43,15 @@ class Reader(nn.Module):
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         width, seen = config.width, features.WIDTH
         thing = 2 * seen + 3 + config.type_width  # to gripper, to last hop; its weight, moved, closed
+        hops = config.pointers(memory.arity)
         self.hops = nn.ModuleList(
             nn.Sequential(nn.Linear(thing, width // 2), nn.ReLU(), nn.Linear(width // 2, 1))
-            for _ in range(config.hops)
+            for _ in range(hops)
         )
-        self.nearness = nn.Parameter(torch.full((config.hops,), NEARNESS))
-        self.novelty = nn.Parameter(torch.full((config.hops,), NOVELTY))
-        self.relations = 2 * seen * config.hops - seen + 1  # to gripper, between hops, closed
-        frame = self.relations + config.hops + 3  # and continuity, and the gripper's own motion
+        self.nearness = nn.Parameter(torch.full((hops,), NEARNESS))
+        self.novelty = nn.Parameter(torch.full((hops,), NOVELTY))
+        self.relations = 2 * seen * hops - seen + 1  # to gripper, between hops, closed
+        frame = self.relations + hops + 3  # and continuity, and the gripper's own motion
         self.frame = nn.Linear(frame + config.row_width, width)
         pad = config.kernel // 2
         self.convolutions = nn.ModuleList(
