@@ -16,6 +16,7 @@ from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.training import Trainer
 from ntp_dsl.dataset import RecordingPlan, read_manifest, record, samples
 from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.loader import load
 from ntp_dsl.registry import Registry
 
 CONFIG = TrainingConfig(iterations=60, demonstrations=3, queries_per_demonstration=6)
@@ -98,3 +99,25 @@ def test_data_of_another_library_are_refused(stacking: Registry, tmp_path: Path)
         read_manifest(tmp_path, stacking)
     with pytest.raises(NtpError, match="ntp record"):
         read_manifest(tmp_path / "none", stacking)
+
+
+PILE = """library mine
+use tabletop
+program pile(a: Movable, b: Movable, c: Movable, d: Movable):
+    requires (
+        present(a) and reachable(a) and present(b) and reachable(b)
+        and present(c) and reachable(c) and present(d) and reachable(d)
+    )
+    achieves on(b, a) and on(c, b) and on(d, c)
+    pick_and_place(b, a)
+    pick_and_place(c, b)
+    pick_and_place(d, c)
+"""
+
+
+def test_there_is_a_pointer_for_each_object_that_a_call_takes(stacking: Registry, tmp_path: Path) -> None:
+    path = tmp_path / "mine.ntp"
+    path.write_text(PILE)
+    for registry, hops in ((stacking, 2), (load(path), 4)):
+        core = Trainer(CoreConfig(), CONFIG, Memory.of(registry)).core
+        assert len(core.reader.hops) == hops
