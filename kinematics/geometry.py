@@ -31,6 +31,12 @@ def check_pose(name: str, pose: Pose) -> Pose:
     return pose
 
 
+def check_finite(what: str, *numbers: float) -> None:
+    """`UnusablePose` where one is not a number, or has no end."""
+    if not all(map(math.isfinite, numbers)):
+        raise UnusablePose(what, numbers)
+
+
 def wxyz(quaternion_xyzw: Quaternion) -> Quaternion:
     """The same quaternion as MuJoCo and mink write it."""
     x, y, z, w = quaternion_xyzw

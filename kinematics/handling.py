@@ -18,7 +18,7 @@ from kinematics.arm import Arm, Look
 from kinematics.collision import MARGIN
 from kinematics.geometry import Array, angle_between
 from kinematics.grasps import grasps_by_trouble
-from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable
+from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable, UnsuitableHand
 from kinematics.shapes import Shape
 from kinematics.simulation import Workcell
 from kinematics.trajectory import Trajectory, round_corners, time_parameterise
@@ -149,6 +149,7 @@ class Attempt:
         """Down, close, and up again by the same way backwards."""
         cell, down = self.cell, self.along(approach.line)
         motion.open_hand(cell, approach.opening)
+        self._check_open(approach)
         try:
             motion.follow(cell, down)
         except KinematicsError:
@@ -161,6 +162,14 @@ class Attempt:
             motion.follow(cell, down.reversed())
             raise failure
         self._lift(target, down.reversed(), approach.above)
+
+    def _check_open(self, approach: Approach) -> None:
+        """A hand that was told to open and is not would come down on what it is to take."""
+        assert approach.grasp is not None
+        width, needed = self.cell.finger_width(), approach.grasp.width
+        if width < needed:
+            message = f"the fingers are {1000 * width:.1f} mm apart, {1000 * needed:.1f} mm are needed"
+            raise UnsuitableHand(Reason.HAND_CLOSED, message, finger_width=width, needed=needed)
 
     def _lift(self, target: str, up: Trajectory, above: Array) -> None:
         cell = self.cell

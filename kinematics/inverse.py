@@ -11,7 +11,7 @@ import pinocchio
 from scipy.linalg.lapack import dposv
 
 from kinematics import models
-from kinematics.geometry import Array
+from kinematics.geometry import Array, check_finite
 from kinematics.postures import Postures
 from kinematics.robot import Robot
 
@@ -79,6 +79,7 @@ class InverseKinematics:
     def solutions(self, target: Array, starts: Iterator[Array]) -> Iterator[Array]:
         """Every distinct solution found from the starts, in their order."""
         found: list[Array] = []
+        check_finite("the tool", float(target.sum()))
         if math.dist(target[:3, 3], self._shoulder) > self._reach:
             return
         for start in starts:

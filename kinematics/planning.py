@@ -17,7 +17,7 @@ from ompl import base, geometric, util
 
 from kinematics.collision_model import reaches
 from kinematics.geometry import Array
-from kinematics.reasons import NoPathFound, Obstructed, Reason
+from kinematics.reasons import NoPathFound, Obstructed, Reason, UnusablePose
 from kinematics.robot import Robot
 
 RESOLUTION = 1 / 32  # between two checks of OMPL's, Euclidean over the joints [rad]
@@ -44,7 +44,7 @@ class Planner:
 
     def __init__(self, robot: Robot) -> None:
         util.setLogLevel(util.LOG_NONE)
-        limits = robot.limits
+        self._limits = limits = robot.limits
         self._dof = robot.dof
         farthest = np.maximum(reaches(robot), IN_HAND)
         self._steps_per_joint = farthest / (farthest.max() * RESOLUTION)  # (dof,) [1/rad]
@@ -67,12 +67,14 @@ class Planner:
     def plan(
         self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
     ) -> Path:
-        """A path whose every edge is checked; or `Obstructed`, or `NoPathFound`."""
+        """A path whose every edge is checked; or `UnusablePose`, `Obstructed` or `NoPathFound`."""
         if planner not in PLANNERS:
             raise ValueError(f"no planner is called '{planner}'; there are {', '.join(PLANNERS)}")
         make = PLANNERS[planner]
         self._valid, self._checks, self._started = valid, 0, time.monotonic()
         for q, end in ((start, "start"), (goal, "goal")):
+            if not self._limits.contains(q, 1e-6):
+                raise UnusablePose(f"the {end} of the motion", f"{q} is not within the limits of the joints")
             if not self._check(q):
                 raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
         if self._edge_is_free(start, goal):

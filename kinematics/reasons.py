@@ -3,14 +3,14 @@
 KinematicsError                a motion cannot be done; has `.reason` and `.evidence`
 +-- UnknownBody                a name that is not in the cell
 +-- UnusablePose               not a number, or not a rotation
-+-- UnsuitableHand             the hand is full, or empty, where the skill needs the opposite
++-- UnsuitableHand             the hand is full, empty or closed, where the skill needs the opposite
 +-- Unreachable                no joint positions, or no straight line, put the tool there
 +-- Obstructed                 something stands where the arm, the hand or the held body would be
 +-- NoPathFound                the planner's budget ran out
 +-- NoPlaceFound               the table has no free spot of that size
 
 NoDisplay                      a window was asked for where none can be shown
-UnusableShape                  a file that no shape can be made of
+UnusableShape                  a file that no shape can be made of, or a body without volume
 UnusableRobot                  a URDF or its TOML that no arm can be made of: says what, and where
 """
 
@@ -26,6 +26,7 @@ class Reason(StrEnum):
     UNUSABLE_POSE = "unusable_pose"
     UNREACHABLE = "unreachable"
     HAND_FULL = "hand_full"
+    HAND_CLOSED = "hand_closed"
     TARGET_IN_HAND = "target_in_hand"
     NOT_ABOVE = "not_above"
     START_IN_COLLISION = "start_in_collision"
@@ -54,7 +55,7 @@ class KinematicsError(Exception):
 
 
 class UnusableShape(ValueError):
-    """A file that no shape can be made of."""
+    """A file that no shape can be made of, or a body that has no volume or an impossible mass."""
 
 
 class UnusableRobot(ValueError):
@@ -83,7 +84,7 @@ class UnusablePose(KinematicsError):
 
 
 class UnsuitableHand(KinematicsError):
-    """The hand holds something where it must be empty, or the target itself."""
+    """The hand holds something where it must be empty, or the target itself; or it does not open."""
 
 
 class Unreachable(KinematicsError):

@@ -163,7 +163,7 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
         )
     _check_chain(path, description, arm, link)
     limits = _limits(path, [description.joints[name] for name in arm], told.get("limits", {}))
-    home = np.array(told["home"], dtype=float)
+    home = _numbers(path, "home", told["home"])
     if home.shape != (len(arm),) or not limits.contains(home):
         raise UnusableRobot(f"{path}: home needs {len(arm)} joint positions within the limits, found {home}")
     made = Robot(
@@ -179,6 +179,17 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
     )
     _check_fingers(path, made)
     return made
+
+
+def _numbers(path: Path, key: str, told: Any) -> Array:
+    """(n,) finite ones."""
+    try:
+        found = np.array(told, dtype=float)
+    except (TypeError, ValueError):
+        found = np.array(math.nan)
+    if found.ndim != 1 or not np.isfinite(found).all():
+        raise UnusableRobot(f"{path}: `{key}` needs a list of numbers, found {told}")
+    return found
 
 
 def _workspace(path: Path, told: Any) -> Region | None:
@@ -230,7 +241,9 @@ def _limits(path: Path, joints: list[Joint], told: Mapping[str, Any]) -> Limits:
     """What the TOML says, else the URDF's; accelerations and jerks are rarely in a URDF."""
 
     def of(key: str, default: list[float | None]) -> Array:
-        values = [None if v is None else float(v) for v in told.get(key, default)]
+        values: list[float | None] = default
+        if key in told:
+            values = list(_numbers(path, key, told[key]).tolist())
         for joint, value in zip(joints, values, strict=False):
             if value is None or not math.isfinite(value) or (key in POSITIVE and value <= 0):
                 raise UnusableRobot(
@@ -274,5 +287,8 @@ def _tool(path: Path, told: Mapping[str, Any]) -> Array:
     if abs(float(z @ y)) > 0.5:
         raise UnusableRobot(f"{path}: the gripper cannot close along its own approach")
     turned = np.array([np.cross(y, z), y, z]).T
-    link = transform_from(rotation_from_rpy(told.get("rpy", (0, 0, 0))), told.get("xyz", (0, 0, 0)))
+    rpy, xyz = (_numbers(path, key, told.get(key, (0, 0, 0))) for key in ("rpy", "xyz"))
+    if rpy.shape != (3,) or xyz.shape != (3,):
+        raise UnusableRobot(f"{path}: `xyz` and `rpy` of the tool need three numbers, found {xyz}, {rpy}")
+    link = transform_from(rotation_from_rpy(rpy), xyz)
     return link @ transform_from(turned, (0.0, 0.0, 0.0))

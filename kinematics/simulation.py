@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import bullet, models, window
-from kinematics.bodies import Body
+from kinematics.bodies import Body, check_body
 from kinematics.bullet_bodies import Solids
 from kinematics.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
 from kinematics.camera import Camera
@@ -316,7 +316,7 @@ def _let_go(world: Any, client: int, folder: Path) -> None:
 
 def _check_bodies(bodies: Sequence[Body]) -> None:
     for body in bodies:
-        check_pose(body.name, body.pose)
+        check_body(body)
     names = [body.name for body in bodies]
     if len(set(names)) < len(names) or TABLE in names:
         raise ValueError(f"names of bodies must differ, and none be '{TABLE}': {names}")

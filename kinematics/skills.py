@@ -25,7 +25,7 @@ from kinematics.approach import (
     tilt_of,
 )
 from kinematics.arm import Arm, Look
-from kinematics.geometry import rotation_from_quaternion
+from kinematics.geometry import check_finite, rotation_from_quaternion
 from kinematics.handling import Attempt
 from kinematics.placements import free_places, yaw_of
 from kinematics.reasons import (
@@ -68,6 +68,7 @@ def move_above(cell: Workcell, target: str, seed: int, slip_at: float | None = N
     """
 
     def skill(attempt: Attempt) -> None:
+        check_finite("slip_at", slip_at or 0.0)
         cell.pose(target)
         look = attempt.look()
         if look.held == target:
@@ -87,8 +88,10 @@ def move_above_free_place(
     """
 
     def skill(attempt: Attempt) -> None:
+        among = region or workspace_of(cell.robot).region
+        check_finite("the region", *among[0], *among[1], slip_at or 0.0)
         look = attempt.look()
-        places = _free_places(attempt, look, region or workspace_of(cell.robot).region)
+        places = _free_places(attempt, look, among)
         attempt.go_above(look, _approaches_over_places(attempt, look, places), slip_at)
 
     return _perform(cell, seed, skill)
@@ -111,6 +114,7 @@ def move_above_places(
     def skill(attempt: Attempt) -> None:
         if not places:
             raise NoPlaceFound(Reason.NO_FREE_PLACE, "there is no free place of that size")
+        check_finite("a place", *(number for place in places for number in place), height, slip_at or 0.0)
         look = attempt.look()
         attempt.go_above(look, _approaches_over_places(attempt, look, places, height), slip_at)
 
@@ -123,6 +127,7 @@ def move_above_place(
     """The tool to 10 cm above a place of the table [m, world frame]; what is held is then over it."""
 
     def skill(attempt: Attempt) -> None:
+        check_finite("the place", x, y, slip_at or 0.0)
         look = attempt.look()
         attempt.go_above(look, _approaches_over_places(attempt, look, [(x, y)]), slip_at)
 
@@ -175,6 +180,7 @@ def lift(cell: Workcell, height: float, seed: int) -> Motion:
     """Straight up by a height [m], with or without something in the hand."""
 
     def skill(attempt: Attempt) -> None:
+        check_finite("the height", height)
         attempt.lift(attempt.look(), height)
 
     return _perform(cell, seed, skill)

@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 import os
 import sys
+import time
 from typing import Any
 
 from kinematics import bullet
@@ -16,6 +17,7 @@ _VIEW = {  # from the front and above, as the camera's
     "cameraPitch": -30.0,
     "cameraTargetPosition": (0.4, 0.0, 0.15),
 }
+_OPENING = 0.5  # for which the window's own thread goes on telling of its graphics [s]
 
 
 def connect(world: Any) -> int:
@@ -23,10 +25,11 @@ def connect(world: Any) -> int:
     _check_display()
     with bullet.output_silenced():
         client: int = world.connect(world.GUI)
-    if client < 0:
-        raise NoDisplay("no window could be opened: leave it out")
-    world.configureDebugVisualizer(world.COV_ENABLE_GUI, 0, physicsClientId=client)
-    world.resetDebugVisualizerCamera(**_VIEW, physicsClientId=client)
+        if client < 0:
+            raise NoDisplay("no window could be opened: leave it out")
+        world.configureDebugVisualizer(world.COV_ENABLE_GUI, 0, physicsClientId=client)
+        world.resetDebugVisualizerCamera(**_VIEW, physicsClientId=client)
+        time.sleep(_OPENING)
     return client
 
 

@@ -43,6 +43,7 @@ FAILURES: Mapping[Reason, Failure] = {
     Reason.UNUSABLE_POSE: Failure.MISSING_OBJECT,
     Reason.UNREACHABLE: Failure.NO_IK,
     Reason.HAND_FULL: Failure.NOT_READY,
+    Reason.HAND_CLOSED: Failure.NOT_READY,
     Reason.TARGET_IN_HAND: Failure.NOT_READY,
     Reason.NOT_ABOVE: Failure.NOT_READY,
     Reason.START_IN_COLLISION: Failure.START_IN_COLLISION,

@@ -150,3 +150,24 @@ def test_a_task_that_fails_is_one_sentence_and_status_one(
     assert "the task failed (grasp)" in told and "stopped after 150 primitives" in told
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
     assert trace.end is not None and trace.end["done"] is False
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run", "block_stacking", "few_placements", "--expert", "--gui"], "--gui: there is no display"),
+        (["demo", "--gui"], "--gui: there is no display"),
+        ([*RUN, "--expert", "--gui"], "the kinematic world has no window"),
+    ],
+)
+def test_a_window_that_cannot_be_shown_is_misuse(
+    words: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert run([*words, "--out", str(tmp_path)]) == 2
+    shown = capsys.readouterr()
+    assert sentence in shown.err and not shown.out

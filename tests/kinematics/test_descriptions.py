@@ -67,6 +67,10 @@ def test_a_joint_without_end_has_a_turn(tmp_path: Path) -> None:
         ("collision/link3.obj", "collision/gone.obj", r"link 'panda_link3' wants the mesh .*gone\.obj"),
         ("visual/hand.obj", "visual/gone.obj", r"link 'panda_hand' wants the mesh .*gone\.obj"),
         ("<robot", "<model", "is no XML"),
+        ('<link name="panda_link8"', "<xacro:arm/><link", "is a xacro that nobody expanded"),
+        ('<link name="panda_link8"', '<link name="panda_link7"', "two links called 'panda_link7'"),
+        ('<child link="panda_link4"/>', '<child link="elbow"/>', "'panda_joint4' needs a link 'elbow'"),
+        ('<child link="panda_link4"/>', '<child link="panda_link3"/>', "must hang from one root"),
         ('<child link="panda_link4"/>', "", "joint 'panda_joint4' lacks"),
     ],
 )
@@ -91,6 +95,11 @@ def test_a_urdf_that_cannot_be_used_is_told_by_link_or_joint(
         ("[tool]", "[hand]", "the top knows no 'hand'"),
         ("acceleration = [15.0, ", "acceleration = [", "`acceleration` needs 7 numbers, found 6"),
         ("home =", "home", "is no TOML"),
+        ("home = [0.0, ", 'home = ["left", ', "`home` needs a list of numbers"),
+        ("acceleration = [15.0, ", "acceleration = [nan, ", "`acceleration` needs a list of numbers"),
+        ("[tool]", "[tool]\nxyz = [0.0, 0.1]", "`xyz` and `rpy` of the tool need three numbers"),
+        ("workspace = [[0.3, 0.7], ", "workspace = [", "workspace is .*in metres"),
+        ("workspace = [[0.3, 0.7], ", "workspace = [[0.7, 0.3], ", "workspace needs ends that rise"),
     ],
 )
 def test_a_toml_that_cannot_be_used_is_told_by_key(

@@ -4,16 +4,19 @@ repeat.
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
+from kinematics import models
 from kinematics.collision import CollisionScene
+from kinematics.collision_model import reaches
 from kinematics.differential import StraightLines
 from kinematics.geometry import UPRIGHT, Array, Pose, angle_between
 from kinematics.inverse import InverseKinematics, usual_tool
 from kinematics.planning import PLANNERS, RESOLUTION, Path, Planner
 from kinematics.reasons import NoPathFound, Obstructed, Reason
-from kinematics.robot import panda
+from kinematics.robot import Robot, panda
 from kinematics.shapes import Box
 from kinematics.trajectory import (
     ACCELERATION_SHARE,
@@ -148,3 +151,25 @@ def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest() -> None:
     assert np.allclose(trajectory.velocities[-1], 0.0)
     back = trajectory.reversed()
     assert np.array_equal(back.positions[::-1], trajectory.positions)
+
+
+def test_no_point_of_the_arm_goes_far_between_two_checks(robot: Robot) -> None:
+    """However a straight edge turns the joints: no farther than the outermost link goes in a step."""
+    model = models.mujoco_model(robot)
+    data, planner, limits = mujoco.MjData(model), Planner(robot), robot.limits
+    generator = np.random.default_rng(0)
+    step = RESOLUTION * float(reaches(robot).max())
+
+    def links(q: Array) -> Array:
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        return np.array(data.geom_xpos)
+
+    for _ in range(20):
+        start, goal = generator.uniform(limits.lower, limits.upper, (2, robot.dof))
+        checked: list[Array] = []
+        planner.plan(start, goal, lambda q: not checked.append(q), seed=0)  # noqa: B023
+        along = sorted(checked, key=lambda q: float((q - start) @ (goal - start)))
+        assert np.array_equal(along[0], start) and np.allclose(along[-1], goal)
+        places = np.array([links(q) for q in along])  # (n, geoms, 3)
+        assert float(np.linalg.norm(np.diff(places, axis=0), axis=2).max()) <= step

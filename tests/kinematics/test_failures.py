@@ -1,0 +1,134 @@
+"""What cannot be done has a name, and leaves the world as it was."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from kinematics_scenes import cube, scattered
+
+from kinematics import skills
+from kinematics.bodies import Body
+from kinematics.inverse import InverseKinematics
+from kinematics.planning import Planner
+from kinematics.reasons import Reason, UnusablePose, UnusableShape
+from kinematics.robot import panda
+from kinematics.shapes import Box, Compound, Cylinder, Hull, Shape, Sphere
+from kinematics.simulation import Workcell
+from kinematics.skills import Motion, grasp, move_above
+
+NAN, INF = math.nan, math.inf
+
+
+class JammedCell(Workcell):
+    """A cell whose gripper stays closed once it is jammed."""
+
+    jammed = False
+
+    def open_fingers(self, *how: float) -> None:
+        if not self.jammed:
+            super().open_fingers(*how)
+
+
+@pytest.fixture
+def jammed() -> Iterator[JammedCell]:
+    with JammedCell() as cell:
+        yield cell
+
+
+def state(cell: Workcell) -> tuple[object, ...]:
+    return cell.time, cell.poses(), cell.joint_positions().tolist(), cell.finger_width()
+
+
+@pytest.mark.parametrize(
+    "skill",
+    [
+        lambda cell: skills.move_above_place(cell, NAN, 0.0, 0),
+        lambda cell: skills.move_above_place(cell, 0.5, INF, 0),
+        lambda cell: skills.move_above_places(cell, [(0.5, 0.0), (0.5, NAN)], 0.0, 0),
+        lambda cell: skills.move_above_places(cell, [(0.5, 0.0)], NAN, 0),
+        lambda cell: skills.move_above_free_place(cell, 0, region=((0.4, NAN), (-0.1, 0.1))),
+        lambda cell: skills.move_above(cell, "b0", 0, slip_at=NAN),
+        lambda cell: skills.lift(cell, NAN, 0),
+        lambda cell: skills.push(cell, "b0", (1.0, 0.0), NAN, 0),
+    ],
+)
+def test_a_skill_that_is_told_what_is_no_number_says_so(
+    cell: Workcell, skill: Callable[[Workcell], Motion]
+) -> None:
+    cell.reset(scattered(0), 0)
+    before = state(cell)
+    motion = skill(cell)
+    assert motion.reason is Reason.UNUSABLE_POSE and "nan" in motion.evidence["message"].replace("inf", "nan")
+    assert state(cell) == before
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Box((0.0, 0.1, 0.1)),
+        Box((NAN, 0.1, 0.1)),
+        Cylinder(-0.1, 0.1),
+        Sphere(INF),
+        Hull(((0, 0, 0), (1, 0, 0), (0, 1, 0))),
+        Hull(((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0))),
+        Compound(()),
+    ],
+)
+def test_a_body_without_volume_is_refused_and_the_cell_is_left_alone(cell: Workcell, shape: Shape) -> None:
+    cell.reset(scattered(0), 0)
+    before = state(cell)
+    with pytest.raises(UnusableShape, match="'flat' has a piece without volume"):
+        cell.reset([Body("flat", shape, (0.5, 0.0, 0.1))], 0)
+    assert state(cell) == before
+
+
+@pytest.mark.parametrize("mass", [-1.0, NAN, INF])
+def test_a_body_of_an_impossible_mass_is_refused(cell: Workcell, mass: float) -> None:
+    with pytest.raises(UnusableShape, match="'heavy' needs a mass"):
+        cell.reset([Body("heavy", Box((0.02,) * 3), (0.5, 0.0, 0.02), mass=mass)], 0)
+
+
+def test_kinematics_and_planner_refuse_what_is_no_number_or_beyond_a_joint() -> None:
+    robot = panda()
+    solver = InverseKinematics(robot)
+    nowhere = np.full((4, 4), NAN)
+    with pytest.raises(UnusablePose, match="the tool"):
+        list(solver.solutions(nowhere, solver.starts(nowhere, robot.home, 0, 5)))
+    planner = Planner(robot)
+    for wrong in (np.full(robot.dof, NAN), robot.limits.upper + 0.1):
+        for ends, end in (((robot.home, wrong), "goal"), ((wrong, robot.home), "start")):
+            with pytest.raises(UnusablePose, match=f"the {end} of the motion"):
+                planner.plan(*ends, lambda q: True, seed=0)
+
+
+def test_a_gripper_that_stays_closed_is_noticed_before_it_comes_down(jammed: JammedCell) -> None:
+    jammed.reset([cube("a", 0.5, 0.0)], 0)
+    jammed.close_fingers()
+    jammed.settle(0.5)
+    jammed.jammed = True
+    assert move_above(jammed, "a", 0).achieved
+    before, joints = jammed.pose("a"), jammed.joint_positions()
+    motion = grasp(jammed, "a", 0)
+    assert motion.reason is Reason.HAND_CLOSED
+    assert motion.evidence["finger_width"] < motion.evidence["needed"] == pytest.approx(0.05)
+    assert math.dist(jammed.pose("a").position, before.position) < 1e-5
+    assert float(np.abs(jammed.joint_positions() - joints).max()) < 1e-3
+
+
+def test_a_closed_gripper_opens_by_itself_where_it_can(cell: Workcell) -> None:
+    cell.reset([cube("a", 0.5, 0.0)], 0)
+    cell.close_fingers()
+    cell.settle(0.5)
+    assert move_above(cell, "a", 0).achieved and grasp(cell, "a", 0).achieved
+    assert cell.held() == "a"
+
+
+def test_a_body_under_a_lid_cannot_be_grasped_and_nothing_moves(cell: Workcell) -> None:
+    lid = Body("lid", Box((0.12, 0.12, 0.02)), (0.5, 0.0, 0.075), mass=0.0)
+    cell.reset([cube("low", 0.5, 0.0), lid], 0)
+    above = move_above(cell, "low", 0)
+    assert above.achieved and above.evidence["descent_free"] is False  # over the lid it can be
+    before = state(cell)
+    assert grasp(cell, "low", 0).reason is Reason.NO_GRASP
+    assert state(cell) == before
