@@ -142,10 +142,10 @@ def _entry(
         fits, wanted = value in registry.enums[field.type], " or ".join(registry.enums[field.type])
     elif field.type in registry.parents:
         fits, wanted = value in things or value in registry.constants, "the name of a thing in the scene"
+    elif isinstance(value, SupportsFloat) and not isinstance(value, str):
+        return float(value)
     else:
-        fits, wanted = isinstance(value, SupportsFloat) and not isinstance(value, str), "a number"
-        if fits:
-            return float(value)  # type: ignore[arg-type]
+        fits, wanted = False, "a number"
     if not fits:
         raise NtpError(
             f"the sampler '{sampler.name}' drew {value!r} for '{field.name}: {field.type}'; expected {wanted}"
