@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 Rewrite = str | Callable[[re.Match[str]], str]
 NAME = r"[A-Za-z_]\w*"
 THING = rf"{NAME}(?:\.{NAME})?"
+LONGEST = 200  # letters of a line that is made sense of: the patterns look far ahead
 CLAUSE = r"(?:requires|achieves|success:|when|if)"
 OPENED = {"(": ")", "[": "]", "{": "}"}
 FILLERS = frozenset(
@@ -127,6 +128,8 @@ def rewritten(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
     Args:
         column: of the letter at which the parser stumbles, from zero.
     """
+    if len(rows[row]) > LONGEST:
+        return
     text, comment = _without_comment(rows[row])
     yield re.sub(r"\bList\s*\[", "list[", text) + comment
     for pattern, rewrite in COMPILED:

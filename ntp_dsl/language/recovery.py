@@ -13,6 +13,7 @@ from ntp_dsl.language.slips import is_word, meant
 Attempt = Callable[[Piece], tuple[Item | None, Sequence[Diagnostic]]]
 
 MOST_ROUNDS = 20
+MOST_TRIES = 20
 MOST_LETTERS = 40_000  # read again and again, so that a long text is answered at once
 STUB = '"""."""'  # stands for a block of which nothing is left
 
@@ -66,6 +67,7 @@ class _Page:
         self.is_whole = True
         self.is_lost = False  # nobody can tell how the thing is declared
         self.guessed: set[int] = set()  # lines, of the user's text
+        self._tries = min(MOST_TRIES, MOST_LETTERS // len(piece.text))  # of fixes
 
     def piece(self) -> Piece:
         return replace(
@@ -88,8 +90,9 @@ class _Page:
         if fix is None or fix.also or fix.span.line != fix.span.end_line or "\n" in fix.replacement:
             return False
         row = fix.span.line - self._original.line
-        if not 0 <= row < len(self._rows) or row + 1 in self._shifts:
+        if not 0 <= row < len(self._rows) or row + 1 in self._shifts or not self._tries:
             return False
+        self._tries -= 1
         rows = list(self._rows)
         is_end = not rows[row][fix.span.end_column - 1 :].split("#")[0].strip()
         rows[row] = _edited(rows[row], fix)
