@@ -9,6 +9,7 @@ Rewrite = str | Callable[[re.Match[str]], str]
 NAME = r"[A-Za-z_]\w*"
 THING = rf"{NAME}(?:\.{NAME})?"
 LONGEST = 200  # letters of a line that is made sense of: the patterns look far ahead
+GAP = 10 * " "  # in a line that nobody wrote
 CLAUSE = r"(?:requires|achieves|success:|when|if)"
 OPENED = {"(": ")", "[": "]", "{": "}"}
 FILLERS = frozenset(
@@ -128,7 +129,7 @@ def rewritten(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
     Args:
         column: of the letter at which the parser stumbles, from zero.
     """
-    if len(rows[row]) > LONGEST:
+    if len(rows[row]) > LONGEST or GAP in rows[row].strip():
         return
     text, comment = _without_comment(rows[row])
     yield re.sub(r"\bList\s*\[", "list[", text) + comment
