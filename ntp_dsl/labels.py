@@ -16,7 +16,7 @@ from ntp_dsl.scripted import DemonstratedCall, counterpart, shown_anywhere
 from ntp_dsl.specification import Demonstration
 from ntp_dsl.state import State
 from ntp_dsl.traces import ROOT, Call, Trace
-from ntp_dsl.world import Argument, Observation
+from ntp_dsl.world import Argument, Observation, without_lists
 
 OFF_STACK = 2  # queries about other programs, for each state
 BYSTANDERS = 0.5  # how often one more thing stands there, which is for the most part of no account
@@ -40,17 +40,12 @@ def labelled(
             yield _off_stack(expert, demonstration, shown, observation, rng)
 
 
-def given(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
-    """The arguments that a learned program is given: all but lists, which it must read from its scope."""
-    return tuple(argument for argument in arguments if isinstance(argument, str | float))
-
-
 def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
     calls = {call.id: call for call in trace.calls}
     for call in trace.calls:
         if call.parent != ROOT:
             query = _query(calls[call.parent], trace.states[call.state], demonstration)
-            yield Sample(query, Answer(call.name, given(call.arguments), call.scope))
+            yield Sample(query, Answer(call.name, without_lists(call.arguments), call.scope))
     for call in trace.calls:
         if call.kind == "program" and call.outcome in ("done", "unfinished"):
             assert call.end_state is not None
@@ -60,7 +55,7 @@ def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Ite
 
 
 def _query(call: Call, state: Observation, demonstration: Demonstration) -> Query:
-    return Query(call.name, given(call.arguments), call.scope, state, demonstration)
+    return Query(call.name, without_lists(call.arguments), call.scope, state, demonstration)
 
 
 def _off_stack(
@@ -75,12 +70,12 @@ def _off_stack(
         observation = with_bystander(observation, rng)
     node = shown_anywhere(shown, program.name, arguments)
     scope = node.scope if node else None
-    query = Query(program.name, given(arguments), scope, observation, demonstration)
+    query = Query(program.name, without_lists(arguments), scope, observation, demonstration)
     decision = expert.decide(program.name, arguments, State(expert.registry, observation))
     if isinstance(decision, Return):
         return Sample(query, Answer(None, done=decision.done))
     child = counterpart(node, decision.callee, decision.arguments)
-    answer = Answer(decision.callee, given(decision.arguments), child.scope if child else None)
+    answer = Answer(decision.callee, without_lists(decision.arguments), child.scope if child else None)
     return Sample(query, answer)
 
 

@@ -11,7 +11,7 @@ from ntp_dsl.policy import Barred, Choice, Frame
 from ntp_dsl.specification import Scope
 from ntp_dsl.state import State
 from ntp_dsl.traces import Call, Trace, from_json, to_json
-from ntp_dsl.world import Argument, Record, World
+from ntp_dsl.world import Argument, Record, World, without_lists
 
 
 @dataclass
@@ -81,7 +81,13 @@ def counterpart(
 
 def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
     """The same but for numbers, which depend on where things are."""
-    return [a for a in some if not isinstance(a, float)] == [a for a in others if not isinstance(a, float)]
+    return _named(some) == _named(others)
+
+
+def _named(arguments: tuple[Argument, ...]) -> list[Argument]:
+    """Things and members, those of records too, and lists as they are."""
+    flat = [argument for argument in arguments if isinstance(argument, tuple)]
+    return [*flat, *(value for value in without_lists(arguments) if not isinstance(value, float))]
 
 
 def shown_anywhere(
@@ -98,7 +104,7 @@ def _hull(
     """For a callee that takes a list: all frames in which its elements were dealt with."""
     elements = [e for a in arguments if isinstance(a, tuple) for e in a]
     wanted = {tuple(v for _, v in e.fields) for e in elements if isinstance(e, Record)}
-    calls = [call for call in caller.walk() if call.arguments in wanted and call.done]
+    calls = [call for call in caller.walk() if without_lists(call.arguments) in wanted and call.done]
     if not calls:
         return None
     scope = (min(c.scope[0] for c in calls), max(c.scope[1] for c in calls))

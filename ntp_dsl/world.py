@@ -27,6 +27,19 @@ class Record:
 
 
 Argument = str | float | Record | tuple[Record | str, ...]
+
+
+def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
+    """The objects, members and numbers among arguments; those of a record stand in its place."""
+    flat: list[str | float] = []
+    for argument in arguments:
+        if isinstance(argument, Record):
+            flat += [value for _, value in argument.fields]
+        elif not isinstance(argument, tuple):
+            flat.append(argument)
+    return tuple(flat)
+
+
 TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
 IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]

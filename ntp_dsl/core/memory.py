@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.registry import Callable, Registry, bounds
+from ntp_dsl.registry import Callable, Parameter, Registry, bounds
+from ntp_dsl.world import Argument, Record
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,23 @@ class Value:
 
 
 @dataclass(frozen=True)
+class Packed:
+    """A record among the arguments, of which the core gives each field."""
+
+    index: int  # of its first field, among all arguments that are no lists
+    type: str
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Signature:
-    """What the arguments are, by their types; lists are not among them."""
+    """What the arguments are, by their types; lists are not among them, and records are their fields."""
 
     name: str
     hash: str
     object_types: tuple[str, ...]  # of those that point at objects
     values: tuple[Value, ...] = ()  # the others
+    records: tuple[Packed, ...] = ()
 
     def split(
         self, arguments: Sequence[str | float]
@@ -58,6 +68,15 @@ class Signature:
         for value, given in zip(self.values, values, strict=True):
             arguments.insert(value.index, given)
         return tuple(arguments)
+
+    def packed(self, arguments: Sequence[str | float]) -> tuple[Argument, ...]:
+        """What a call is made with: the fields of each record put together."""
+        given: list[Argument] = list(arguments)
+        for record in reversed(self.records):
+            end = record.index + len(record.fields)
+            fields = zip(record.fields, arguments[record.index : end], strict=True)
+            given[record.index : end] = [Record(record.type, tuple(fields))]
+        return tuple(given)
 
 
 @dataclass(frozen=True)
@@ -125,6 +144,9 @@ class Memory:
     def signature(self, name: str) -> Signature:
         return self._by_name[name]
 
+    def packed(self, name: str, arguments: Sequence[str | float]) -> tuple[Argument, ...]:
+        return self.signature(name).packed(arguments)
+
     def takes(self, type_name: str, declared: str) -> bool:
         """Whether a thing of a type may stand where another type is declared."""
         return declared in self.lineage[type_name]
@@ -166,20 +188,23 @@ def signature(registry: Registry, row: Callable) -> Signature:
     """The type of each argument chooses its output head: a pointer, a choice, or a number."""
     object_types: list[str] = []
     values: list[Value] = []
-    given = [parameter for parameter in row.parameters if not parameter.is_list]
+    records: list[Packed] = []
+    given: list[Parameter] = []
+    for parameter in row.parameters:
+        fields = () if parameter.is_list else registry.records.get(parameter.type, ())
+        if fields:
+            records.append(Packed(len(given), parameter.type, tuple(field.name for field in fields)))
+            given += fields
+        elif not parameter.is_list:
+            given.append(parameter)
     for place, parameter in enumerate(given):
         if parameter.type in registry.parents:
             object_types.append(parameter.type)
         elif parameter.type in registry.enums:
             values.append(Value(place, registry.enums[parameter.type]))
-        elif parameter.type in registry.records:
-            raise NtpError(
-                f"'{parameter.name}: {parameter.type}': a core gives objects, members and numbers, and no "
-                f"records; pass their fields, or run '{row.name}' with --expert"
-            )
         else:
             values.append(Value(place, (), *bounds(parameter)))
-    return Signature(row.name, row.hash, tuple(object_types), tuple(values))
+    return Signature(row.name, row.hash, tuple(object_types), tuple(values), tuple(records))
 
 
 def _signature(data: dict[str, Any]) -> Signature:
@@ -187,4 +212,7 @@ def _signature(data: dict[str, Any]) -> Signature:
         Value(each["index"], tuple(each["members"]), each["low"], each["high"])
         for each in data.get("values", ())
     )
-    return Signature(data["name"], data["hash"], tuple(data["object_types"]), values)
+    records = tuple(
+        Packed(each["index"], each["type"], tuple(each["fields"])) for each in data.get("records", ())
+    )
+    return Signature(data["name"], data["hash"], tuple(data["object_types"]), values, records)

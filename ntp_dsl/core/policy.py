@@ -19,7 +19,7 @@ from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.policy import Barred, Choice, Frame
 from ntp_dsl.queries import Answer, Query
 from ntp_dsl.specification import Demonstration, Scope
-from ntp_dsl.world import Argument, Observation, World
+from ntp_dsl.world import Argument, Observation, World, without_lists
 
 TOP = 5  # alternatives that a decision reports
 
@@ -41,11 +41,12 @@ class LearnedPolicy:
         return Frame(program, (), (0, len(self.demonstration)))
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
-        arguments = tuple(a for a in frame.arguments if isinstance(a, str | float))
+        arguments = without_lists(frame.arguments)
         seen = world.observe()
         query = Query(frame.program, arguments, frame.scope, seen, self.demonstration)
         answer, details = self.answer(query, barred)
-        return Choice(answer.callee, answer.arguments, answer.scope, details=details, seen=seen)
+        given = self.core.memory.packed(answer.callee, answer.arguments) if answer.callee else ()
+        return Choice(answer.callee, given, answer.scope, details=details, seen=seen)
 
     @torch.inference_mode()
     def answer(

@@ -1,0 +1,97 @@
+"""A program may take a record: the core gives its fields, and the call is made with the record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ntp_dsl.core.config import CoreConfig, TrainingConfig
+from ntp_dsl.core.corpus import Corpus
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.policy import LearnedPolicy
+from ntp_dsl.core.training import Trainer
+from ntp_dsl.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.language.loader import load
+from ntp_dsl.policy import Frame
+from ntp_dsl.random_arguments import random_arguments
+from ntp_dsl.registry import Registry
+from ntp_dsl.specification import read_demonstration
+from ntp_dsl.state import State
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.world import Record, without_lists
+from ntp_dsl.worlds.kinematic import KinematicWorld
+
+END = frozenset({None})  # is barred, so that a call is made
+LIBRARY = """library mine
+use tabletop
+enum Side: left, right
+record Turn(side: Side, item: Movable, angle: number in 0 .. 6)
+
+program stack_all(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        stack(p)
+
+program stack(p: Placement):
+    requires present(p.item) and reachable(p.item) and present(p.support) and reachable(p.support)
+    achieves on(p.item, p.support)
+    pick_and_place(p.item, p.support)
+
+program turned(first: Movable, turn: Turn, side: Side):
+    requires present(first) and present(turn.item) and reachable(turn.item)
+    achieves holding(turn.item)
+    pick(turn.item)
+
+task mine:
+    scene: blocks: 4 Block on table with cube(5 cm)
+    goal: towers(blocks, placements=1..2, height=2..3)
+    run: stack_all(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+
+
+@pytest.fixture
+def registry(tmp_path: Path) -> Registry:
+    path = tmp_path / "mine.ntp"
+    path.write_text(LIBRARY)
+    return load(path)
+
+
+def test_arguments_survive_being_taken_apart_and_put_together(registry: Registry) -> None:
+    rng = np.random.default_rng(0)
+    world, memory = KinematicWorld(), Memory.of(registry)
+    instance = draw(registry, find_task(registry, "mine"), rng)
+    world.reset(instance.scrambled(rng), 0)
+    for name, count in (("stack", 2), ("turned", 5), ("pick", 1)):
+        arguments = random_arguments(registry[name].parameters, State(registry, world.truth()), rng)
+        assert arguments is not None
+        flat = without_lists(arguments)
+        assert len(flat) == count
+        signature = memory.signature(name)
+        assert signature.packed(signature.join(*signature.split(flat))) == arguments
+        assert Memory.from_json(memory.to_json()) == memory
+
+
+def test_a_core_calls_with_records(registry: Registry, tmp_path: Path) -> None:
+    rows = list(record(RecordingPlan(tmp_path / "mine.ntp", "mine", tmp_path), 3, workers=1))
+    assert [row["outcome"] for row in rows] == ["done"] * 3
+    labelled = [
+        s for episode in samples(registry, tmp_path, read_manifest(tmp_path, registry), 0) for s in episode
+    ]
+    assert any(sample.query.program == "stack" and sample.query.scope for sample in labelled)
+    corpus = Corpus(Memory.of(registry), labelled, lambda name: registry.programs[name].takes_list)
+    config = TrainingConfig(iterations=5, demonstrations=3, queries_per_demonstration=6)
+    core = Trainer(CoreConfig(), config, corpus.memory).run(corpus)
+    rng = np.random.default_rng(1)
+    instance = draw(registry, find_task(registry, "mine"), rng)
+    world = KinematicWorld()
+    world.reset(instance.scattered(rng), 1)
+    policy = LearnedPolicy(core, read_demonstration(tmp_path / "episode_00000.demo.parquet"))
+    call = policy.decide(policy.root(instance.program, ()), world, END)
+    assert call.callee == "stack" and isinstance(call.arguments[0], Record)
+    item, support = (value for _, value in call.arguments[0].fields)
+    inner = policy.decide(Frame("stack", call.arguments, call.scope), world, END)
+    assert inner.callee == "pick_and_place"
+    assert {item, support} <= world.truth().positions.keys()
