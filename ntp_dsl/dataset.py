@@ -16,6 +16,7 @@ from ntp_dsl.experts import Expert
 from ntp_dsl.files import episode_files, written_whole
 from ntp_dsl.labels import labelled
 from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.syntax import TaskDeclaration
 from ntp_dsl.python_code import load_with_python
 from ntp_dsl.queries import Sample
 from ntp_dsl.recording import TROUBLE, Shown, demonstrate, record_episode
@@ -26,13 +27,14 @@ from ntp_dsl.specification import read_demonstration, write_demonstration
 from ntp_dsl.tasks import Configuration, Instance, draw, end_configuration, find_task
 from ntp_dsl.traces import TraceWriter, read_trace
 from ntp_dsl.workers import in_order
-from ntp_dsl.world import World
+from ntp_dsl.world import Observation, World
 from ntp_dsl.worlds import make_world
 
 FORMAT = "ntp-dataset"
 VERSION = 1
 MANIFEST = "manifest.json"
 REDRAWS = 1000  # of a goal that is excluded
+NEW_STATES = 60  # that queries are about as well, for each episode
 
 
 @dataclass(frozen=True)
@@ -182,6 +184,7 @@ def samples(
 ) -> Iterator[list[Sample]]:
     """The labelled queries of each episode that was kept."""
     expert = Expert(registry)
+    task = find_task(registry, manifest["task"])
     for row in manifest["episodes"]:
         if row["outcome"] != "done":
             continue
@@ -193,4 +196,15 @@ def samples(
         demonstration = read_demonstration(shown_in)
         shown = DemonstratedCall.from_json(trace.header["demonstration"]["calls"])
         rng = np.random.default_rng((seed, number))
-        yield list(labelled(expert, demonstration, shown, trace, rng))
+        yield list(labelled(expert, demonstration, shown, trace, _new_states(registry, task, rng), rng))
+
+
+def _new_states(
+    registry: Registry, task: TaskDeclaration, rng: np.random.Generator
+) -> Iterator[Observation]:
+    """Of scenes that the task draws, scrambled: an expert can tell what to do in any of them."""
+    world = make_world("kinematic", registry)
+    for _ in range(NEW_STATES):
+        scene = draw(registry, task, rng).scrambled(rng, world.starts_holding)
+        world.reset(scene, int(rng.integers(2**31)))
+        yield world.truth()

@@ -33,6 +33,7 @@ from ntp_dsl.worlds import make_world
 
 OnFrame = Callable[[Observation], str | None]  # the file of the picture that it took, if any
 ATTEMPTS = 5  # at a demonstration, each from another placement
+REDRAWS = 100  # of a goal that holds from the start
 
 
 @dataclass(frozen=True)
@@ -102,11 +103,16 @@ class Evaluator:
         return self._core is not None
 
     def instance(self, number: int) -> Instance:
-        """From the task file, in its order and over again, or drawn from the seed."""
+        """From the task file, in its order and over again; or drawn, until there is something to do."""
         if self._file:
             return self._file[number % len(self._file)]
-        rng = np.random.default_rng((self.plan.seed, number, 0))
-        return draw(self.registry, self.task, rng, dict(self.plan.varied))
+        for attempt in range(REDRAWS):
+            again = (attempt,) if attempt else ()
+            rng = np.random.default_rng((self.plan.seed, number, 0, *again))
+            drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
+            if not drawn.holds_in(self.registry, self.scene(drawn, number)):
+                return drawn
+        raise NtpError(f"all of {REDRAWS} goals that were drawn for '{self.plan.task}' hold from the start")
 
     def scene(self, instance: Instance, number: int) -> Scene:
         return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))

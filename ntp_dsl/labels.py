@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from math import hypot
 
@@ -19,6 +19,7 @@ from ntp_dsl.traces import ROOT, Call, Trace
 from ntp_dsl.world import Argument, Observation, without_lists
 
 OFF_STACK = 2  # queries about other programs, for each state
+NEW_OFF_STACK = 8  # the same, for each state that no episode went through
 BYSTANDERS = 0.5  # how often one more thing stands there, which is for the most part of no account
 NAMED = "bystander"
 ASIDE = 0.2  # from everything else, seen from above [m]
@@ -31,13 +32,21 @@ def labelled(
     demonstration: Demonstration,
     shown: DemonstratedCall,
     trace: Trace,
+    new_states: Iterable[Observation],
     rng: np.random.Generator,
 ) -> Iterator[Sample]:
-    """Decisions of the trace, and for each of its states the expert's word on programs drawn at random."""
+    """Decisions of the trace, and for each of its states the expert's word on programs drawn at random.
+
+    Args:
+        new_states: of any scenes, with whatever things; nothing in the demonstration is about them.
+    """
     yield from _on_stack(expert, demonstration, trace)
     for observation in trace.states:
         for _ in range(OFF_STACK):
             yield _off_stack(expert, demonstration, shown, observation, rng)
+    for observation in new_states:
+        for _ in range(NEW_OFF_STACK):
+            yield replace(_off_stack(expert, demonstration, None, observation, rng), is_new=True)
 
 
 def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
@@ -61,14 +70,14 @@ def _query(call: Call, state: Observation, demonstration: Demonstration) -> Quer
 def _off_stack(
     expert: Expert,
     demonstration: Demonstration,
-    shown: DemonstratedCall,
+    shown: DemonstratedCall | None,
     observation: Observation,
     rng: np.random.Generator,
 ) -> Sample:
     program, arguments = random_call(expert, observation, shown, rng)
     if rng.random() < BYSTANDERS:
         observation = with_bystander(observation, rng)
-    node = shown_anywhere(shown, program.name, arguments)
+    node = shown_anywhere(shown, program.name, arguments) if shown else None
     scope = node.scope if node else None
     query = Query(program.name, without_lists(arguments), scope, observation, demonstration)
     decision = expert.decide(program.name, arguments, State(expert.registry, observation))

@@ -35,3 +35,4 @@ class Sample:
 
     query: Query
     answer: Answer
+    is_new: bool = False  # about a state that no episode went through

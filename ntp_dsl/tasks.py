@@ -16,11 +16,12 @@ from ntp_dsl.language.tasks import GOAL
 from ntp_dsl.registry import Registry
 from ntp_dsl.state import Fact, State
 from ntp_dsl.task_files import TaskFileEntry, read_tasks
-from ntp_dsl.world import Argument, Observation, Record, Scene, Thing
+from ntp_dsl.world import Argument, Observation, Record, Scene, Thing, Vector
 from ntp_dsl.worlds.scenes import CUBE, Start, layout, with_furniture
 from ntp_dsl.worlds.starts import STRAIGHT, scattered, scrambled
 
 Configuration = frozenset[tuple[str, str]]
+OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,12 @@ class Instance:
     def literals(self, registry: Registry, observation: Observation) -> list[Fact]:
         """What success asks for, spelt out."""
         return State(registry, observation).literals(self.task.success, self.bindings)
+
+    def holds_in(self, registry: Registry, scene: Scene) -> bool:
+        """Whether success is there already, with an open hand that is out of the way."""
+        seen = Observation(scene.things, scene.positions, OUT_OF_THE_WAY, closed=False)
+        state = State(registry, seen)
+        return all(state.holds(fact) for fact in self.literals(registry, seen))
 
     def with_goal(self, goal: Goal) -> Instance:
         """The same scene with another goal; the root call is given that one."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from math import dist
+from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.labels import ASIDE, NAMED, with_bystander
+from ntp_dsl.dataset import NEW_STATES, RecordingPlan, read_manifest, record, samples
+from ntp_dsl.experts import Expert, NextCall
+from ntp_dsl.labels import ASIDE, NAMED, NEW_OFF_STACK, with_bystander
 from ntp_dsl.language.loader import load
 from ntp_dsl.random_arguments import random_arguments
 from ntp_dsl.state import State
@@ -33,3 +35,23 @@ def test_a_bystander_stands_apart_and_is_of_no_account() -> None:
             assert arguments is not None
             decisions = [expert.decide(program.name, arguments, State(registry, o)) for o in (alone, joined)]
             assert decisions[0] == decisions[1]
+
+
+def test_queries_are_also_about_scenes_that_no_episode_went_through(tmp_path: Path) -> None:
+    registry = load("block_stacking")
+    plan = RecordingPlan(Path("block_stacking"), "few_placements", tmp_path)
+    assert [row["outcome"] for row in record(plan, 2, workers=1)] == ["done"] * 2
+    manifest = read_manifest(tmp_path, registry)
+    first, again = ([*samples(registry, tmp_path, manifest, 5)] for _ in range(2))
+    told = [[(s.query.observation, s.answer) for episode in each for s in episode] for each in (first, again)]
+    assert told[0] == told[1]
+    expert = Expert(registry)
+    for episode in first:
+        old, new = episode[: -NEW_STATES * NEW_OFF_STACK], episode[-NEW_STATES * NEW_OFF_STACK :]
+        places = [{tuple(s.query.observation.positions["block_0"]) for s in each} for each in (old, new)]
+        assert len(places[1]) == NEW_STATES and not places[0] & places[1]
+        for sample in new:
+            query, answer = sample.query, sample.answer
+            assert query.scope is None and answer.scope is None
+            decision = expert.decide(query.program, query.arguments, State(registry, query.observation))
+            assert answer.callee == (decision.callee if isinstance(decision, NextCall) else None)

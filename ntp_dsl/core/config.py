@@ -33,4 +33,5 @@ class TrainingConfig:
     fewest_demonstrations: int = 4  # but not fewer than this
     queries_per_demonstration: int = 12
     scoped: int = 24  # queries of programs with a part of a demonstration, in an iteration
-    unscoped: int = 96  # queries without one
+    unscoped: int = 56  # queries without one, of states that episodes went through
+    unseen: int = 56  # and of others

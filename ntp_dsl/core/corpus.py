@@ -24,7 +24,7 @@ NOISE = 0.002  # [m] added to what is observed in half of the queries
 
 
 class Corpus:
-    """Samples in three groups: with a whole demonstration, with a part of one, and without."""
+    """Samples in groups: with a whole demonstration, with a part of one, without, and of new states."""
 
     def __init__(
         self,
@@ -46,8 +46,11 @@ class Corpus:
         whole: dict[int, list[int]] = defaultdict(list)
         self._scoped: list[int] = []
         self._unscoped: list[int] = []
+        self._new: list[int] = []
         for index, sample in enumerate(samples):
-            if takes_list(sample.query.program):
+            if sample.is_new:
+                self._new.append(index)
+            elif takes_list(sample.query.program):
                 whole[id(sample.query.demonstration)].append(index)
             else:
                 self._unscoped.append(index)
@@ -76,6 +79,8 @@ class Corpus:
             some = [int(i) for i in rng.choice(self._scoped, config.scoped)]
             drawn.append(self._batch(some, some, np.arange(len(some)), rng))
         rest = [int(i) for i in rng.choice(self._unscoped, config.unscoped)]
+        if self._new:
+            rest += [int(i) for i in rng.choice(self._new, config.unseen)]
         drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
         return drawn
 
@@ -115,7 +120,7 @@ class Corpus:
 
 def _weights(samples: Sequence[Sample]) -> list[float]:
     """One over the root of how often a program makes this call."""
-    keys = [(sample.query.program, sample.answer.callee) for sample in samples]
+    keys = [(sample.is_new, sample.query.program, sample.answer.callee) for sample in samples]
     counts = Counter(keys)
     mean = float(np.mean([counts[key] ** -0.5 for key in keys]))
     return [counts[key] ** -0.5 / mean for key in keys]

@@ -15,7 +15,22 @@ WIDTH = 4 * (len(SCALES) + len(SHARPNESS))
 def offsets(vectors: Tensor) -> Tensor:
     """(..., 3) in metres to (..., WIDTH): each of x, y, z and the horizontal distance at every scale."""
     flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
-    values = torch.cat([vectors, flat], -1)  # (..., 4)
+    return _scaled(torch.cat([vectors, flat], -1))
+
+
+def extents(vectors: Tensor) -> Tensor:
+    """(..., 3) to (..., 4): how far along x, y and z, and horizontally [m]."""
+    flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
+    return torch.cat([vectors.abs(), flat], -1)
+
+
+def beyond(vectors: Tensor, lengths: Tensor) -> Tensor:
+    """(..., 3) and (...) in metres to (..., WIDTH): how much farther than a length each extent is."""
+    return _scaled(extents(vectors) - lengths.unsqueeze(-1))
+
+
+def _scaled(values: Tensor) -> Tensor:
+    """(..., 4) to (..., WIDTH)."""
     size = values.abs()
     scaled = [torch.tanh(scale * values) for scale in SCALES]
     return torch.cat([*scaled, *(torch.exp(-sharp * size) for sharp in SHARPNESS)], -1)

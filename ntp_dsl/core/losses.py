@@ -76,7 +76,8 @@ def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: A
     weights = one_hot(chosen, frames + 1)[:, :frames].float()
     pointers = torch.einsum("qt,qtnh->qnh", weights, reading.pointers[states.spec])
     relations = torch.einsum("qt,qtr->qr", weights, reading.relations[states.spec])
-    return Hint(pointers, (chosen == frames).float(), torch.ones_like(none), relations)
+    points = torch.einsum("qt,qthd->qhd", weights, reading.points[states.spec])
+    return Hint(pointers, (chosen == frames).float(), torch.ones_like(none), relations, points)
 
 
 def _scope_losses(

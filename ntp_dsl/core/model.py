@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from ntp_dsl.core import features
 from ntp_dsl.core.batches import States
 from ntp_dsl.core.config import CoreConfig
-from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.memory import Memory, Signature
 from ntp_dsl.core.reader import Reader
 
 
@@ -26,6 +26,7 @@ class Hint:
     silent: Tensor  # (queries,) 1 where there is a scope and nothing in it is left to do
     scoped: Tensor  # (queries,) 1 where there is a scope
     relations: Tensor  # (queries, relations) how what it points at stands there; zero where it is silent
+    points: Tensor  # (queries, hops, 3) where that is, relative to the gripper [m]; zero where it is silent
 
 
 def silent_hint(core: Core, states: States) -> Hint:
@@ -34,7 +35,8 @@ def silent_hint(core: Core, states: States) -> Hint:
     nothing = torch.zeros(count, device=states.positions.device)
     pointers = torch.zeros(count, things, len(core.reader.hops), device=states.positions.device)
     relations = torch.zeros(count, core.reader.relations, device=states.positions.device)
-    return Hint(pointers, nothing, nothing, relations)
+    points = pointers.new_zeros(count, len(core.reader.hops), 3)
+    return Hint(pointers, nothing, nothing, relations, points)
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,11 @@ class Core(nn.Module):
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         self.reader = Reader(config, memory)
-        given = memory.value_arity * memory.choices
+        values = memory.value_arity
+        given = values * memory.choices
         context = config.row_width + 2 + given  # the program's row, silent, scoped, its values
-        thing = features.WIDTH + 1 + config.type_width + memory.arity + len(self.reader.hops)
+        away = features.WIDTH * (1 + memory.arity * (1 + values))  # from the gripper, and from its arguments
+        thing = away + 1 + config.type_width + memory.arity + len(self.reader.hops)
         self.see = nn.Sequential(
             nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
         )
@@ -76,7 +80,13 @@ class Core(nn.Module):
         )
         if given:
             asked = width + memory.slots + config.row_width + self.reader.relations
-            self.values = nn.Sequential(nn.Linear(asked, width), nn.ReLU(), nn.Linear(width, given))
+            self.sources = values + 4 * (2 * len(self.reader.hops) - 1)  # of a number; see `_sources`
+            answers = values * (memory.choices + self.sources + 1)
+            self.values = nn.Sequential(nn.Linear(asked, width), nn.ReLU(), nn.Linear(width, answers))
+            self.register_buffer("own_ranges", _own_ranges(memory), persistent=False)
+            self.register_buffer("callees_ranges", _callees_ranges(memory), persistent=False)
+            self.own_ranges: Tensor
+            self.callees_ranges: Tensor
         self.register_buffer("keys", torch.eye(memory.slots), persistent=False)
         self.register_buffer("declared", _declared(memory), persistent=False)
         self.keys: Tensor
@@ -95,6 +105,7 @@ class Core(nn.Module):
         count = states.positions.shape[1]
         parts = [
             features.offsets(states.positions),
+            self._from_arguments(states),
             states.closed[:, None, None].expand(-1, count, 1),
             states.types @ self.types.weight,
             states.arguments,
@@ -121,18 +132,61 @@ class Core(nn.Module):
         visible: Tensor = scores.masked_fill(~states.things[:, None], -1e4)
         return visible
 
+    def _from_arguments(self, states: States) -> Tensor:
+        """(queries, things, features): how each thing lies to each object that the program was given.
+
+        As an offset, and as how much farther than each number that it was given.
+        """
+        places = torch.einsum("qna,qnd->qad", states.arguments, states.positions)
+        away = states.positions.unsqueeze(2) - places.unsqueeze(1)  # (queries, things, arity, 3)
+        given = states.arguments.sum(1)[:, None, :, None]  # (queries, 1, arity, 1)
+        seen = [features.offsets(away) * given]
+        if self.memory.value_arity:
+            numbers, known = self._numbers(states)
+            for number, exists in zip(numbers.T, known.T, strict=True):
+                farther = features.beyond(away, number[:, None, None])
+                seen.append(farther * given * exists[:, None, None, None])
+        return torch.cat(seen, -1).flatten(2)
+
+    def _numbers(self, states: States) -> tuple[Tensor, Tensor]:
+        """What numbers the program was given, in SI units, and which of its values are numbers.
+
+        Both are (queries, value_arity).
+        """
+        scaled = states.values.reshape(-1, self.memory.value_arity, self.memory.choices)[..., -1]
+        low, span, known = self.own_ranges[states.rows].unbind(-1)
+        return low + span * scaled, known
 
     def evaluate(
         self, thought: Thought, states: States, hint: Hint, slots: Tensor
     ) -> tuple[Tensor, Tensor]:
         """For the values of the callee in a slot: scores of members, and numbers from 0 to 1.
 
-        (queries, value_arity, choices - 1) and (queries, value_arity).
+        (queries, value_arity, choices - 1) and (queries, value_arity). A number is, for the most part, one
+        that the program was given or one that the demonstration shows.
         """
         asked = [thought.summary, self.keys[slots], self.rows(states.rows), hint.relations]
-        size = len(slots), self.memory.value_arity, self.memory.choices
-        answer = self.values(torch.cat(asked, -1)).reshape(size)
-        return answer[..., :-1], answer[..., -1]
+        choices = self.memory.choices
+        answer = self.values(torch.cat(asked, -1)).reshape(len(slots), self.memory.value_arity, -1)
+        members, free, weights = answer.split([choices - 1, 1, self.sources + 1], -1)
+        found, there = self._sources(states, hint)
+        low, span, _ = self.callees_ranges[states.rows, slots].unbind(-1)  # (queries, value_arity)
+        scaled = ((found.unsqueeze(1) - low.unsqueeze(-1)) / span.unsqueeze(-1)).clamp(0, 1)
+        weights = weights.masked_fill(~nn.functional.pad(there, (1, 0), value=True).unsqueeze(1), -1e4)
+        numbers = (torch.softmax(weights, -1) * torch.cat([free, scaled], -1)).sum(-1)
+        return members, numbers
+
+    def _sources(self, states: States, hint: Hint) -> tuple[Tensor, Tensor]:
+        """Where a number may come from, in SI units, and which of these there are: (queries, sources).
+
+        What the program was given, and how far the objects that the demonstration points at lie from the
+        gripper and from each other.
+        """
+        numbers, known = self._numbers(states)
+        between = hint.points[:, 1:] - hint.points[:, :-1]
+        shown = features.extents(torch.cat([hint.points, between], 1)).flatten(1)
+        speaks = (hint.scoped * (1 - hint.silent)).bool().unsqueeze(1).expand_as(shown)
+        return torch.cat([numbers, shown], 1), torch.cat([known.bool(), speaks], 1)
 
 
 SILENCE = -1e4  # is not heard
@@ -162,3 +216,27 @@ def _declared(memory: Memory) -> Tensor:
     return torch.tensor(
         [[slot < len(row.callees) for slot in range(memory.slots)] for row in memory.rows]
     )
+
+
+def _own_ranges(memory: Memory) -> Tensor:
+    """(rows, value_arity, 3): of each value that a program is given, as `_ranges` says."""
+    return torch.stack([_ranges(memory, row.signature) for row in memory.rows])
+
+
+def _callees_ranges(memory: Memory) -> Tensor:
+    """(rows, slots, value_arity, 3): the same of what each slot is called with."""
+    ranges = torch.zeros(len(memory.rows), memory.slots, memory.value_arity, 3)
+    ranges[..., 1] = 1.0
+    for place, row in enumerate(memory.rows):
+        for slot, callee in enumerate(row.callees):
+            ranges[place, slot] = _ranges(memory, memory.signature(callee))
+    return ranges
+
+
+def _ranges(memory: Memory, signature: Signature) -> Tensor:
+    """(value_arity, 3): the lower end of each value's range, its width, and whether it is a number at all."""
+    rows = [
+        (0.0, 1.0, 0.0) if value.members else (value.low, max(value.high - value.low, 1e-9), 1.0)
+        for value in signature.values
+    ]
+    return torch.tensor([*rows, *[(0.0, 1.0, 0.0)] * (memory.value_arity - len(rows))])

@@ -141,7 +141,8 @@ class LearnedPolicy:
         scopes = ranked(parts, torch.cat([none, likely.values]).exp())
         if float(none[0]) > float(hits[0, best]):
             return replace(silent_hint(self.core, states), silent=scoped, scoped=scoped), None, scopes
-        hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped, reading.relations[:1, best])
+        shown_there = (reading.relations[:1, best], reading.points[:1, best])
+        hint = Hint(reading.pointers[:1, best], torch.zeros(1), scoped, *shown_there)
         return hint, part(best), scopes
 
     def _reading(self, query: Query) -> Reading:

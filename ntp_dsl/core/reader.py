@@ -28,6 +28,7 @@ class Reading:
 
     pointers: Tensor  # (specs, frames, things, hops) at the objects of the next event
     relations: Tensor  # (specs, frames, relations) how these stood to each other at that event
+    points: Tensor  # (specs, frames, hops, 3) where they were, relative to the gripper [m]
     shown: Tensor  # (specs, frames, width) the same, as it is compared with the present
     events: Tensor  # (specs, frames) logits: something ends with this frame
     following: Tensor  # (specs, frames) number of the most probable next event
@@ -51,7 +52,7 @@ class Reader(nn.Module):
         self.nearness = nn.Parameter(torch.full((hops,), NEARNESS))
         self.novelty = nn.Parameter(torch.full((hops,), NOVELTY))
         self.relations = 2 * seen * hops - seen + 1  # to gripper, between hops, closed
-        frame = self.relations + hops + 3  # and continuity, and the gripper's own motion
+        frame = self.relations + hops * (1 + config.type_width) + 3  # continuity, types, the gripper's motion
         self.frame = nn.Linear(frame + config.row_width, width)
         pad = config.kernel // 2
         self.convolutions = nn.ModuleList(
@@ -59,7 +60,7 @@ class Reader(nn.Module):
         )
         self.event = nn.Linear(width, 1)
         self.shown = nn.Linear(self.relations + config.row_width, width)
-        self.present = nn.Linear(self.relations, width)
+        self.present = nn.Linear(self.relations + seen * (hops - 1), width)
         self.unmet = nn.Sequential(
             nn.ReLU(), nn.Linear(width, width // 2), nn.ReLU(), nn.Linear(width // 2, 1)
         )
@@ -70,24 +71,27 @@ class Reader(nn.Module):
         Soft pointers and events leak a little of each later event into the ones before: harmless in short
         demonstrations, and wrong in long ones.
         """
-        pointers, relations = self._point(frames)
+        pointers, points = self._point(frames)
+        relations = self._relations(points, frames.closed.unsqueeze(-1))
         events = self._events(frames, pointers, relations)
         following = torch.empty(0) if self.training else next_event(events, frames.mask)
         if self.training:
             gates = torch.sigmoid(events) * frames.mask
             flat = pointers.flatten(2)  # (specs, frames, things * hops)
-            ahead = look_ahead(gates, torch.cat([flat, relations], -1))
-            pointers = ahead[..., : flat.shape[-1]].reshape(pointers.shape)
-            relations = ahead[..., flat.shape[-1] :]
+            parts = [flat, points.flatten(2), relations]
+            ahead = look_ahead(gates, torch.cat(parts, -1))
+            flat, flat_points, relations = torch.split(ahead, [part.shape[-1] for part in parts], -1)
+            pointers, points = flat.reshape(pointers.shape), flat_points.reshape(points.shape)
         else:
             pointers = one_hot(pointers.argmax(2), pointers.shape[2]).transpose(2, 3).float()
             points = torch.einsum("stnh,stnd->sthd", pointers, frames.positions)
             relations = self._relations(points, frames.closed.unsqueeze(-1))
             spec = torch.arange(len(events))[:, None]
-            pointers, relations = pointers[spec, following], relations[spec, following]
+            pointers, points = pointers[spec, following], points[spec, following]
+            relations = relations[spec, following]
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
         shown = self.shown(torch.cat([relations, rows], -1))
-        return Reading(pointers, relations, shown, events, following, frames.mask)
+        return Reading(pointers, relations, points, shown, events, following, frames.mask)
 
     def locate(self, reading: Reading, states: States) -> tuple[Tensor, Tensor]:
         """First-hit over frames of the first event that the present does not meet yet.
@@ -99,12 +103,14 @@ class Reader(nn.Module):
         pointers = reading.pointers[spec]  # (queries, frames, things, hops)
         now = torch.einsum("qtnh,qnd->qthd", pointers, states.positions)
         closed = states.closed[:, None, None].expand(*now.shape[:2], 1)
-        compared = self.present(self._relations(now, closed)) + reading.shown[spec]
+        moved = features.offsets(_between(now) - _between(reading.points[spec])).flatten(-2)
+        seen = torch.cat([self._relations(now, closed), moved], -1)
+        compared = self.present(seen) + reading.shown[spec]
         logits = self.unmet(compared).squeeze(-1)
         return first_hit(logits, reading.mask[spec])
 
     def _point(self, frames: Frames) -> tuple[Tensor, Tensor]:
-        """Pointers (specs, frames, things, hops) and relations (specs, frames, features)."""
+        """Pointers (specs, frames, things, hops), and where they point (specs, frames, hops, 3)."""
         positions = frames.positions
         near = features.offsets(positions)
         types = (frames.types @ self.types.weight)[:, None].expand(*positions.shape[:3], -1)
@@ -124,14 +130,12 @@ class Reader(nn.Module):
             weight = pointer.unsqueeze(-1)
             pointers.append(pointer)
             points.append(here)
-        return torch.stack(pointers, -1), self._relations(
-            torch.stack(points, 2), frames.closed.unsqueeze(-1)
-        )
+        return torch.stack(pointers, -1), torch.stack(points, 2)
 
     def _relations(self, points: Tensor, closed: Tensor) -> Tensor:
         """How the pointed-at objects stand to the gripper and to each other. points: (…, hops, 3)."""
         to_gripper = features.offsets(points).flatten(-2)
-        between = features.offsets(points[..., 1:, :] - points[..., :-1, :]).flatten(-2)
+        between = features.offsets(_between(points)).flatten(-2)
         return torch.cat([to_gripper, between, closed], -1)
 
     def _events(self, frames: Frames, pointers: Tensor, relations: Tensor) -> Tensor:
@@ -142,8 +146,9 @@ class Reader(nn.Module):
         count = frames.things.sum(1).clamp(min=1)[:, None, None]
         step = frames.positions[:, 1:] - frames.positions[:, :-1]
         shift[:, :-1] = (step * frames.things[:, None, :, None]).sum(2) / count
+        kinds = torch.einsum("stnh,snw->sthw", pointers, frames.types @ self.types.weight).flatten(2)
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
-        hidden = self.frame(torch.cat([relations, continuity, torch.tanh(20 * shift), rows], -1))
+        hidden = self.frame(torch.cat([relations, continuity, kinds, torch.tanh(20 * shift), rows], -1))
         seen = frames.mask.unsqueeze(-1)
         for convolution in self.convolutions:  # nothing beyond the scope's border leaks in
             inward = (torch.relu(hidden) * seen).transpose(1, 2)
@@ -151,3 +156,8 @@ class Reader(nn.Module):
         logits = self.event(torch.relu(hidden)).squeeze(-1).clamp(NEVER, ALWAYS)
         last = frames.mask & ~torch.cat([frames.mask[:, 1:], frames.mask[:, :1] & False], 1)
         return torch.where(last, torch.full_like(logits, ALWAYS), logits)  # a scope ends with an event
+
+
+def _between(points: Tensor) -> Tensor:
+    """(..., hops, 3) to (..., hops - 1, 3): from each object to the next [m]."""
+    return points[..., 1:, :] - points[..., :-1, :]

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch import Tensor
 
-from ntp_dsl.core.features import moved
+from ntp_dsl.core.features import beyond, extents, moved, offsets
 
 seeds = st.integers(0, 2**31 - 1)
 CARRIED, LET_GO, FRAMES, THINGS = 2, 8, 12, 5
@@ -49,3 +49,14 @@ def test_the_order_of_things_and_those_that_are_not_there_do_not_matter(seed: in
 def test_a_single_frame_tells_of_no_motion() -> None:
     told = moved(carrying(0)[:, :1], torch.ones(1, THINGS, dtype=torch.bool))
     assert told.shape == (1, 1, THINGS) and (told < 0.01).all()
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_a_length_is_compared_with_how_far_things_are_apart(seed: int) -> None:
+    generator = torch.Generator().manual_seed(seed)
+    away = 0.3 * torch.randn(4, 3, generator=generator)
+    for axis in range(4):  # at its own extent a comparison is that of nothing with nothing
+        told = beyond(away, extents(away)[:, axis]).reshape(4, -1, 4)[..., axis]
+        assert torch.allclose(told, offsets(torch.zeros(4, 3)).reshape(4, -1, 4)[..., 0])
+    assert torch.allclose(beyond(away, torch.zeros(4)), beyond(-away, torch.zeros(4)))
