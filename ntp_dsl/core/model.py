@@ -14,8 +14,9 @@ from torch import Tensor, nn
 from ntp_dsl.core import features
 from ntp_dsl.core.batches import States
 from ntp_dsl.core.config import CoreConfig
-from ntp_dsl.core.memory import Memory, Signature
+from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.reader import Reader
+from ntp_dsl.core.values import Values
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,11 @@ class Hint:
     scoped: Tensor  # (queries,) 1 where there is a scope
     relations: Tensor  # (queries, relations) how what it points at stands there; zero where it is silent
     points: Tensor  # (queries, hops, 3) where that is, relative to the gripper [m]; zero where it is silent
+
+    @property
+    def speaks(self) -> Tensor:
+        """(queries,) whether it says anything."""
+        return self.scoped.bool() & ~self.silent.bool()
 
 
 def silent_hint(core: Core, states: States) -> Hint:
@@ -60,11 +66,10 @@ class Core(nn.Module):
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         self.reader = Reader(config, memory)
-        values = memory.value_arity
-        given = values * memory.choices
+        given = memory.value_arity * memory.choices
         context = config.row_width + 2 + given  # the program's row, silent, scoped, its values
-        away = features.WIDTH * (1 + memory.arity * (1 + values))  # from the gripper, and from its arguments
-        thing = away + 1 + config.type_width + memory.arity + len(self.reader.hops)
+        compared = memory.arity * (1 + memory.value_arity)  # see `_from_arguments`
+        thing = features.WIDTH * (1 + compared) + 1 + config.type_width + memory.arity + len(self.reader.hops)
         self.see = nn.Sequential(
             nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
         )
@@ -80,13 +85,7 @@ class Core(nn.Module):
         )
         if given:
             asked = width + memory.slots + config.row_width + self.reader.relations
-            self.sources = values + 4 * (2 * len(self.reader.hops) - 1)  # of a number; see `_sources`
-            answers = values * (memory.choices + self.sources + 1)
-            self.values = nn.Sequential(nn.Linear(asked, width), nn.ReLU(), nn.Linear(width, answers))
-            self.register_buffer("own_ranges", _own_ranges(memory), persistent=False)
-            self.register_buffer("callees_ranges", _callees_ranges(memory), persistent=False)
-            self.own_ranges: Tensor
-            self.callees_ranges: Tensor
+            self.values = Values(memory, asked, width, len(self.reader.hops))
         self.register_buffer("keys", torch.eye(memory.slots), persistent=False)
         self.register_buffer("declared", _declared(memory), persistent=False)
         self.keys: Tensor
@@ -142,51 +141,23 @@ class Core(nn.Module):
         given = states.arguments.sum(1)[:, None, :, None]  # (queries, 1, arity, 1)
         seen = [features.offsets(away) * given]
         if self.memory.value_arity:
-            numbers, known = self._numbers(states)
-            for number, exists in zip(numbers.T, known.T, strict=True):
+            for number, exists in zip(*(each.T for each in self.values.given(states)), strict=True):
                 farther = features.beyond(away, number[:, None, None])
                 seen.append(farther * given * exists[:, None, None, None])
         return torch.cat(seen, -1).flatten(2)
-
-    def _numbers(self, states: States) -> tuple[Tensor, Tensor]:
-        """What numbers the program was given, in SI units, and which of its values are numbers.
-
-        Both are (queries, value_arity).
-        """
-        scaled = states.values.reshape(-1, self.memory.value_arity, self.memory.choices)[..., -1]
-        low, span, known = self.own_ranges[states.rows].unbind(-1)
-        return low + span * scaled, known
 
     def evaluate(
         self, thought: Thought, states: States, hint: Hint, slots: Tensor
     ) -> tuple[Tensor, Tensor]:
         """For the values of the callee in a slot: scores of members, and numbers from 0 to 1.
 
-        (queries, value_arity, choices - 1) and (queries, value_arity). A number is, for the most part, one
-        that the program was given or one that the demonstration shows.
+        (queries, value_arity, choices - 1) and (queries, value_arity).
         """
         asked = [thought.summary, self.keys[slots], self.rows(states.rows), hint.relations]
-        choices = self.memory.choices
-        answer = self.values(torch.cat(asked, -1)).reshape(len(slots), self.memory.value_arity, -1)
-        members, free, weights = answer.split([choices - 1, 1, self.sources + 1], -1)
-        found, there = self._sources(states, hint)
-        low, span, _ = self.callees_ranges[states.rows, slots].unbind(-1)  # (queries, value_arity)
-        scaled = ((found.unsqueeze(1) - low.unsqueeze(-1)) / span.unsqueeze(-1)).clamp(0, 1)
-        weights = weights.masked_fill(~nn.functional.pad(there, (1, 0), value=True).unsqueeze(1), -1e4)
-        numbers = (torch.softmax(weights, -1) * torch.cat([free, scaled], -1)).sum(-1)
-        return members, numbers
-
-    def _sources(self, states: States, hint: Hint) -> tuple[Tensor, Tensor]:
-        """Where a number may come from, in SI units, and which of these there are: (queries, sources).
-
-        What the program was given, and how far the objects that the demonstration points at lie from the
-        gripper and from each other.
-        """
-        numbers, known = self._numbers(states)
-        between = hint.points[:, 1:] - hint.points[:, :-1]
-        shown = features.extents(torch.cat([hint.points, between], 1)).flatten(1)
-        speaks = (hint.scoped * (1 - hint.silent)).bool().unsqueeze(1).expand_as(shown)
-        return torch.cat([numbers, shown], 1), torch.cat([known.bool(), speaks], 1)
+        answer: tuple[Tensor, Tensor] = self.values(
+            torch.cat(asked, -1), states, hint.points, hint.speaks, slots
+        )
+        return answer
 
 
 SILENCE = -1e4  # is not heard
@@ -216,27 +187,3 @@ def _declared(memory: Memory) -> Tensor:
     return torch.tensor(
         [[slot < len(row.callees) for slot in range(memory.slots)] for row in memory.rows]
     )
-
-
-def _own_ranges(memory: Memory) -> Tensor:
-    """(rows, value_arity, 3): of each value that a program is given, as `_ranges` says."""
-    return torch.stack([_ranges(memory, row.signature) for row in memory.rows])
-
-
-def _callees_ranges(memory: Memory) -> Tensor:
-    """(rows, slots, value_arity, 3): the same of what each slot is called with."""
-    ranges = torch.zeros(len(memory.rows), memory.slots, memory.value_arity, 3)
-    ranges[..., 1] = 1.0
-    for place, row in enumerate(memory.rows):
-        for slot, callee in enumerate(row.callees):
-            ranges[place, slot] = _ranges(memory, memory.signature(callee))
-    return ranges
-
-
-def _ranges(memory: Memory, signature: Signature) -> Tensor:
-    """(value_arity, 3): the lower end of each value's range, its width, and whether it is a number at all."""
-    rows = [
-        (0.0, 1.0, 0.0) if value.members else (value.low, max(value.high - value.low, 1e-9), 1.0)
-        for value in signature.values
-    ]
-    return torch.tensor([*rows, *[(0.0, 1.0, 0.0)] * (memory.value_arity - len(rows))])
