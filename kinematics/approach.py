@@ -20,6 +20,7 @@ HELD_CLEARANCE = 0.04  # of a long held body above it [m]
 STAND_OFF = 0.05  # from here on a tilted hand moves along its own approach [m]
 ABOVE_SUPPORT = 5e-4  # of the held body when it is let go [m]
 TILTED = math.radians(8)  # more than this, and nothing can stand on a body
+EQUAL = 1e-3  # that halves of sides may differ by and count as the same [m]
 RESTARTS = 6  # of the inverse kinematics, where its first answers do not serve
 PASSES = ((0, 0.0), (RESTARTS, 2.0), (0, math.inf))  # restarts, and up to which trouble of the grasps
 
@@ -138,17 +139,34 @@ def line_to_grasp(arm: Arm, above: Array, grasp: Grasp, end: Array) -> Approach 
 
 
 def placement_approaches(
-    arm: Arm, look: Look, shape: Shape, place: Vector, yaws: list[float], seed: int
+    arm: Arm,
+    look: Look,
+    shape: Shape,
+    place: Vector,
+    yaws: list[float],
+    seed: int,
+    as_declared: bool = False,
 ) -> Iterator[Approach]:
     """Feasible approaches for standing the held body on a point, least tilted first; then
     obstructed ones.
+
+    Args:
+        as_declared: of a box whose sides differ, first those in which its x axis is along the world's.
     """
     assert look.held is not None
     tool_to_body = look.tool_to(look.held)
     options = [p for yaw in yaws for p in placements(tool_to_body, shape, look.tool[:3, :3], yaw)]
+    turned = as_declared and isinstance(shape, Box) and float(np.ptp(shape.half_extents)) > EQUAL
+
+    def order(placement: Placement) -> tuple[float, float]:
+        off = 1 - abs(float(placement.body_rotation[0, 0])) if turned else 0.0
+        return round(placement.tilt, 1), round(off, 1)
+
+    if turned:
+        options.sort(key=order)
     for restarts in (0, RESTARTS):
         waiting: list[Approach] = []
-        for _, group in itertools.groupby(options, key=lambda p: round(p.tilt, 1)):
+        for _, group in itertools.groupby(options, key=order):
             reached = [
                 (q, placement)
                 for placement in group

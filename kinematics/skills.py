@@ -122,14 +122,21 @@ def move_above_places(
 
 
 def move_above_place(
-    cell: Workcell, x: float, y: float, seed: int, slip_at: float | None = None
+    cell: Workcell, x: float, y: float, seed: int, slip_at: float | None = None, height: float = 0.0
 ) -> Motion:
-    """The tool to 10 cm above a place of the table [m, world frame]; what is held is then over it."""
+    """The tool to 10 cm above a place [m, world frame]; what is held is then over it.
+
+    A box whose sides differ is turned back along the axes, as it was declared, if the arm can.
+
+    Args:
+        height: of what is below, where that is not the table [m].
+    """
 
     def skill(attempt: Attempt) -> None:
-        check_finite("the place", x, y, slip_at or 0.0)
+        check_finite("the place", x, y, slip_at or 0.0, height)
         look = attempt.look()
-        attempt.go_above(look, _approaches_over_places(attempt, look, [(x, y)]), slip_at)
+        approaches = _approaches_over_places(attempt, look, [(x, y)], height, as_declared=True)
+        attempt.go_above(look, approaches, slip_at)
 
     return _perform(cell, seed, skill)
 
@@ -259,7 +266,11 @@ def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Appr
 
 
 def _approaches_over_places(
-    attempt: Attempt, look: Look, places: list[tuple[float, float]], height: float = 0.0
+    attempt: Attempt,
+    look: Look,
+    places: list[tuple[float, float]],
+    height: float = 0.0,
+    as_declared: bool = False,
 ) -> Iterator[Approach]:
     """To the first places that the held body, or the empty hand, can be put down to, at a height [m]."""
     arm, seed = attempt.arm, attempt.seed
@@ -270,7 +281,7 @@ def _approaches_over_places(
                 yield Approach(q, q[None], look.opening)
         else:
             yaws, shape = [yaw_of(look.tool[:3, :3]), 0.0], attempt.shape(look.held)
-            found = placement_approaches(arm, look, shape, (x, y, height), yaws, seed)
+            found = placement_approaches(arm, look, shape, (x, y, height), yaws, seed, as_declared)
             yield from (approach for approach in found if approach.is_free)
 
 

@@ -34,7 +34,8 @@ FORMAT = "ntp-dataset"
 VERSION = 1
 MANIFEST = "manifest.json"
 REDRAWS = 1000  # of a goal that is excluded
-NEW_STATES = 60  # that queries are about as well, for each episode
+NEW_STATES = 3000  # that queries are about as well, in all,
+MOST_NEW_STATES = 60  # and for an episode
 
 
 @dataclass(frozen=True)
@@ -185,9 +186,9 @@ def samples(
     """The labelled queries of each episode that was kept."""
     expert = Expert(registry)
     task = find_task(registry, manifest["task"])
-    for row in manifest["episodes"]:
-        if row["outcome"] != "done":
-            continue
+    kept = [row for row in manifest["episodes"] if row["outcome"] == "done"]
+    more = min(MOST_NEW_STATES, NEW_STATES // max(1, len(kept)))
+    for row in kept:
         number = int(row["number"])
         path, shown_in = episode_files(folder, number)
         trace = read_trace(path)
@@ -196,15 +197,16 @@ def samples(
         demonstration = read_demonstration(shown_in)
         shown = DemonstratedCall.from_json(trace.header["demonstration"]["calls"])
         rng = np.random.default_rng((seed, number))
-        yield list(labelled(expert, demonstration, shown, trace, _new_states(registry, task, rng), rng))
+        new_states = _new_states(registry, task, more, rng)
+        yield list(labelled(expert, demonstration, shown, trace, new_states, rng))
 
 
 def _new_states(
-    registry: Registry, task: TaskDeclaration, rng: np.random.Generator
+    registry: Registry, task: TaskDeclaration, count: int, rng: np.random.Generator
 ) -> Iterator[Observation]:
     """Of scenes that the task draws, scrambled: an expert can tell what to do in any of them."""
     world = make_world("kinematic", registry)
-    for _ in range(NEW_STATES):
+    for _ in range(count):
         scene = draw(registry, task, rng).scrambled(rng, world.starts_holding)
         world.reset(scene, int(rng.integers(2**31)))
         yield world.truth()

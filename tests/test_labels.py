@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.dataset import NEW_STATES, RecordingPlan, read_manifest, record, samples
+from ntp_dsl.dataset import MOST_NEW_STATES, RecordingPlan, read_manifest, record, samples
 from ntp_dsl.experts import Expert, NextCall
 from ntp_dsl.labels import ASIDE, NAMED, NEW_OFF_STACK, with_bystander
 from ntp_dsl.language.loader import load
@@ -47,9 +47,10 @@ def test_queries_are_also_about_scenes_that_no_episode_went_through(tmp_path: Pa
     assert told[0] == told[1]
     expert = Expert(registry)
     for episode in first:
-        old, new = episode[: -NEW_STATES * NEW_OFF_STACK], episode[-NEW_STATES * NEW_OFF_STACK :]
+        count = MOST_NEW_STATES * NEW_OFF_STACK
+        old, new = episode[:-count], episode[-count:]
         places = [{tuple(s.query.observation.positions["block_0"]) for s in each} for each in (old, new)]
-        assert len(places[1]) == NEW_STATES and not places[0] & places[1]
+        assert len(places[1]) == MOST_NEW_STATES and not places[0] & places[1]
         for sample in new:
             query, answer = sample.query, sample.answer
             assert query.scope is None and answer.scope is None

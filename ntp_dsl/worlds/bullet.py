@@ -31,7 +31,7 @@ from ntp_dsl.world import (
     Vector,
 )
 from ntp_dsl.worlds.bullet_bodies import bodies_of
-from ntp_dsl.worlds.places import free_places
+from ntp_dsl.worlds.places import free_places, height_below
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
@@ -161,7 +161,8 @@ class BulletWorld:
         return outcome
 
     def move_over(self, x: float, y: float) -> Outcome:
-        return self._go(lambda seed, slip: skills.move_above_place(self._cell, x, y, seed, slip))
+        height = height_below(self.truth(), x, y)
+        return self._go(lambda seed, slip: skills.move_above_place(self._cell, x, y, seed, slip, height))
 
     def _move_to(self, target: str) -> Outcome:
         seen = self.truth()

@@ -22,6 +22,7 @@ from ntp_dsl.world import (
     Thing,
     Vector,
 )
+from ntp_dsl.worlds.places import height_below
 from ntp_dsl.worlds.resting import RestingThings
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import REGION, WIDE
@@ -127,7 +128,7 @@ class KinematicWorld(RestingThings):
 
     def _over_point(self, x: float, y: float) -> Vector:
         ox, oy = self._offset_in_hand()
-        return (x + ox, y + oy, HOVER)
+        return (x + ox, y + oy, height_below(self.truth(), x, y) + HOVER)
 
     def _go(self, place: Vector) -> Outcome:
         """The tool to a place, if what it holds does not slip on the way."""

@@ -34,6 +34,18 @@ def free_places(seen: Observation, surface: str) -> tuple[list[tuple[float, floa
     return [(float(lattice[k, 0]), float(lattice[k, 1])) for k in chosen], top
 
 
+def height_below(seen: Observation, x: float, y: float) -> float:
+    """The highest top of what lies below a point, or below what is held if that is over the point [m]."""
+    held = seen.held
+    size = seen.by_name[held].size if held else (0.0, 0.0, 0.0)
+    tops = [
+        place[2] + extent[2] / 2
+        for place, extent in footprints(seen, {held, *load(seen, held)})
+        if abs(place[0] - x) < (size[0] + extent[0]) / 2 and abs(place[1] - y) < (size[1] + extent[1]) / 2
+    ]
+    return max(tops, default=0.0)
+
+
 def _lattice(seen: Observation, surface: Thing, size: Vector) -> np.ndarray:
     """(N, 2): where the middle of a thing of that size may be put down [m]."""
     if surface.size[0] > TOO_WIDE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import hypot
 
 import numpy as np
@@ -112,19 +112,34 @@ class RestingThings:
         ]
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
-        """The topmost thing below that overlaps without carrying the item's centre."""
+        """The topmost thing below that overlaps, where what is as high does not carry the item together."""
         below = self._below(item, x, y)
         if not below or self._container_below(item, x, y) is not None:
             return None
         top = max(self._top(name) for name in below)
         tops = [name for name in below if self._top(name) > top - 0.01]
-        return None if any(self._carries(name, x, y) for name in tops) else tops[0]
+        return None if self._is_balanced(item, x, y, tops) else tops[0]
 
-    def _carries(self, name: str, x: float, y: float) -> bool:
-        """Whether a point lies over the thing."""
-        px, py, _ = self._positions[name]
-        width, depth, _ = self._solid[name].size
-        return abs(x - px) < width / 2 and abs(y - py) < depth / 2
+    def _is_balanced(self, item: str, x: float, y: float, supports: Iterable[str]) -> bool:
+        """Whether the item's centre lies within the convex hull of where it touches what is below.
+
+        It does if no half of the plane around the centre is free of the touching parts' corners.
+        """
+        corners = [corner for name in supports for corner in self._touching(item, x, y, name)]
+        if not corners:
+            return False
+        angles = np.sort([np.arctan2(cy - y, cx - x) for cx, cy in corners])
+        return float(np.diff(angles, append=angles[0] + 2 * np.pi).max()) < np.pi
+
+    def _touching(self, item: str, x: float, y: float, other: str) -> list[tuple[float, float]]:
+        """Corners of the rectangle in which two things overlap seen from above; none where they do not."""
+        sides = []
+        for axis, place in enumerate((x, y)):
+            half, its = self._solid[item].size[axis] / 2, self._solid[other].size[axis] / 2
+            there = self._positions[other][axis]
+            sides.append((max(place - half, there - its), min(place + half, there + its)))
+        (x0, x1), (y0, y1) = sides
+        return [(cx, cy) for cx in (x0, x1) for cy in (y0, y1)] if x0 < x1 and y0 < y1 else []
 
     def _drop_unsupported(self) -> None:
         """What leant on something that is gone comes down as well, the lowest first."""
@@ -143,10 +158,8 @@ class RestingThings:
         bottom = place[2] - self._items[item].size[2] / 2
         if bottom < 0.005 or self._container_below(item, place[0], place[1]) is not None:
             return True  # by the table, or in a bowl
-        return any(
-            self._overlap(item, place, name) > 0 and abs(bottom - self._top(name)) < 0.01
-            for name, _ in standing
-        )
+        below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
+        return self._is_balanced(item, place[0], place[1], below)
 
     def _clearest_place(
         self, item: str | None, surface: Thing | None = None
