@@ -96,6 +96,8 @@ LINES: Sequence[tuple[str, Rewrite]] = (
      rf"(?:\s*,\s*{NAME} in {NAME})+)\s*[:|.)]\s*(?P<body>.+)$", _quantified_twice),
     (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
     (r"^(.*?)\bany\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1some \2\3"),
+    (r"^(.*?)\bany\s+(.+\bfor\b.+)$", r"\1some \2"),
+    (r"^(.*?)\b(?:no|none|never)\s+(.+\bfor\b.+)$", r"\1all not \2"),
     (rf"^(\s*{CLAUSE}\s*)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
     (r"^(predicate[^:]*\((?:[^()]*)\):?\s+)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
     (rf"^(.*?)({THING}(?: \w+)?)\s*([<>]=?)\s*({THING}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
