@@ -9,7 +9,8 @@ from torch import Tensor
 
 SCALES = (3.0, 10.0, 33.0)  # [1/m]
 SHARPNESS = (20.0, 60.0)  # [1/m]
-WIDTH = 4 * (len(SCALES) + len(SHARPNESS))
+WIDTH, BEYOND_WIDTH = (n * (len(SCALES) + len(SHARPNESS)) for n in (4, 7))
+LENGTHS = 10  # in a vector, that a number may be copied from
 
 
 def offsets(vectors: Tensor) -> Tensor:
@@ -18,19 +19,21 @@ def offsets(vectors: Tensor) -> Tensor:
     return _scaled(torch.cat([vectors, flat], -1))
 
 
-def extents(vectors: Tensor) -> Tensor:
-    """(..., 3) to (..., 4): how far along x, y and z, and horizontally [m]."""
+def lengths_in(vectors: Tensor) -> Tensor:
+    """(..., 3) to (..., LENGTHS): along x, y and z, the same backwards and unsigned, and horizontally [m]."""
     flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
-    return torch.cat([vectors.abs(), flat], -1)
+    return torch.cat([vectors, -vectors, vectors.abs(), flat], -1)
 
 
 def beyond(vectors: Tensor, lengths: Tensor) -> Tensor:
-    """(..., 3) and (...) in metres to (..., WIDTH): how much farther than a length each extent is."""
-    return _scaled(extents(vectors) - lengths.unsqueeze(-1))
+    """(..., 3) and (...) in metres to (..., BEYOND_WIDTH): how far past a length, either way."""
+    flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
+    length = lengths.unsqueeze(-1)
+    return _scaled(torch.cat([vectors - length, vectors + length, flat - length], -1))
 
 
 def _scaled(values: Tensor) -> Tensor:
-    """(..., 4) to (..., WIDTH)."""
+    """(..., n) to (..., n * scales)."""
     size = values.abs()
     scaled = [torch.tanh(scale * values) for scale in SCALES]
     return torch.cat([*scaled, *(torch.exp(-sharp * size) for sharp in SHARPNESS)], -1)

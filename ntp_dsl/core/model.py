@@ -68,8 +68,9 @@ class Core(nn.Module):
         self.reader = Reader(config, memory)
         given = memory.value_arity * memory.choices
         context = config.row_width + 2 + given  # the program's row, silent, scoped, its values
-        compared = memory.arity * (1 + memory.value_arity)  # see `_from_arguments`
-        thing = features.WIDTH * (1 + compared) + 1 + config.type_width + memory.arity + len(self.reader.hops)
+        compared = features.WIDTH + memory.value_arity * features.BEYOND_WIDTH  # see `_from_arguments`
+        away = features.WIDTH + memory.arity * compared
+        thing = away + 1 + config.type_width + memory.arity + len(self.reader.hops)
         self.see = nn.Sequential(
             nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
         )
@@ -134,7 +135,7 @@ class Core(nn.Module):
     def _from_arguments(self, states: States) -> Tensor:
         """(queries, things, features): how each thing lies to each object that the program was given.
 
-        As an offset, and as how much farther than each number that it was given.
+        As an offset, and as how far past each number that it was given.
         """
         places = torch.einsum("qna,qnd->qad", states.arguments, states.positions)
         away = states.positions.unsqueeze(2) - places.unsqueeze(1)  # (queries, things, arity, 3)

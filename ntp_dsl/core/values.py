@@ -27,7 +27,7 @@ class Values(nn.Module):
     def __init__(self, memory: Memory, asked: int, width: int, points: int) -> None:
         super().__init__()
         self.arity, self.choices = memory.value_arity, memory.choices
-        self.sources = self.arity + 4 * (2 * points - 1)  # of a number; see `_sources`
+        self.sources = self.arity + features.LENGTHS * (2 * points - 1)  # of a number; see `_sources`
         answers = self.arity * (self.choices + self.sources + 1)
         self.answer = nn.Sequential(nn.Linear(asked, width), nn.ReLU(), nn.Linear(width, answers))
         self.register_buffer("own_ranges", _own_ranges(memory), persistent=False)
@@ -65,11 +65,11 @@ class Values(nn.Module):
         """Where a number may come from, in SI units, and which of these there are: (queries, sources).
 
         What the program was given, and how far the objects that the demonstration points at lie from the
-        gripper and from each other, along each axis and horizontally.
+        gripper and from each other.
         """
         numbers, known = self.given(states)
         between = points[:, 1:] - points[:, :-1]
-        shown = features.extents(torch.cat([points, between], 1)).flatten(1)
+        shown = features.lengths_in(torch.cat([points, between], 1)).flatten(1)
         return torch.cat([numbers, shown], 1), torch.cat([known, speaks.unsqueeze(1).expand_as(shown)], 1)
 
 

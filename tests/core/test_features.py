@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch import Tensor
 
-from ntp_dsl.core.features import beyond, extents, moved, offsets
+from ntp_dsl.core.features import BEYOND_WIDTH, LENGTHS, beyond, lengths_in, moved, offsets
 
 seeds = st.integers(0, 2**31 - 1)
 CARRIED, LET_GO, FRAMES, THINGS = 2, 8, 12, 5
@@ -56,7 +56,9 @@ def test_a_single_frame_tells_of_no_motion() -> None:
 def test_a_length_is_compared_with_how_far_things_are_apart(seed: int) -> None:
     generator = torch.Generator().manual_seed(seed)
     away = 0.3 * torch.randn(4, 3, generator=generator)
-    for axis in range(4):  # at its own extent a comparison is that of nothing with nothing
-        told = beyond(away, extents(away)[:, axis]).reshape(4, -1, 4)[..., axis]
-        assert torch.allclose(told, offsets(torch.zeros(4, 3)).reshape(4, -1, 4)[..., 0])
-    assert torch.allclose(beyond(away, torch.zeros(4)), beyond(-away, torch.zeros(4)))
+    nothing = offsets(torch.zeros(4, 3)).reshape(4, -1, 4)[..., 0]
+    lengths = lengths_in(away)
+    for length, compared in ((0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (9, 6)):
+        told = beyond(away, lengths[:, length]).reshape(4, -1, 7)[..., compared]
+        assert torch.allclose(told, nothing, atol=1e-6)
+    assert lengths.shape == (4, LENGTHS) and beyond(away, lengths[:, 0]).shape == (4, BEYOND_WIDTH)

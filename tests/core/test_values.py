@@ -10,6 +10,7 @@ import torch
 
 from ntp_dsl.core import batches
 from ntp_dsl.core.config import CoreConfig
+from ntp_dsl.core.features import LENGTHS
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core, Hint
 from ntp_dsl.language.loader import load
@@ -30,10 +31,11 @@ program bring(mark: Movable, distance: length in 0 cm .. 1 m, side: Side):
     achieves above(gripper, mark)
     shift(side, mark, distance)
 """
-GIVEN, ALONG_Y = 1, 3 + 2 * 4 + 1  # among the weights: the free one, two given, 4 for each of two hops, …
+# Among the weights: the free one, two given, and as many as there are lengths in each of two hops, …
+GIVEN, BACK_ALONG_Y = 1, 3 + 2 * LENGTHS + 4
 
 
-@pytest.mark.parametrize(("source", "number"), [(GIVEN, 0.137), (ALONG_Y, 0.162)])
+@pytest.mark.parametrize(("source", "number"), [(GIVEN, 0.137), (BACK_ALONG_Y, 0.162)])
 def test_a_number_is_copied_exactly(source: int, number: float, tmp_path: Path) -> None:
     path = tmp_path / "mine.ntp"
     path.write_text(LIBRARY)
