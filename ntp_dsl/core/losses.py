@@ -53,10 +53,12 @@ def _values_loss(
 ) -> Tensor:
     """Members by their likelihood, numbers by their distance in tenths of their range."""
     scores, numbers = core.evaluate(thought, states, hint, right.slot.clamp(min=0))
-    scores = scores.masked_fill(~right.choosable, -1e4)
-    chosen = cross_entropy(
-        scores.transpose(1, 2), right.members, ignore_index=IGNORE, reduction="none"
-    )  # (queries, value_arity)
+    chosen = torch.zeros_like(numbers)  # (queries, value_arity)
+    if core.memory.choices > 1:  # where there are enumerations at all
+        scores = scores.masked_fill(~right.choosable, -1e4)
+        chosen = cross_entropy(
+            scores.transpose(1, 2), right.members, ignore_index=IGNORE, reduction="none"
+        )
     known = ~right.numbers.isnan()
     wanted = torch.where(known, right.numbers, numbers.detach())
     away = smooth_l1_loss(10 * numbers, 10 * wanted, reduction="none")

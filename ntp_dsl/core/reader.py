@@ -16,7 +16,7 @@ from ntp_dsl.core.scopes import first_hit, look_ahead, next_event
 
 NEVER, ALWAYS = -20.0, 20.0  # logits
 NEARNESS = 30.0  # [1/m] where training starts: a hop goes to what is near the one before
-NOVELTY = 5.0  # [logit] and not to the same thing again
+NOVELTY = 5.0  # [logit] and to none that was visited before
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Reader(nn.Module):
         self.types = nn.Embedding(len(memory.types), config.type_width)
         self.rows = nn.Embedding(len(memory.rows), config.row_width)
         width, seen = config.width, features.WIDTH
-        thing = 2 * seen + 3 + config.type_width  # to gripper, to last hop; its weight, moved, closed
+        thing = 2 * seen + 3 + config.type_width  # to gripper, to last hop; visited, moved, closed
         hops = config.pointers(memory.arity)
         self.hops = nn.ModuleList(
             nn.Sequential(nn.Linear(thing, width // 2), nn.ReLU(), nn.Linear(width // 2, 1))
@@ -117,17 +117,17 @@ class Reader(nn.Module):
         closed = frames.closed[..., None, None].expand(*positions.shape[:3], 1)
         moved = features.moved(positions, frames.things).unsqueeze(-1)
         hidden = ~frames.things[:, None]
-        weight = torch.zeros_like(closed)
+        visited = torch.zeros_like(closed)
         here = torch.zeros_like(positions[:, :, 0])
         pointers, points = [], []
         for hop, nearness, novelty in zip(self.hops, self.nearness, self.novelty, strict=True):
             away = positions - here.unsqueeze(2)
-            seen = torch.cat([near, features.offsets(away), weight, moved, closed, types], -1)
+            seen = torch.cat([near, features.offsets(away), visited, moved, closed, types], -1)
             distance = torch.linalg.vector_norm(away, dim=-1)
-            scores = hop(seen).squeeze(-1) - nearness * distance - novelty * weight.squeeze(-1)
+            scores = hop(seen).squeeze(-1) - nearness * distance - novelty * visited.squeeze(-1)
             pointer = torch.softmax(scores.masked_fill(hidden, -1e4), -1)  # (specs, frames, things)
             here = torch.einsum("stn,stnd->std", pointer, positions)
-            weight = pointer.unsqueeze(-1)
+            visited = torch.maximum(visited, pointer.unsqueeze(-1))
             pointers.append(pointer)
             points.append(here)
         return torch.stack(pointers, -1), torch.stack(points, 2)

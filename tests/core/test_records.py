@@ -74,7 +74,13 @@ def test_arguments_survive_being_taken_apart_and_put_together(registry: Registry
         assert Memory.from_json(memory.to_json()) == memory
 
 
-def test_a_core_calls_with_records(registry: Registry, tmp_path: Path) -> None:
+WITHOUT_MEMBERS = LIBRARY.replace("enum Side: left, right\n", "").replace("Side", "Movable")
+
+
+@pytest.mark.parametrize("text", [LIBRARY, WITHOUT_MEMBERS], ids=["with members", "without"])
+def test_a_core_calls_with_records(text: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.ntp").write_text(text)
+    registry = load(tmp_path / "mine.ntp")
     rows = list(record(RecordingPlan(tmp_path / "mine.ntp", "mine", tmp_path), 3, workers=1))
     assert [row["outcome"] for row in rows] == ["done"] * 3
     labelled = [
