@@ -29,7 +29,7 @@ class TrainingConfig:
     weight_decay: float = 1e-4
     clip: float = 1.0  # gradient norm
     demonstrations: int = 8  # shown whole in an iteration
-    frames: int = 1000  # of these together; where demonstrations are long there are fewer of them,
+    pointers: int = 2000  # that the frames of these throw together; were there more, fewer are shown,
     fewest_demonstrations: int = 4  # but not fewer than this
     queries_per_demonstration: int = 12
     scoped: int = 24  # queries of programs with a part of a demonstration, in an iteration

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import Answers, Frames, States
-from ntp_dsl.core.config import TrainingConfig
+from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.queries import Sample
 
@@ -57,7 +57,8 @@ class Corpus:
                 if sample.query.scope is not None:
                     self._scoped.append(index)
         self._demonstrations = list(whole.values())
-        self._frames = np.mean([self._shown_whole(first) for first, *_ in self._demonstrations])
+        frames = np.mean([self._shown_whole(first) for first, *_ in self._demonstrations])
+        self._pointers = frames * CoreConfig().pointers(memory.arity)  # of a demonstration
 
     def __len__(self) -> int:
         return len(self._samples)
@@ -65,7 +66,7 @@ class Corpus:
     def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
         """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
         drawn = []
-        affordable = max(config.fewest_demonstrations, int(config.frames / self._frames))
+        affordable = max(config.fewest_demonstrations, int(config.pointers / self._pointers))
         shown = rng.choice(len(self._demonstrations), min(config.demonstrations, affordable))
         many = [
             int(rng.choice(self._demonstrations[int(number)]))
