@@ -37,7 +37,7 @@ soak-one-shot: install
 	$(BIN)/pytest -n 2 -q --soak tests/evaluation/test_one_shot.py
 
 soak-domains: install
-	$(BIN)/pytest -q --soak tests/evaluation/test_domain_figures.py
+	$(BIN)/pytest -q --soak tests/evaluation/test_domain_figures.py tests/evaluation/test_other_domains.py
 
 soak-experts: install
 	$(BIN)/pytest -n 2 -q --soak tests/experts

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from evaluation_lines import learnt, ntp
 
 from ntp_dsl.evaluation import Plan, run_all
 from ntp_dsl.resources import examples_folder
@@ -32,11 +31,6 @@ def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, s
     assert all(each.blame for each in failed)
 
 
-def ntp(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "ntp_dsl", *line.split()]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_path: Path) -> None:
     """Without `--soak` with two demonstrations, three iterations and no arm."""
@@ -55,12 +49,7 @@ def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_p
 @pytest.mark.minutes
 @pytest.mark.parametrize("example", TRAINED)
 def test_a_domain_is_learnt_from_fifty_demonstrations(example: str, tmp_path: Path) -> None:
-    for line in (
-        f"record {example} {example} -n 50 --out data",
-        f"train {example} --data data --out model",
-    ):
-        assert ntp(line, tmp_path).returncode == 0
-    model = tmp_path / "model" / f"{example}.safetensors"
+    model = learnt(examples_folder() / example, tmp_path)
     for world, count in (("kinematic", 200), ("bullet", 50)):
         plan = Plan(examples_folder() / example, example, model, world, seed=7)
         episodes = list(run_all(plan, count, workers=2))
