@@ -16,6 +16,7 @@ from ntp_dsl.core.batches import Answers, Frames, States
 from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.queries import Sample
+from ntp_dsl.specification import Scope
 
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
@@ -43,39 +44,30 @@ class Corpus:
             _weights(samples),
             self._states.positions.shape[1],
         )
-        whole: dict[int, list[int]] = defaultdict(list)
+        whole: dict[tuple[int, Scope, str], list[int]] = defaultdict(list)
         self._scoped: list[int] = []
         self._unscoped: list[int] = []
         self._new: list[int] = []
         for index, sample in enumerate(samples):
+            query = sample.query
             if sample.is_new:
                 self._new.append(index)
-            elif takes_list(sample.query.program):
-                whole[id(sample.query.demonstration)].append(index)
+            elif query.scope is not None and takes_list(query.program):
+                whole[id(query.demonstration), query.scope, query.program].append(index)
             else:
                 self._unscoped.append(index)
-                if sample.query.scope is not None:
+                if query.scope is not None:
                     self._scoped.append(index)
-        self._demonstrations = list(whole.values())
-        frames = np.mean([self._shown_whole(first) for first, *_ in self._demonstrations])
-        self._pointers = frames * CoreConfig().pointers(memory.arity)  # of a demonstration
+        self._lists = list(whole.values())  # what shares a part of a demonstration, which is read once
+        frames = [self._frames(first) for first, *_ in self._lists] or [1]
+        self._pointers = float(np.mean(frames)) * CoreConfig().pointers(memory.arity)
 
     def __len__(self) -> int:
         return len(self._samples)
 
     def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
         """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
-        drawn = []
-        affordable = max(config.fewest_demonstrations, int(config.pointers / self._pointers))
-        shown = rng.choice(len(self._demonstrations), min(config.demonstrations, affordable))
-        many = [
-            int(rng.choice(self._demonstrations[int(number)]))
-            for number in shown
-            for _ in range(config.queries_per_demonstration)
-        ]
-        spec = np.repeat(np.arange(len(shown)), config.queries_per_demonstration)
-        first = many[:: config.queries_per_demonstration]
-        drawn.append(self._batch(first, many, spec, rng))
+        drawn = [self._with_lists(config, rng)] if self._lists else []
         if self._scoped:
             some = [int(i) for i in rng.choice(self._scoped, config.scoped)]
             drawn.append(self._batch(some, some, np.arange(len(some)), rng))
@@ -85,7 +77,20 @@ class Corpus:
         drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
         return drawn
 
-    def _shown_whole(self, index: int) -> int:
+    def _with_lists(self, config: TrainingConfig, rng: np.random.Generator) -> Batch:
+        """Of programs that are told by a demonstration alone what their lists would say."""
+        affordable = max(config.fewest_demonstrations, int(config.pointers / self._pointers))
+        shown = rng.choice(len(self._lists), min(config.demonstrations, affordable))
+        many = [
+            int(rng.choice(self._lists[int(number)]))
+            for number in shown
+            for _ in range(config.queries_per_demonstration)
+        ]
+        spec = np.repeat(np.arange(len(shown)), config.queries_per_demonstration)
+        first = many[:: config.queries_per_demonstration]
+        return self._batch(first, many, spec, rng)
+
+    def _frames(self, index: int) -> int:
         """How many frames are read of a demonstration."""
         query = self._samples[index].query
         assert query.scope is not None

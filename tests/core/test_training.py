@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
@@ -121,3 +122,50 @@ def test_there_is_a_pointer_for_each_object_that_a_call_takes(stacking: Registry
     for registry, hops in ((stacking, 2), (load(path), 4)):
         core = Trainer(CoreConfig(), CONFIG, Memory.of(registry)).core
         assert len(core.reader.hops) == hops
+
+
+LISTS = """library mine
+use tabletop
+program build(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    build_again(goal)
+program build_again(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        pick_and_place(p.item, p.support)
+program take_down():
+    achieves all clear(b) for b in Block
+    for b in Block:
+        clear(b)
+task nested:
+    scene: blocks: 4 Block on table
+    goal: towers(blocks, placements=1..2, height=2..2)
+    run: build(goal)
+    success: all on(p.item, p.support) for p in goal
+task plain:
+    scene:
+        lower: 2 Block on table
+        upper: 2 Block on lower
+    goal: matchings(lower, upper, pairs=1..2) -> list[Placement]
+    run: take_down()
+    success: all clear(b) for b in Block
+"""
+
+
+@pytest.mark.parametrize(("task", "lists"), [("nested", 1), ("plain", 0)])
+def test_queries_share_a_reading_only_with_their_like(task: str, lists: int, tmp_path: Path) -> None:
+    path = tmp_path / "mine.ntp"
+    path.write_text(LISTS)
+    registry = load(path)
+    plan = RecordingPlan(path, task, tmp_path / "data")
+    assert [row["outcome"] for row in record(plan, 4, workers=1)] == ["done"] * 4
+    manifest = read_manifest(plan.out, registry)
+    labelled = [s for episode in samples(registry, plan.out, manifest, 0) for s in episode]
+    corpus = Corpus(Memory.of(registry), labelled, lambda name: registry.programs[name].takes_list)
+    for seed in range(10):
+        drawn = corpus.batches(CONFIG, np.random.default_rng(seed))
+        assert len(drawn) == lists + 2  # and with parts, and without
+        for frames, states, _ in drawn:
+            if frames is not None:
+                assert torch.equal(frames.rows[states.spec], states.rows)
+    assert trained(corpus, 2).iteration == 2
