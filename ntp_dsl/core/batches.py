@@ -30,6 +30,7 @@ class Frames:
     types: Tensor  # (specs, things, types) multi-hot
     things: Tensor  # (specs, things) which are there
     rows: Tensor  # (specs,) the program that is shown
+    typed: Tensor  # (specs,) 1 where events are told apart by types as well
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def frames(
         types[index, :n] = type_rows(memory, tuple(demonstration.things[i] for i in order))
         there[index, :n] = True
     rows = torch.tensor([memory.index(program) for _, _, program in parts])
-    return Frames(positions, closed, mask, types, there, rows)
+    return Frames(positions, closed, mask, types, there, rows, torch.ones(size))
 
 
 def answers(

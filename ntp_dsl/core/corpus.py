@@ -21,6 +21,7 @@ from ntp_dsl.specification import Scope
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
 TOLD = 0.5  # of the decisions are learnt from the true start of the callee's scope
+UNTYPED = 0.3  # of the parts of demonstrations whose events are to be seen without types
 NOISE = 0.002  # [m] added to what is observed in half of the queries
 
 
@@ -107,7 +108,8 @@ class Corpus:
         frames = batches.frames(self.memory, shown, things=self._states.positions.shape[1])
         noise = torch.from_numpy(rng.normal(0, NOISE, frames.positions.shape).astype(np.float32))
         noise *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
-        frames = _replaced(frames, positions=frames.positions + noise)
+        typed = torch.from_numpy((rng.random(len(parts)) >= UNTYPED).astype(np.float32))
+        frames = _replaced(frames, positions=frames.positions + noise, typed=typed)
         return frames, *self._take(queries, spec, rng)
 
     def _take(

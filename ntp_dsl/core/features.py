@@ -9,7 +9,7 @@ from torch import Tensor
 
 SCALES = (3.0, 10.0, 33.0)  # [1/m]
 SHARPNESS = (20.0, 60.0)  # [1/m]
-WIDTH, BEYOND_WIDTH = (n * (len(SCALES) + len(SHARPNESS)) for n in (4, 7))
+WIDTH, BEYOND_WIDTH = (n * (len(SCALES) + len(SHARPNESS)) for n in (4, 10))
 LENGTHS = 10  # in a vector, that a number may be copied from
 
 
@@ -26,10 +26,11 @@ def lengths_in(vectors: Tensor) -> Tensor:
 
 
 def beyond(vectors: Tensor, lengths: Tensor) -> Tensor:
-    """(..., 3) and (...) in metres to (..., BEYOND_WIDTH): how far past a length, either way."""
+    """(..., 3) and (...) in metres to (..., BEYOND_WIDTH): how far past a length, either way or both."""
     flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
     length = lengths.unsqueeze(-1)
-    return _scaled(torch.cat([vectors - length, vectors + length, flat - length], -1))
+    past = [vectors - length, vectors + length, vectors.abs() - length, flat - length]
+    return _scaled(torch.cat(past, -1))
 
 
 def _scaled(values: Tensor) -> Tensor:

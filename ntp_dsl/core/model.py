@@ -54,6 +54,7 @@ class Thought:
     slots: Tensor  # (queries, slots) scores; what the row does not declare is masked
     lost: Tensor  # (queries, slots) logits: the callee does what the demonstration never showed
     summary: Tensor  # (queries, width) of all that was seen
+    offered: Tensor  # (queries, things, arity + hops) what may be passed on: own arguments, and what is shown
 
 
 class Core(nn.Module):
@@ -84,6 +85,8 @@ class Core(nn.Module):
         self.pointer = nn.Sequential(
             nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity)
         )
+        self.offers = memory.arity + len(self.reader.hops)
+        self.pass_on = nn.Linear(width, memory.arity * self.offers)
         if given:
             asked = width + memory.slots + config.row_width + self.reader.relations
             self.values = Values(memory, asked, width, len(self.reader.hops))
@@ -122,13 +125,17 @@ class Core(nn.Module):
         scores = self.key(thought) @ self.keys.T  # (queries, slots)
         scores = scores.masked_fill(~self.declared[states.rows], -1e4)
         end = self.end(thought).squeeze(-1)
-        return Thought(things, end, scores, self.lost(thought), thought)
+        offered = torch.cat([states.arguments, hint.pointers], -1)
+        return Thought(things, end, scores, self.lost(thought), thought, offered)
 
     def point(self, thought: Thought, states: States, slots: Tensor) -> Tensor:
         """Scores (queries, arity, things) of what each argument of the callee in a slot points at."""
         context = torch.cat([self.keys[slots], self.rows(states.rows)], -1)
-        context = self.point_context(context)[:, None].expand_as(thought.things)
-        scores = self.pointer(torch.cat([thought.things, context], -1)).transpose(1, 2)
+        context = self.point_context(context)
+        there = torch.cat([thought.things, context[:, None].expand_as(thought.things)], -1)
+        weights = self.pass_on(context).reshape(len(slots), self.memory.arity, self.offers)
+        scores = self.pointer(there).transpose(1, 2)
+        scores = scores + torch.einsum("qao,qno->qan", weights, thought.offered)
         visible: Tensor = scores.masked_fill(~states.things[:, None], -1e4)
         return visible
 

@@ -146,7 +146,8 @@ class Reader(nn.Module):
         count = frames.things.sum(1).clamp(min=1)[:, None, None]
         step = frames.positions[:, 1:] - frames.positions[:, :-1]
         shift[:, :-1] = (step * frames.things[:, None, :, None]).sum(2) / count
-        kinds = torch.einsum("stnh,snw->sthw", pointers, frames.types @ self.types.weight).flatten(2)
+        types = frames.types @ self.types.weight * frames.typed[:, None, None]
+        kinds = torch.einsum("stnh,snw->sthw", pointers, types).flatten(2)
         rows = self.rows(frames.rows)[:, None].expand(*frames.closed.shape, -1)
         hidden = self.frame(torch.cat([relations, continuity, kinds, torch.tanh(20 * shift), rows], -1))
         seen = frames.mask.unsqueeze(-1)

@@ -58,7 +58,7 @@ def test_a_length_is_compared_with_how_far_things_are_apart(seed: int) -> None:
     away = 0.3 * torch.randn(4, 3, generator=generator)
     nothing = offsets(torch.zeros(4, 3)).reshape(4, -1, 4)[..., 0]
     lengths = lengths_in(away)
-    for length, compared in ((0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (9, 6)):
-        told = beyond(away, lengths[:, length]).reshape(4, -1, 7)[..., compared]
+    for length, compared in enumerate(range(LENGTHS)):
+        told = beyond(away, lengths[:, length]).reshape(4, -1, 10)[..., compared]
         assert torch.allclose(told, nothing, atol=1e-6)
     assert lengths.shape == (4, LENGTHS) and beyond(away, lengths[:, 0]).shape == (4, BEYOND_WIDTH)
