@@ -29,6 +29,7 @@ class Frames:
     mask: Tensor  # (specs, frames)
     types: Tensor  # (specs, things, types) multi-hot
     things: Tensor  # (specs, things) which are there
+    still: Tensor  # (specs, things) which of these never move; all of them where every one may
     rows: Tensor  # (specs,) the program that is shown
     typed: Tensor  # (specs,) 1 where events are told apart by types as well
 
@@ -138,6 +139,7 @@ def frames(
     mask = torch.zeros(size, length, dtype=torch.bool)
     types = torch.zeros(size, count, len(memory.types))
     there = torch.zeros(size, count, dtype=torch.bool)
+    still = torch.zeros(size, count, dtype=torch.bool)
     for index, (demonstration, _, _) in enumerate(parts):
         chosen, n = shown[index], len(demonstration.things)
         span = len(chosen)
@@ -148,8 +150,10 @@ def frames(
         mask[index, :span] = True
         types[index, :n] = type_rows(memory, tuple(demonstration.things[i] for i in order))
         there[index, :n] = True
+        fixed = [not demonstration.things[i].movable for i in order]
+        still[index, :n] = torch.tensor(fixed) if any(fixed) else True
     rows = torch.tensor([memory.index(program) for _, _, program in parts])
-    return Frames(positions, closed, mask, types, there, rows, torch.ones(size))
+    return Frames(positions, closed, mask, types, there, still, rows, torch.ones(size))
 
 
 def answers(

@@ -46,17 +46,18 @@ LEAST = 1e-4  # of a motion, so that it has a logarithm [m]
 
 
 @torch.no_grad()
-def moved(positions: Tensor, there: Tensor) -> Tensor:
+def moved(positions: Tensor, still: Tensor) -> Tensor:
     """How far each thing has lately been moved by itself: what was carried, also when it was let go.
 
     Where several things lie close together, where they are does not tell which was put there last.
 
-    positions: (specs, frames, things, 3) relative to the gripper; there: (specs, things).
+    positions: (specs, frames, things, 3) relative to the gripper; still: (specs, things) which of them
+    stay where they are, as by far the most do where nothing better is known.
     Returns (specs, frames, things) in [0, 1).
     """
     steps = positions[:, 1:] - positions[:, :-1]
-    seen = steps.masked_fill(~there[:, None, :, None], torch.nan)
-    own = steps - seen.nanmedian(2, keepdim=True).values  # most things stand still
+    seen = steps.masked_fill(~still[:, None, :, None], torch.nan)
+    own = steps - seen.nanmedian(2, keepdim=True).values
     far = torch.linalg.vector_norm(own, dim=-1).clamp(min=LEAST)
     far = torch.cat([torch.full_like(positions[:, :1, :, 0], LEAST), far], 1)  # (specs, frames, things)
     age = log(FADES) * torch.arange(far.shape[1], device=far.device)[:, None]

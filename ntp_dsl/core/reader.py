@@ -115,7 +115,7 @@ class Reader(nn.Module):
         near = features.offsets(positions)
         types = (frames.types @ self.types.weight)[:, None].expand(*positions.shape[:3], -1)
         closed = frames.closed[..., None, None].expand(*positions.shape[:3], 1)
-        moved = features.moved(positions, frames.things).unsqueeze(-1)
+        moved = features.moved(positions, frames.still).unsqueeze(-1)
         hidden = ~frames.things[:, None]
         visited = torch.zeros_like(closed)
         here = torch.zeros_like(positions[:, :, 0])

@@ -62,3 +62,17 @@ def test_a_length_is_compared_with_how_far_things_are_apart(seed: int) -> None:
         told = beyond(away, lengths[:, length]).reshape(4, -1, 10)[..., compared]
         assert torch.allclose(told, nothing, atol=1e-6)
     assert lengths.shape == (4, LENGTHS) and beyond(away, lengths[:, 0]).shape == (4, BEYOND_WIDTH)
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_what_is_carried_with_all_that_is_in_it_is_told_from_what_stays(seed: int) -> None:
+    positions = carrying(seed)
+    still = torch.zeros(1, THINGS, dtype=torch.bool)
+    still[0, 0] = True  # the others go with what is carried
+    hand = positions[:, :, 0] - positions[:, :1, 0]
+    positions[:, :LET_GO, 1:] = positions[:, :1, 1:]
+    since = hand[:, LET_GO:] - hand[:, LET_GO - 1 : LET_GO]  # it was let go
+    positions[:, LET_GO:, 1:] = positions[:, :1, 1:] + since.unsqueeze(2)
+    told = moved(positions, still)[0]
+    assert (told[1:, 1:] > 0.3).all() and (told[:, 0] < 0.01).all()
