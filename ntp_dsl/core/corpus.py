@@ -22,6 +22,7 @@ Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
 TOLD = 0.5  # of the decisions are learnt from the true start of the callee's scope
 UNTYPED = 0.3  # of the parts of demonstrations whose events are to be seen without types
+IN_HAND = 0.006  # [m] by which the hand is off the middles of things, in half of the demonstrations
 NOISE = 0.002  # [m] added to what is observed in half of the queries
 
 
@@ -108,8 +109,10 @@ class Corpus:
         frames = batches.frames(self.memory, shown, things=self._states.positions.shape[1])
         noise = torch.from_numpy(rng.normal(0, NOISE, frames.positions.shape).astype(np.float32))
         noise *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
+        off = torch.from_numpy(rng.normal(0, IN_HAND, (len(parts), 1, 1, 3)).astype(np.float32))
+        off *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
         typed = torch.from_numpy((rng.random(len(parts)) >= UNTYPED).astype(np.float32))
-        frames = _replaced(frames, positions=frames.positions + noise, typed=typed)
+        frames = _replaced(frames, positions=frames.positions + noise + off, typed=typed)
         return frames, *self._take(queries, spec, rng)
 
     def _take(
