@@ -27,6 +27,12 @@ class Record:
 
 
 Argument = str | float | Record | tuple[Record | str, ...]
+TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
+IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
+ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
+
+
+WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
 
 
 def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
@@ -38,14 +44,6 @@ def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
         elif not isinstance(argument, tuple):
             flat.append(argument)
     return tuple(flat)
-
-
-TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
-IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
-ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
-
-
-WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
 
 
 class Cavity(NamedTuple):

@@ -15,22 +15,25 @@ LENGTHS = 10  # in a vector, that a number may be copied from
 
 def offsets(vectors: Tensor) -> Tensor:
     """(..., 3) in metres to (..., WIDTH): each of x, y, z and the horizontal distance at every scale."""
-    flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
-    return _scaled(torch.cat([vectors, flat], -1))
+    return _scaled(torch.cat([vectors, _horizontal(vectors)], -1))
 
 
 def lengths_in(vectors: Tensor) -> Tensor:
     """(..., 3) to (..., LENGTHS): along x, y and z, the same backwards and unsigned, and horizontally [m]."""
-    flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
-    return torch.cat([vectors, -vectors, vectors.abs(), flat], -1)
+    return torch.cat([vectors, -vectors, vectors.abs(), _horizontal(vectors)], -1)
 
 
 def beyond(vectors: Tensor, lengths: Tensor) -> Tensor:
     """(..., 3) and (...) in metres to (..., BEYOND_WIDTH): how far past a length, either way or both."""
-    flat = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
     length = lengths.unsqueeze(-1)
-    past = [vectors - length, vectors + length, vectors.abs() - length, flat - length]
+    past = [vectors - length, vectors + length, vectors.abs() - length, _horizontal(vectors) - length]
     return _scaled(torch.cat(past, -1))
+
+
+def _horizontal(vectors: Tensor) -> Tensor:
+    """(..., 3) to (..., 1): the distance seen from above."""
+    distance: Tensor = torch.linalg.vector_norm(vectors[..., :2], dim=-1, keepdim=True)
+    return distance
 
 
 def _scaled(values: Tensor) -> Tensor:

@@ -144,9 +144,6 @@ class Memory:
     def signature(self, name: str) -> Signature:
         return self._by_name[name]
 
-    def packed(self, name: str, arguments: Sequence[str | float]) -> tuple[Argument, ...]:
-        return self.signature(name).packed(arguments)
-
     def takes(self, type_name: str, declared: str) -> bool:
         """Whether a thing of a type may stand where another type is declared."""
         return declared in self.lineage[type_name]

@@ -45,7 +45,9 @@ class LearnedPolicy:
         seen = world.observe()
         query = Query(frame.program, arguments, frame.scope, seen, self.demonstration)
         answer, details = self.answer(query, barred)
-        given = self.core.memory.packed(answer.callee, answer.arguments) if answer.callee else ()
+        given: tuple[Argument, ...] = answer.arguments
+        if answer.callee is not None:
+            given = self.core.memory.signature(answer.callee).packed(answer.arguments)
         return Choice(answer.callee, given, answer.scope, details=details, seen=seen)
 
     @torch.inference_mode()
