@@ -42,10 +42,18 @@ def load_core(path: Path) -> Checkpoint:
     tensors, header = _read(path)
     try:
         core = Core(CoreConfig(**header["config"]), Memory.from_json(header["memory"]))
-        core.load_state_dict(tensors)
+        recipe = header["recipe"]
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         raise NtpError(f"{path}: the checkpoint does not fit its own description: {error}") from error
-    return Checkpoint(core.eval(), header["recipe"])
+    try:
+        core.load_state_dict(tensors)
+    except RuntimeError as error:
+        command = recipe.get("command", "ntp train")
+        raise NtpError(
+            f"{path}: the weights do not fit the core that the checkpoint describes, which is of another "
+            f"version perhaps; train anew: {command}"
+        ) from error
+    return Checkpoint(core.eval(), recipe)
 
 
 def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from safetensors import safe_open
 from safetensors.torch import save_file
 
 from ntp_dsl.core.checkpoint import Checkpoint, check_fits, load_core, save_core, strangers
@@ -42,6 +43,18 @@ def test_a_checkpoint_comes_back_as_it_was_saved(shipped: Checkpoint, tmp_path: 
     for name, tensor in shipped.core.state_dict().items():
         assert torch.equal(tensor, copy.core.state_dict()[name])
     assert [entry.name for entry in tmp_path.iterdir()] == ["copy.safetensors"]
+
+
+def test_weights_of_another_core_are_refused_with_what_to_do(shipped: Checkpoint, tmp_path: Path) -> None:
+    path = tmp_path / "old.safetensors"
+    save_core(shipped.core, shipped.recipe, path)
+    with safe_open(path, "pt") as opened:
+        facts, names = opened.metadata(), list(opened.keys())
+        tensors = {name: opened.get_tensor(name) for name in names[1:]}
+    save_file(tensors, path, facts)
+    with pytest.raises(NtpError, match="train anew: ntp train") as refused:
+        load_core(path)
+    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("kept", [0, 7, 100, 5000, -1])
