@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics.collision import MARGIN, CollisionScene
+from kinematics.collision import CollisionScene
+from kinematics.collision_model import MARGIN
 from kinematics.containers import load_of
 from kinematics.differential import StraightLines
 from kinematics.geometry import Array, Pose, transform_of

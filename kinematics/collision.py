@@ -10,13 +10,11 @@ from dataclasses import dataclass
 
 import mujoco
 
-from kinematics.collision_model import NOWHERE, ROBOT, SCENE, TABLE, for_planning, in_hand_names
+from kinematics.collision_model import MARGIN, NOWHERE, ROBOT, SCENE, TABLE, for_planning, in_hand_names
 from kinematics.geometry import Array, Pose, pose_of, wxyz
 from kinematics.questions import Questions, geoms_of, place_fingers
 from kinematics.robot import Robot
 from kinematics.shapes import Shape
-
-MARGIN = 0.004  # clearance is measured up to here [m]
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from kinematics.shapes import (
 )
 
 TABLE = "table"
+MARGIN = 0.004  # clearance is measured up to here [m]
 ROBOT, SCENE, GHOST = 1, 2, 4
 NOWHERE = (0.0, 0.0, 50.0)
 NOWHERE_ELSE = (0.0, 0.0, 100.0)
@@ -98,13 +99,13 @@ def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> An
 
 @cache
 def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
-    """Pairs of links that touch at home, or nearly everywhere: neighbours, as they are built.
+    """Pairs of links nearer than `MARGIN` at home, or nearly everywhere: neighbours, as they are built.
 
     And all pairs within the hand, whose joints no path moves.
     """
     spec = models.mujoco_spec(robot)
     for geom in spec.geoms:
-        geom.margin = 1e-3
+        geom.margin = MARGIN
     model = spec.compile()
     data = mujoco.MjData(model)
     for link, transform in gripper_of(robot).link_poses(gripper_of(robot).maximum_opening).items():

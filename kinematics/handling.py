@@ -15,7 +15,7 @@ from kinematics.approach import (
     line_to_grasp,
 )
 from kinematics.arm import Arm, Look
-from kinematics.collision import MARGIN
+from kinematics.collision_model import MARGIN
 from kinematics.geometry import Array, angle_between
 from kinematics.grasps import grasps_by_trouble
 from kinematics.reasons import KinematicsError, Obstructed, Reason, Unreachable, UnsuitableHand

@@ -7,7 +7,7 @@ between the fingertips: z along the approach, y along the closing direction.
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -146,6 +146,18 @@ def load(name_or_path: str) -> Robot:
 def panda() -> Robot:
     """The default arm."""
     return load("panda")
+
+
+@cache
+def standing(robot: Robot, x: float, y: float) -> Robot:
+    """The same arm, its base at another place of the table [m]."""
+    if math.hypot(x, y) < 1e-9:
+        return robot
+    region = robot.workspace
+    if region is not None:
+        (x0, x1), (y0, y1) = region
+        region = ((x0 + x, x1 + x), (y0 + y, y1 + y))
+    return replace(robot, urdf=robot.urdf.moved((x, y, 0.0)), workspace=region)
 
 
 def _robot(path: Path, told: Mapping[str, Any]) -> Robot:

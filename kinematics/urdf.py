@@ -3,10 +3,11 @@
 Mesh paths become absolute. What a library would stumble over silently is a named error here.
 """
 
+import copy
 import importlib.util
 import re
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from kinematics.geometry import Array, rotation_about, rotation_from_rpy, transf
 from kinematics.reasons import UnusableRobot
 
 Element = ElementTree.Element
+
+_PLACED = ("inertial", "visual", "collision")  # of a link, each with an origin
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,21 @@ class Urdf:
             found.append(carriers[link])
             link = found[-1].parent
         return tuple(reversed(found))
+
+    def moved(self, by: tuple[float, float, float]) -> "Urdf":
+        """The same, all that belongs to its root or hangs on it shifted [m]."""
+        (base,) = set(self.links) - set(self.parent_joint)
+        root = copy.deepcopy(self.root)
+        hung = [e for e in root.findall("joint") if self.joints[e.get("name", "")].parent == base]
+        told = (e for e in root.iterfind(f"link[@name='{base}']/*") if e.tag in _PLACED)
+        for element in (*hung, *told):
+            origin = element.find("origin")
+            if origin is None:
+                origin = ElementTree.SubElement(element, "origin")
+            place = _numbers(origin, "xyz", (0.0, 0.0, 0.0)) + by
+            origin.set("xyz", " ".join(f"{number:.12g}" for number in place))
+        moved = {joint.name: joint for joint in (_joint(element, self.path) for element in hung)}
+        return replace(self, root=root, joints=self.joints | moved)
 
 
 def read(path: Path) -> Urdf:

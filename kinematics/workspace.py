@@ -20,7 +20,7 @@ from kinematics.robot import Region, Robot
 
 FLOOR = 0.02  # of the tool [m]
 CEILINGS = (0.4, 0.3, 0.2)  # of the tool, the first of which leaves room enough [m]
-HALF_WIDTHS = (0.2, 0.15, 0.1)  # on either side of the arm, widest first [m]
+HALF_WIDTHS = (0.2, 0.15, 0.1)  # on either side of its middle, widest first [m]
 NEAREST, FARTHEST, STEP = 0.15, 1.2, 0.05  # before the world's origin [m]
 LEAST_DEPTH = 0.15  # away from the arm [m]
 YAWS = 6
@@ -41,10 +41,12 @@ def workspace_of(robot: Robot) -> Workspace:
     if robot.workspace is not None:
         return Workspace(robot.workspace, CEILINGS[0])
     reach = _Reach(robot)
-    for ceiling, half_width in itertools.product(CEILINGS, HALF_WIDTHS):
-        near, far = reach.longest(half_width, ceiling)
+    middles = dict.fromkeys((0.0, round(reach.home_y / STEP) * STEP))  # an arm may stand to one side
+    for ceiling, half_width, middle in itertools.product(CEILINGS, HALF_WIDTHS, middles):
+        sides = (round(middle - half_width, 3), round(middle + half_width, 3))
+        near, far = reach.longest(sides, ceiling)
         if far - near >= LEAST_DEPTH - 1e-9:
-            return Workspace(((near, far), (-half_width, half_width)), ceiling)
+            return Workspace(((near, far), sides), ceiling)
     raise UnusableRobot(
         f"{robot.name}: nowhere before the arm, {NEAREST} to {FARTHEST} m along x, can its tool point down "
         "at every yaw; check 'approach' and 'home', or tell the `workspace`"
@@ -58,21 +60,28 @@ class _Reach:
         self._scene = CollisionScene(robot, {})
         self._scene.open_fingers(gripper_of(robot).maximum_opening)
 
-    def longest(self, half_width: float, ceiling: float) -> tuple[float, float]:
+    @property
+    def home_y(self) -> float:
+        """Of the tool at home [m]."""
+        return float(self._solver.forward(self._robot.home)[1, 3])
+
+    def longest(self, sides: tuple[float, float], ceiling: float) -> tuple[float, float]:
         """The longest stretch of x all of whose rows are within reach [m]."""
         best = start = end = NEAREST
         for k in range(1 + round((FARTHEST - NEAREST) / STEP)):
             x = round(NEAREST + k * STEP, 3)
-            if not self._has_row(x, half_width, ceiling):
+            if not self._has_row(x, sides, ceiling):
                 start = x + STEP
             elif x - start > end - best:
                 best, end = start, x
         return round(best, 3), end
 
-    def _has_row(self, x: float, half_width: float, ceiling: float) -> bool:
-        yaws = [2 * math.pi * k / YAWS for k in range(YAWS)]
-        corners = itertools.product((-half_width, 0.0, half_width), (FLOOR, ceiling), yaws)
-        return all(self._gets_to(x, y, z, yaw) for y, z, yaw in corners)
+    def _has_row(self, x: float, sides: tuple[float, float], ceiling: float) -> bool:
+        yaws = [math.pi * k / YAWS for k in range(YAWS)]  # the other half has the fingers swapped
+        corners = itertools.product((sides[0], sum(sides) / 2, sides[1]), (FLOOR, ceiling), yaws)
+        return all(
+            self._gets_to(x, y, z, yaw) or self._gets_to(x, y, z, yaw + math.pi) for y, z, yaw in corners
+        )
 
     def _gets_to(self, x: float, y: float, z: float, yaw: float) -> bool:
         tool = usual_tool(x, y, z)

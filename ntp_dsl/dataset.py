@@ -52,6 +52,7 @@ class RecordingPlan:
     command: str = ""  # as it was typed, for the manifest
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
+    arm: str | None = None  # of the bullet world; the Panda if none is told
 
 
 class RecordingStudio:
@@ -62,7 +63,7 @@ class RecordingStudio:
         self.registry = load_with_python(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
-        self.world: World = make_world(plan.world, self.registry)
+        self.world: World = make_world(plan.world, self.registry, arm=plan.arm)
 
     def instance(self, number: int) -> Instance:
         """A goal drawn from the seed that is not among the excluded ones."""
@@ -137,6 +138,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
         "registry": registry.hash,
         "task": plan.task,
         "world": plan.world,
+        "arm": plan.arm,
         "seed": plan.seed,
         "trouble": plan.trouble,
         "command": plan.command,

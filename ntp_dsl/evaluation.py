@@ -50,6 +50,7 @@ class Plan:
     traces: Path | None = None
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     gui: bool = False  # a window on the bullet world
+    arm: str | None = None  # of the bullet world; the Panda if none is told
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Evaluator:
         self.registry = load_with_python(plan.library)
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
-        self.world = make_world(plan.world, self.registry, gui=plan.gui)
+        self.world = make_world(plan.world, self.registry, gui=plan.gui, arm=plan.arm)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
         self._core: Any = None
         if plan.model is not None:
@@ -205,6 +206,7 @@ class Evaluator:
             "sources": self._sources,
             "episode": number,
             "world": self.plan.world,
+            "arm": self.plan.arm,
             "model": str(self.plan.model) if self.plan.model else None,
             "disturbances": asdict(self.plan.disturbances),
         }

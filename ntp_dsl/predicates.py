@@ -122,6 +122,8 @@ def inside(observation: Observation, item: str, container: str) -> bool:
     cx, cy, cz = observation.positions[container]
     bottom = cz - observation.by_name[container].size[2] / 2
     rim = bottom + observation.by_name[container].size[2]
+    if min(observation.by_name[item].size[:2]) >= observation.by_name[container].size[0]:
+        return False  # it does not fit in: it leans on the rim
     if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
         return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
     within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y

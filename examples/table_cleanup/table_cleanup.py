@@ -2,18 +2,24 @@
 
 from ntp_dsl.authoring import predicate, sampler
 
+OVERLAP = 0.01  # of their heights, from which one thing is in another's way [m]
+
 
 @predicate
 def crowds(observation, other, item, support):
-    if observation.held == other or other in (item, support) or support not in observation.positions:
+    if observation.held == other or other in (item, support):
         return False
-    if other not in observation.positions or observation.by_name[support].cavity is not None:
-        return False  # what goes into a hollow comes down within its rim
+    if support not in observation.positions or other not in observation.positions:
+        return False
+    things = [observation.by_name[name] for name in (other, item, support)]
+    if things[2].cavity is not None and any(thing.cavity is None for thing in things):
+        return False  # within the rim of a hollow nothing is in the way
+    (width, depth, height), own, below = (thing.size for thing in things)
     (x, y, z), (sx, sy, sz) = observation.positions[other], observation.positions[support]
-    (width, depth, height), (_, _, below) = observation.by_name[other].size, observation.by_name[support].size
-    own = observation.by_name[item].size
     near = abs(x - sx) < (width + own[0]) / 2 and abs(y - sy) < (depth + own[1]) / 2
-    return near and z - height / 2 < sz + below / 2 < z + height / 2
+    bottom = sz + below[2] / 2  # of the item, once it is there
+    shared = min(z + height / 2, bottom + own[2]) - max(z - height / 2, bottom)
+    return near and shared > OVERLAP
 
 
 @sampler

@@ -6,11 +6,13 @@ import numpy as np
 
 from kinematics.bodies import Body
 from kinematics.catalogue import tub
+from kinematics.gripper import gripper_of
 from kinematics.robot import Robot
 from kinematics.shapes import Box
 from kinematics.workspace import workspace_of
 
-HALF = 0.025  # of a cube [m]
+HALF = 0.025  # of a cube, if the hand opens wide enough [m]
+ROOM = 0.004  # beside a cube, of each finger, at least [m]
 PITCH, JITTER, SPACING = 0.1, 0.03, 0.08  # of the grid, and between centres [m]
 PILLAR = Box((0.025, 0.025, 0.16))
 COLOURS = (
@@ -49,11 +51,15 @@ def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tupl
             return [(float(x), float(y)) for x, y in places]
 
 
-def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0) -> Body:
+def half_of(robot: Robot) -> float:
+    """Half the edge of the cubes that an arm is given [m]."""
+    return min(HALF, gripper_of(robot).maximum_opening - ROOM)
+
+
+def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0, half: float = HALF) -> Body:
     """On the table, turned about the vertical."""
     turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    shape = Box((HALF, HALF, HALF))
-    return Body(name, shape, (*place, HALF), turn, colour=COLOURS[number % len(COLOURS)])
+    return Body(name, Box((half,) * 3), (*place, half), turn, colour=COLOURS[number % len(COLOURS)])
 
 
 def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
@@ -61,8 +67,9 @@ def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body
     count = min(count, capacity(robot))
     places = spots(robot, generator, count)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
+    half = half_of(robot)
     return [
-        cube(f"cube{k}", place, yaw, k) for k, (place, yaw) in enumerate(zip(places, yaws, strict=True))
+        cube(f"cube{k}", place, yaw, k, half) for k, (place, yaw) in enumerate(zip(places, yaws, strict=True))
     ]
 
 
@@ -71,7 +78,8 @@ def crowded(robot: Robot, generator: np.random.Generator, count: int) -> list[Bo
     count = min(count, capacity(robot) - 1)
     places = spots(robot, generator, count + 1)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
-    bodies = [cube(f"cube{k}", places[k], yaws[k], k) for k in range(count)]
+    half = half_of(robot)
+    bodies = [cube(f"cube{k}", places[k], yaws[k], k, half) for k in range(count)]
     (x0, x1), (_, y1) = workspace_of(robot).region
     pillar = Body("pillar", PILLAR, (*places[-1], PILLAR.half_extents[2]), mass=0.0)
     return [*bodies, pillar, Body("bin", tub(), ((x0 + x1) / 2, y1 + 0.13, 0.0425), mass=0.0)]

@@ -10,7 +10,7 @@ import numpy as np
 from ompl import base, geometric, util
 
 from kinematics import bullet, models
-from kinematics.bench.cells import HALF
+from kinematics.bench.cells import half_of
 from kinematics.bench.measuring import version
 from kinematics.bench.plan_queries import Query, Referee
 from kinematics.bullet_bodies import Solids
@@ -107,8 +107,9 @@ class PybulletPlanning:
 
     def _planned(self, query: Query, bodies: dict[str, int]) -> Array | None:
         pp = self._pp
-        opening = HALF + FINGERS_OFF if query.held else gripper_of(self._robot).maximum_opening
-        for name, value in gripper_of(self._robot).values(opening).items():
+        gripper = gripper_of(self._robot)
+        opening = half_of(self._robot) + FINGERS_OFF if query.held else gripper.maximum_opening
+        for name, value in gripper.values(opening).items():
             pp.set_joint_position(self._body, pp.joint_from_name(self._body, name), value)
         pp.set_joint_positions(self._body, self._joints, query.start)
         attachments, touching = [], set()

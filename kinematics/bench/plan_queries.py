@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.bench.cells import HALF, crowded
+from kinematics.bench.cells import crowded, half_of
 from kinematics.bodies import Body
 from kinematics.collision import CollisionScene
 from kinematics.geometry import Array, inverse, transform_of
@@ -20,7 +20,7 @@ from kinematics.workspace import workspace_of
 
 FINE = 1 / 160  # rad, Euclidean over the joints: how finely a path is checked once more
 CUBES = 8
-ABOVE = 2 * HALF + 0.1  # the tool, over a cube that stands on the table [m]
+ABOVE = 0.1  # the tool, over a cube that stands on the table [m]
 RESTARTS = 8
 FRUITLESS = 100  # cells in a row: then the arm cannot work where it is said to
 OPENING = 0.04  # of each finger, when nothing is held [m]
@@ -57,7 +57,8 @@ class Referee:
         absent = frozenset([query.held]) if query.held else frozenset()
         scene.place({body.name: body.pose for body in query.bodies}, absent)
         scene.hold(query.held, query.held_to_tool)
-        scene.open_fingers(HALF if query.held else min(OPENING, gripper_of(self.robot).maximum_opening))
+        empty = min(OPENING, gripper_of(self.robot).maximum_opening)
+        scene.open_fingers(half_of(self.robot) if query.held else empty)
         return scene
 
     def is_clear(self, query: Query, corners: Array) -> bool:
@@ -106,7 +107,7 @@ def finely(corners: Array) -> Iterator[Array]:
 def _above(robot: Robot, body: Body) -> Array:
     grasp = next(grasps_by_trouble(body.pose, body.shape, gripper_of(robot)))[0]
     tool = grasp.tool.copy()
-    tool[2, 3] = ABOVE
+    tool[2, 3] = 2 * half_of(robot) + ABOVE
     return tool
 
 

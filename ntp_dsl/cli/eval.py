@@ -10,6 +10,7 @@ import typer
 from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
+    Arm,
     Json,
     Length,
     Library,
@@ -38,6 +39,7 @@ def command(
     model: Model = None,
     expert: Scripted = False,
     world: WorldName = "kinematic",
+    arm: Arm = None,
     episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="How many.")] = 100,
     seed: Seed = 0,
     workers: Workers = 1,
@@ -66,7 +68,7 @@ def command(
     ranges = varied(length, topology, semantics)
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for goals that are drawn, and --tasks brings them: choose one")
-    plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges)
+    plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges, arm=arm)
     done = []
     with progress("episodes", episodes) as bar:
         for episode in run_all(plan, episodes, workers):

@@ -34,6 +34,10 @@ Pushes = Annotated[
     float, typer.Option(min=0, max=1, help="How often a placement is pushed, and may topple.")
 ]
 Gui = Annotated[bool, typer.Option("--gui", help="Watch the bullet world in a window, in real time.")]
+Arm = Annotated[
+    str | None,
+    typer.Option(help="Of the bullet world: panda, xarm6, or a TOML of your own beside its URDF."),
+]
 Noise = Annotated[float, typer.Option(min=0, max=0.1, help="Of what is observed, standard deviation [m].")]
 Length = Annotated[
     str, typer.Option(metavar="N..M", help="How many elements goals have, instead of what the task says.")

@@ -11,6 +11,7 @@ import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
 from ntp_dsl.cli.options import (
+    Arm,
     Json,
     Length,
     Library,
@@ -37,6 +38,7 @@ def command(
     ] = 100,
     out: Annotated[Path, typer.Option(help="The folder to write.")] = Path("runs/data"),
     world: WorldName = "kinematic",
+    arm: Arm = None,
     seed: Seed = 0,
     workers: Workers = 1,
     trouble: Annotated[
@@ -65,7 +67,7 @@ def command(
     words = "ntp " + " ".join(sys.argv[1:])
     ranges = varied(length, topology, semantics)
     plan = RecordingPlan(
-        library, task, out, world, seed, trouble, _excluded(files), words, hashes, ranges
+        library, task, out, world, seed, trouble, _excluded(files), words, hashes, ranges, arm
     )
     failed = []
     with progress("recording", episodes) as bar:

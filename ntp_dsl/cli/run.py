@@ -11,6 +11,7 @@ from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
+    Arm,
     Gui,
     Json,
     Length,
@@ -50,6 +51,7 @@ def command(
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
     length: Length = "",
@@ -69,7 +71,7 @@ def command(
     path = model_or_expert(library, task, model, expert)
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
-    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui)
+    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
     evaluator = Evaluator(plan)
     shown = Shown(read_demonstration(demo)) if demo else None
     if shown is None and not expert:

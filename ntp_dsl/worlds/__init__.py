@@ -14,16 +14,19 @@ from ntp_dsl.world import Argument, Failure, Outcome, World
 WORLDS = ("kinematic", "bullet")
 
 
-def make_world(name: str, registry: Registry, exact: bool = False, gui: bool = False) -> World:
+def make_world(
+    name: str, registry: Registry, exact: bool = False, gui: bool = False, arm: str | None = None
+) -> World:
     """A world that can do what a library declares. Imports what it needs and no more.
 
     Args:
         exact: of the kinematic world: what is put down comes to rest right where it is let go.
         gui: of the bullet world: with a window, in real time.
+        arm: of the bullet world: one that is shipped, or the path of a TOML; the Panda if none is told.
 
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
-    world = _make(name, exact, gui)
+    world = _make(name, exact, gui, arm)
     lacks = lacking(world, registry)
     if lacks:
         skills = sorted(world.skills)
@@ -69,9 +72,11 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     return provider in {PYTHON, *BUILT_IN} or said
 
 
-def _make(name: str, exact: bool, gui: bool) -> World:
+def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:
     if gui and name != "bullet":
         raise NtpError(f"the {name} world has no window; --gui goes with --world bullet")
+    if arm is not None and name != "bullet":
+        raise NtpError(f"the {name} world has no arm; --arm goes with --world bullet")
     if name == "kinematic":
         from ntp_dsl.worlds.kinematic import KinematicWorld
 
@@ -79,5 +84,5 @@ def _make(name: str, exact: bool, gui: bool) -> World:
     if name == "bullet":
         from ntp_dsl.worlds.bullet import BulletWorld
 
-        return BulletWorld(gui)
+        return BulletWorld(arm, gui)
     raise NtpError(f"no world is called '{name}'; there are {', '.join(WORLDS)}")

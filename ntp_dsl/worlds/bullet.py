@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from kinematics import skills
 from kinematics.geometry import Pose
-from kinematics.reasons import NoDisplay, Reason
+from kinematics.reasons import NoDisplay, Reason, UnusableRobot
+from kinematics.robot import Robot, load, standing
 from kinematics.simulation import TABLE, Workcell
+from kinematics.workspace import workspace_of
 from ntp_dsl import predicates
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.world import (
@@ -64,13 +66,15 @@ FAILURES: Mapping[Reason, Failure] = {
 
 
 class BulletWorld:
-    """Gravity, friction and the Panda. Nothing is attached by a constraint or placed by hand."""
+    """Gravity, friction and an arm. Nothing is attached by a constraint or placed by hand."""
 
     starts_holding = False
 
-    def __init__(self, gui: bool = False) -> None:
+    def __init__(self, arm: str | None = None, gui: bool = False) -> None:
         try:
-            self._cell = Workcell(gui=gui)
+            self._cell = Workcell(_standing(arm), gui=gui)
+        except UnusableRobot as unusable:
+            raise NtpError(f"--arm: {unusable}") from unusable
         except NoDisplay as unexpected:
             raise NtpError(f"--gui: {unexpected}") from unexpected
         self.on_frame: Callable[[Observation], None] | None = None
@@ -265,3 +269,10 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
         motion.planner,
         disturbances,
     )
+
+
+def _standing(arm: str | None) -> Robot:
+    """An arm, placed so that the middle of where it works is the middle of where things start."""
+    robot = load(arm or "panda")
+    (x0, x1), (y0, y1) = workspace_of(robot).region
+    return standing(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)

@@ -24,7 +24,7 @@ from ntp_dsl.world import (
 )
 from ntp_dsl.worlds.places import height_below
 from ntp_dsl.worlds.resting import RestingThings
-from ntp_dsl.worlds.scenes import movable
+from ntp_dsl.worlds.scenes import Region, movable
 from ntp_dsl.worlds.starts import REGION, WIDE
 
 HOVER = 0.10  # the tool's height over a target's top [m]
@@ -34,9 +34,6 @@ FRAME = 0.1  # [s]
 REACH = 0.035  # from where the hand closes around a thing below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
-
-
-Region = tuple[tuple[float, float], tuple[float, float]]
 
 
 class KinematicWorld(RestingThings):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot
 
 import numpy as np
 
 from ntp_dsl import predicates
+from ntp_dsl.predicates import FREE_GAP
 from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
-from ntp_dsl.worlds.scenes import CUBE
+from ntp_dsl.worlds.scenes import CUBE, Region
 from ntp_dsl.worlds.starts import CENTRE, NESTED
 
 BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
@@ -24,8 +25,8 @@ class RestingThings:
     _items: dict[str, Thing]  # what can be moved
     _solid: dict[str, Thing]  # what stands on the table, movable or not
     _by_name: Mapping[str, Thing]
-    _region: tuple[tuple[float, float], tuple[float, float]]
-    _bounds: tuple[tuple[float, float], tuple[float, float]]  # beyond which nothing falls
+    _region: Region
+    _bounds: Region  # beyond which nothing falls
     _held: str | None
     _load: list[str]  # what is in the bowl that is held
     _gripper: Vector
@@ -166,18 +167,43 @@ class RestingThings:
     ) -> tuple[float, float, float]:
         """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
 
-        On a tray it lies within the tray; on the table, within the arm's region.
+        On a tray it lies within the tray; on the table, within the arm's region, and at its border if
+        that is full.
         """
         size = self._items[item].size if item else (CUBE, CUBE, CUBE)
-        lattice = self._lattice(surface, size)
+        on_table = surface is None or surface.size[0] > TOO_WIDE
         except_for = {item, surface.name if surface else None}
         others = []
         for name, (x, y, _) in self._others(item):
             if name not in except_for:
                 width, depth, _ = self._solid[name].size
                 others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
+        if on_table:
+            found = self._clearest_of(self._region, others, CENTRE)
+            return found if found[2] > FREE_GAP else self._clearest_of(self._bounds, others, CENTRE)
+        assert surface is not None
+        x, y, _ = self._positions[surface.name]
+        if surface.cavity is not None:
+            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
+        else:
+            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
+        return self._clearest_of(((x - dx, x + dx), (y - dy, y + dy)), others, None)
+
+    def _clearest_of(
+        self,
+        region: Region,
+        others: Sequence[tuple[float, float, float, float]],
+        middle: tuple[float, float] | None,
+    ) -> tuple[float, float, float]:
+        """As `_clearest_place`; where there is nothing else it is the middle.
+
+        Args:
+            others: of each its place, and how far off along x and y is just beside it [m].
+        """
+        axes = [np.arange(low, high, 0.02) for low, high in region]
+        lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         if not others:
-            x, y = CENTRE if surface is None or surface.size[0] > TOO_WIDE else lattice.mean(0)
+            x, y = middle or lattice.mean(0)
             return float(x), float(y), np.inf
         table = np.array(others)
         apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
@@ -185,20 +211,6 @@ class RestingThings:
         liked = np.minimum(room + CUBE, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
         best = int(liked.argmax())
         return float(lattice[best, 0]), float(lattice[best, 1]), float(room[best])
-
-    def _lattice(self, surface: Thing | None, size: Vector) -> np.ndarray:
-        """(N, 2): where the centre of a thing of that size may come to rest."""
-        if surface is None or surface.size[0] > TOO_WIDE:
-            (x0, x1), (y0, y1) = self._region
-        elif surface.cavity is not None:
-            x, y, _ = self._positions[surface.name]
-            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
-            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
-        else:
-            x, y, _ = self._positions[surface.name]
-            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
-            (x0, x1), (y0, y1) = (x - dx, x + dx), (y - dy, y + dy)
-        return np.array([(x, y) for x in np.arange(x0, x1, 0.02) for y in np.arange(y0, y1, 0.02)])
 
     def _on_top_of(self, item: str, support: str) -> bool:
         if item in (support, self._held):

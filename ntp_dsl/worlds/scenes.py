@@ -24,6 +24,7 @@ TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the tab
 LIFTED, SURFACE = "Movable", "Table"  # types of the standard library that worlds know by name
 
 Interval = tuple[float, float]
+Region = tuple[Interval, Interval]  # of x and of y, world frame [m]
 
 
 @dataclass(frozen=True)

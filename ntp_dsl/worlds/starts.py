@@ -264,13 +264,13 @@ def scrambled(
             elif below.cavity is not None and item.cavity is None:
                 positions[name] = place  # in the bowl, which others may still be put on
                 into[name] = below.name, _moved(place, positions[below.name], -1)
-            elif not below.roomy:
-                positions[name] = place
-                tops[tops.index(below.name)] = name
-            else:
+            elif below.roomy or item.size[0] > below.size[0]:  # it needs room beside what is below
                 tops.append(name)
                 if _is_free(item, place, scene, positions):
                     positions[name] = place
+            else:
+                positions[name] = place
+                tops[tops.index(below.name)] = name
         else:
             tops.append(name)
     carried = [name for name in tops if name in names]
