@@ -81,12 +81,11 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     in_hand = held(observation)
     if in_hand == target:
         return False
-    container = observation.by_name[target].cavity
-    if container is not None and (in_hand is None or observation.by_name[in_hand].cavity is None):
+    surface = observation.by_name[target]
+    if surface.takes(observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
         return _over_container(observation, in_hand, target)
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
-    surface = observation.by_name[target]
     if surface.roomy:
         width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
         return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
@@ -94,7 +93,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
             or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
             for (ox, oy, _), size in footprints(observation, {in_hand, target, *load(observation, in_hand)})
         )
-    rise = observation.gripper[2] - (tz + observation.by_name[target].size[2] / 2)
+    rise = observation.gripper[2] - (tz + surface.size[2] / 2)
     within = CENTRED if in_hand else OVER
     return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
 
@@ -122,8 +121,8 @@ def inside(observation: Observation, item: str, container: str) -> bool:
     cx, cy, cz = observation.positions[container]
     bottom = cz - observation.by_name[container].size[2] / 2
     rim = bottom + observation.by_name[container].size[2]
-    if min(observation.by_name[item].size[:2]) >= observation.by_name[container].size[0]:
-        return False  # it does not fit in: it leans on the rim
+    if not observation.by_name[container].has_room_for(observation.by_name[item]):
+        return False  # it lies or leans on the rim
     if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
         return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
     within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
@@ -157,7 +156,7 @@ def footprints(
     observation: Observation, except_for: Container[str | None]
 ) -> Iterator[tuple[Vector, Vector]]:
     """Where what stands on the table is, and its size: all but the widest furniture."""
-    for thing in observation.things:
+    for thing in observation.by_name.values():
         if thing.name not in except_for and thing.size[0] <= TOO_WIDE:
             if thing.name in observation.positions:
                 yield observation.positions[thing.name], thing.size

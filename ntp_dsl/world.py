@@ -88,6 +88,20 @@ class Thing:
             return Cavity(inner, inner, BOWL_FLOOR)
         return None
 
+    @property
+    def reach(self) -> float:
+        """Radius of the upright cylinder that holds it [m]."""
+        is_round = self.shape in ("cylinder", "bowl")
+        return self.size[0] / 2 if is_round else hypot(*self.size[:2]) / 2
+
+    def has_room_for(self, item: Thing) -> bool:
+        """Whether the item goes into its hollow: what is wider rests on the rim."""
+        return self.cavity is not None and item.reach < self.reach - 1e-6
+
+    def takes(self, item: Thing) -> bool:
+        """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
+        return item.cavity is None and self.has_room_for(item)
+
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> Thing:
         """The inverse of `asdict`; what is not said is as it is for a plain box."""
@@ -121,10 +135,14 @@ class Observation:
     gripper: Vector  # the point between the fingertips, world frame [m]
     closed: bool
     unreachable: frozenset[str] = frozenset()
+    tipped: Mapping[str, Vector] = field(default_factory=dict)  # extents of what lies on another side [m]
 
     @cached_property
     def by_name(self) -> Mapping[str, Thing]:
-        return {thing.name: thing for thing in self.things}
+        """Each as it lies."""
+        upright = {thing.name: thing for thing in self.things}
+        lying = {name: replace(upright[name], size=size) for name, size in self.tipped.items()}
+        return upright | lying
 
     @cached_property
     def held(self) -> str | None:
@@ -185,6 +203,9 @@ class Outcome:
     solver: str = ""
     planner: str = ""
     disturbances: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return self.achieved
 
 
 ACHIEVED = Outcome(True)

@@ -182,7 +182,7 @@ class States(Sequence[Observation]):
 
     def append(self, row: Row) -> None:
         positions = _mapping(row, "positions")
-        for place in positions.values():
+        for place in (*positions.values(), *row.get("tipped", {}).values()):
             vector(place)
         vector(row["gripper"])
         _expect(isinstance(row["closed"], bool), "expected closed to be true or false")
@@ -208,8 +208,9 @@ class States(Sequence[Observation]):
         row = self._rows[number]
         positions = {name: vector(place) for name, place in row["positions"].items()}
         unreachable = frozenset(map(str, row.get("unreachable", ())))
+        tipped = {name: vector(size) for name, size in row.get("tipped", {}).items()}
         return Observation(
-            self.things, positions, vector(row["gripper"]), row["closed"], unreachable
+            self.things, positions, vector(row["gripper"]), row["closed"], unreachable, tipped
         )
 
 

@@ -124,4 +124,6 @@ def _state_row(observation: Observation) -> dict[str, Any]:
     row |= {"gripper": _place(observation.gripper), "closed": observation.closed}
     if observation.unreachable:
         row["unreachable"] = sorted(observation.unreachable)
+    if observation.tipped:
+        row["tipped"] = _places(observation.tipped)
     return row

@@ -32,7 +32,7 @@ from ntp_dsl.world import (
     Scene,
     Vector,
 )
-from ntp_dsl.worlds.bullet_bodies import bodies_of
+from ntp_dsl.worlds.bullet_bodies import as_it_lies, bodies_of
 from ntp_dsl.worlds.places import free_places, height_below
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
@@ -107,14 +107,26 @@ class BulletWorld:
         return self._cell.time
 
     def truth(self) -> Observation:
-        positions = {name: pose.position for name, pose in self._cell.poses().items()}
+        poses = self._cell.poses()
+        positions = {name: pose.position for name, pose in poses.items()}
         return Observation(
             self._things,
             positions | self._furniture,
             self._cell.tool_position(),
             self._cell.hand_closed,
             self._unreachable(positions),
+            self._tipped(poses),
         )
+
+    def _tipped(self, poses: Mapping[str, Pose]) -> dict[str, Vector]:
+        """The extents of what lies on another side than at the start; of hollow things it says nothing."""
+        found = {
+            thing.name: as_it_lies(thing, poses[thing.name])
+            for thing in self._things
+            if thing.name in poses and thing.movable and thing.cavity is None
+        }
+        upright = {thing.name: thing.size for thing in self._things}
+        return {name: size for name, size in found.items() if size != upright[name]}
 
     def observe(self) -> Observation:
         sigma = self._disturbances.noise

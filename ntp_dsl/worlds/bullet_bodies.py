@@ -6,12 +6,15 @@ from collections.abc import Mapping
 from math import cos, sin
 from pathlib import Path
 
+import numpy as np
+
 from kinematics import catalogue
 from kinematics.bodies import Body, Colour
+from kinematics.geometry import Pose, rotation_from_quaternion
 from kinematics.reasons import UnusableShape
 from kinematics.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import TOO_WIDE, Scene, Thing
+from ntp_dsl.world import TOO_WIDE, Scene, Thing, Vector
 
 DENSITY = 800.0  # of wood [kg/m3]
 LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]
@@ -47,6 +50,17 @@ def bodies_of(scene: Scene) -> list[Body]:
     things = [thing for thing in scene.things if thing.size[0] <= TOO_WIDE]
     colours = _colours(things)
     return [_body(thing, scene, colours[thing.name]) for thing in things]
+
+
+def as_it_lies(thing: Thing, pose: Pose) -> Vector:
+    """Its extents along the world's axes, to the nearest quarter turn [m]: it may have tipped over."""
+    turned = np.abs(rotation_from_quaternion(pose.quaternion_xyzw))  # of its axes along the world's
+    upward = int(turned[2].argmax())
+    if upward == 2:
+        return thing.size
+    level = [axis for axis in range(3) if axis != upward]
+    along_x, along_y = sorted(level, key=lambda axis: -turned[0, axis])
+    return thing.size[along_x], thing.size[along_y], thing.size[upward]
 
 
 def _body(thing: Thing, scene: Scene, colour: Colour) -> Body:

@@ -233,7 +233,7 @@ class KinematicWorld(RestingThings):
         surface = self._by_name[target]
         if surface.cavity is not None and self._held is None:
             return self._over_rim(target)
-        if surface.roomy or self._takes(target):
+        if self._takes(target) or (surface.roomy and surface.cavity is None):
             x, y, _ = self._clearest_place(self._held, surface)
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)

@@ -100,8 +100,7 @@ class RestingThings:
     def _takes(self, target: str, item: str | None = None) -> bool:
         """Whether what is held (or an item) would be dropped into the target, rather than put on it."""
         item = item or self._held
-        container = self._by_name[target].cavity
-        return container is not None and item is not None and self._items[item].cavity is None
+        return item is not None and self._by_name[target].takes(self._items[item])
 
     def _contents(self, container: str) -> list[str]:
         """What goes along where a bowl goes."""

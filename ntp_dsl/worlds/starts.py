@@ -261,7 +261,7 @@ def scrambled(
             place = _stacked(item, below, positions, rng, straight)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
-            elif below.cavity is not None and item.cavity is None:
+            elif below.takes(item):
                 positions[name] = place  # in the bowl, which others may still be put on
                 into[name] = below.name, _moved(place, positions[below.name], -1)
             elif below.roomy or item.size[0] > below.size[0]:  # it needs room beside what is below
@@ -298,7 +298,7 @@ def _stacked(
     """On top; centred, or as far off as just carries: where decisions are closest."""
     x, y, z = positions[below.name]
     height = z + _floor(below, item) + item.size[2] / 2
-    if below.cavity is not None and item.cavity is None:
+    if below.cavity is not None and below.takes(item):
         dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
         return (x + dx, y + dy, height)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
@@ -309,7 +309,7 @@ def _stacked(
 
 def _floor(below: Thing, item: Thing) -> float:
     """Where an item's bottom is on what is below, or in it, from the middle of that [m]."""
-    if below.cavity is not None and item.cavity is None:
+    if below.cavity is not None and below.takes(item):
         return below.cavity.floor - below.size[2] / 2
     return below.size[2] / 2 - (NESTED if item.shape == below.shape == "bowl" else 0.0)
 
