@@ -16,7 +16,8 @@ SPARE = 0.002  # beyond what the predicate asks for, since the arm is not exact 
 def free_places(seen: Observation, surface: str) -> tuple[list[tuple[float, float]], float]:
     """Places of a surface with room around them, and its height [m].
 
-    The clearest come first, of these the nearest to its middle.
+    On a table the clearest come first; on a tray, those that leave most room for more of the same size.
+    Of equals the nearest to its middle.
     """
     below = seen.by_name[surface]
     held = seen.held
@@ -29,9 +30,17 @@ def free_places(seen: Observation, surface: str) -> tuple[list[tuple[float, floa
         room = np.minimum(room, apart.max(axis=1))
     from_middle = np.linalg.norm(lattice - lattice.mean(axis=0), axis=1)
     top = seen.positions[surface][2] + below.size[2] / 2
-    order = np.lexsort((from_middle.round(6), -room.round(3)))
-    chosen = [int(k) for k in order if room[k] > FREE_GAP + SPARE]
+    free = room > FREE_GAP + SPARE
+    welcome = room if below.size[0] > TOO_WIDE else _left_free(lattice, free, np.array(size[:2]))
+    order = np.lexsort((from_middle.round(6), -welcome.round(3)))
+    chosen = [int(k) for k in order if free[k]]
     return [(float(lattice[k, 0]), float(lattice[k, 1])) for k in chosen], top
+
+
+def _left_free(lattice: np.ndarray, free: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """(N,) how many of the free places stay so when a thing of that size is put down at each."""
+    apart = (np.abs(lattice[:, None] - lattice[None, free]) - size).max(axis=-1)  # (N, free)
+    return np.asarray((apart > FREE_GAP + SPARE).sum(axis=1), dtype=float)
 
 
 def height_below(seen: Observation, x: float, y: float) -> float:
