@@ -62,7 +62,7 @@ def grasps_by_trouble(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[li
     closings = [
         closing
         for grip in grips_of(shape, pose)
-        if grip.width / 2 + NARROW_FINGER_ROOMS[-1] <= gripper.maximum_opening
+        if grip.width <= greatest_width(gripper)
         for closing in _closings(grip)
     ]
     variants = sorted(itertools.product(_TURNS, _LIFTS, _SHIFTS), key=_trouble)
@@ -84,6 +84,16 @@ def grasps_by_trouble(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[li
                 grasps.append(Grasp(tool, grip.centre, grip.width, trouble, widest, offset))
         if grasps:
             yield grasps
+
+
+def least_width(pose: Pose, shape: Shape) -> float:
+    """Between any two sides that fingers could close on from above; infinite where there are none [m]."""
+    return min((grip.width for grip in grips_of(shape, pose) if any(_closings(grip))), default=math.inf)
+
+
+def greatest_width(gripper: Gripper) -> float:
+    """Of what the fingers get around [m]."""
+    return 2 * (gripper.maximum_opening - NARROW_FINGER_ROOMS[-1])
 
 
 def _trouble(variant: tuple[float, float, float]) -> float:

@@ -84,7 +84,7 @@ class UnusablePose(KinematicsError):
 
 
 class UnsuitableHand(KinematicsError):
-    """The hand holds something where it must be empty, or the target itself; or it does not open."""
+    """The hand holds something where it must be empty, or the target itself; or it does not open so wide."""
 
 
 class Unreachable(KinematicsError):

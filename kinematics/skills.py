@@ -26,6 +26,7 @@ from kinematics.approach import (
 )
 from kinematics.arm import Arm, Look
 from kinematics.geometry import check_finite, rotation_from_quaternion
+from kinematics.grasps import greatest_width, least_width
 from kinematics.handling import Attempt
 from kinematics.placements import free_places, yaw_of
 from kinematics.reasons import (
@@ -246,9 +247,11 @@ def _perform(cell: Workcell, seed: int, skill: Callable[[Attempt], None]) -> Mot
 def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Approach]:
     """To grasps of the target, or to places for what is held on top of it."""
     arm, shape = attempt.arm, attempt.shape(target)
+    pose = look.poses[target]
     if look.held is None:
+        _check_width(attempt, target, least_width(pose, shape))
         return grasp_approaches(arm, look, target, shape, attempt.seed)
-    held_shape, pose = attempt.shape(look.held), look.poses[target]
+    held_shape = attempt.shape(look.held)
     if containers.takes(shape, pose, held_shape):
         others = [other.position for name, other in look.poses.items() if name not in (target, look.held)]
         over = containers.spots(shape, pose, held_shape, others)[:PLACES]
@@ -263,6 +266,17 @@ def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Appr
         return _approaches_over_places(attempt, look, places, height_above(shape, pose))
     place = (x, y, height_above(shape, pose))
     return placement_approaches(arm, look, held_shape, place, [yaw], attempt.seed)
+
+
+def _check_width(attempt: Attempt, target: str, width: float) -> None:
+    """Nothing helps where the hand does not open wide enough; what does not move is not for grasping."""
+    most = greatest_width(attempt.arm.gripper)
+    if most < width < math.inf and not attempt.cell.bodies[target].is_fixed:
+        message = (
+            f"'{target}' is {1000 * width:.0f} mm wide where it is narrowest, and the hand gets around "
+            f"{1000 * most:.0f} mm"
+        )
+        raise UnsuitableHand(Reason.NO_GRASP, message, name=target, width=width, most=most)
 
 
 def _approaches_over_places(

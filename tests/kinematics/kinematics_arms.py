@@ -5,6 +5,7 @@ of its joints have no end, nothing says how heavy it is, and one finger mimics t
 `sphere7` is of STL meshes by `package://`, its hand looks along x and closes along z, its two fingers
 are driven apart by joints of one direction, their pads are links of their own, and it carries a second
 arm that nobody moves.
+`waist5` has five joints only, and links that nearly touch wherever it is.
 """
 
 import struct
@@ -151,6 +152,41 @@ velocity = [1.5, 1.5, 1.5, 1.5, 2.0, 2.0, 2.0]
     return _written(folder, "sphere7", description, told, "sphere7_description/urdf/")
 
 
+def waist5(folder: Path) -> Path:
+    slide = _limit(0, 0.045, 0.2, 40)
+    upright: Size = (0, 1, 0)
+    description = [
+        _link("base", (_cylinder(0.07, 0.1), (0, 0, 0.05))),
+        _joint("revolute", "waist base body", (0, 0, 0.11), more=_limit(-3.1, 3.1)),
+        _link("body", (_box(0.1, 0.1, 0.1), (0, 0, 0.042))),  # 2 mm above the base
+        _joint("revolute", "shoulder body upper", (0, 0, 0.1), upright, _limit(-1.9, 1.9)),
+        _link("upper", (_box(0.06, 0.06, 0.25), (0, 0, 0.17))),
+        _joint("revolute", "elbow upper fore", (0, 0, 0.33), upright, _limit(-2.6, 2.6)),
+        _link("fore", (_box(0.05, 0.05, 0.2), (0, 0, 0.15))),
+        _joint("revolute", "wrist_pitch fore wrist", (0, 0, 0.3), upright, _limit(-2.2, 2.2)),
+        _link("wrist", (_cylinder(0.03, 0.06), (0, 0, 0.05))),
+        _joint("revolute", "wrist_rotate wrist hand", (0, 0, 0.1), more=_limit(-3.3, 3.3)),
+        _link("hand", (_box(0.06, 0.16, 0.04), (0, 0, 0.02))),
+        _joint("prismatic", "finger_a hand left", (0, 0, 0.04), (0, 1, 0), slide),
+        _link("left", (_box(0.022, 0.012, 0.07), (0, 0.006, 0.035))),
+        _joint(
+            "prismatic", "finger_b hand right", (0, 0, 0.04), (0, -1, 0), slide + '<mimic joint="finger_a"/>'
+        ),
+        _link("right", (_box(0.022, 0.012, 0.07), (0, -0.006, 0.035))),
+    ]
+    told = """
+urdf = "waist5.urdf"
+arm = ["waist", "shoulder", "elbow", "wrist_pitch", "wrist_rotate"]
+home = [0.0, 0.2, 1.5, 1.44, 0.0]
+[tool]
+link = "hand"
+xyz = [0.0, 0.0, 0.1]
+[gripper]
+joints = ["finger_a"]
+"""
+    return _written(folder, "waist5", description, told)
+
+
 def _apart(
     name: str, parent: str, at: Size, ends: tuple[float, float], mesh: Callable[..., str]
 ) -> list[str]:
@@ -185,4 +221,4 @@ def _written(folder: Path, name: str, description: list[str], told: str, within:
     return toml
 
 
-WRITTEN: dict[str, Callable[[Path], Path]] = {"elbow6": elbow6, "sphere7": sphere7}
+WRITTEN: dict[str, Callable[[Path], Path]] = {"elbow6": elbow6, "sphere7": sphere7, "waist5": waist5}

@@ -132,3 +132,17 @@ def test_a_body_under_a_lid_cannot_be_grasped_and_nothing_moves(cell: Workcell) 
     before = state(cell)
     assert grasp(cell, "low", 0).reason is Reason.NO_GRASP
     assert state(cell) == before
+
+
+CORNERS = tuple((x, y, z) for x in (-0.045, 0.045) for y in (-0.045, 0.045) for z in (-0.02, 0.02))
+
+
+@pytest.mark.parametrize("shape", [Cylinder(0.0375, 0.04), Box((0.05, 0.045, 0.02)), Hull(CORNERS)])
+def test_what_is_wider_than_the_hand_opens_is_said_to_be(cell: Workcell, shape: Shape) -> None:
+    cell.reset([Body("lid", shape, (0.5, 0.0, 0.02))], 0)
+    cell.settle(0.5)
+    before = state(cell)
+    motion = move_above(cell, "lid", 0)
+    assert motion.reason is Reason.NO_GRASP
+    assert "mm wide where it is narrowest, and the hand gets around 73 mm" in motion.evidence["message"]
+    assert state(cell) == before
