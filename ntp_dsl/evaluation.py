@@ -25,7 +25,7 @@ from ntp_dsl.scripted import ScriptedPolicy
 from ntp_dsl.seeds import derived
 from ntp_dsl.specification import Demonstration, write_demonstration
 from ntp_dsl.success import judge
-from ntp_dsl.tasks import Instance, draw, find_task, from_file
+from ntp_dsl.tasks import Instance, draw, enough_primitives, find_task, from_file
 from ntp_dsl.traces import TraceWriter
 from ntp_dsl.workers import in_order
 from ntp_dsl.world import Disturbances, Observation, Record, Scene
@@ -230,7 +230,7 @@ class Evaluator:
             policy,
             self.world,
             writer,
-            limits=Limits(primitives=max(150, 8 * len(instance.things))),
+            limits=Limits(primitives=enough_primitives(instance)),
             watch=watch,
             frame_number=lambda: writer.frames,
         )

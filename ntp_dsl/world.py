@@ -27,7 +27,7 @@ class Record:
 
 
 Argument = str | float | Record | tuple[Record | str, ...]
-TOO_WIDE = 0.3  # for any hand: wider things than this never move [m]
+TOO_WIDE = 0.8  # to be anything but a table, which never moves and whose top is the ground [m]
 IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
 
@@ -151,14 +151,14 @@ class Observation:
             return None
         near = [
             (distance, thing.name)
-            for thing in self.things
+            for thing in self.by_name.values()
             if thing.movable and thing.name in self.positions
             if (distance := self._from_grip(thing)) < IN_HAND
         ]
         return min(near)[1] if near else None
 
     def _from_grip(self, thing: Thing) -> float:
-        """From the tool's point to where a thing is held: its middle, or the rim of a bowl [m].
+        """From the tool's point to where a thing is held: its middle line, or the rim of a bowl [m].
 
         All of a rim is equally far from the bowl's middle, however the bowl hangs; but a hand over the
         middle is about something else.
@@ -166,7 +166,8 @@ class Observation:
         (gx, gy, gz), (x, y, z) = self.gripper, self.positions[thing.name]
         aside = hypot(x - gx, y - gy)
         if thing.cavity is None:
-            return max(aside, abs(z - gz))
+            tall = max(0.0, thing.size[2] / 2 - IN_HAND)  # such a thing is held near its top
+            return max(aside, abs(z - gz) - tall)
         if aside < thing.size[0] / 4:
             return inf
         return abs(hypot(aside, z - gz) - hypot(thing.size[0], thing.size[2]) / 2)

@@ -36,8 +36,9 @@ def scattered(
     things: tuple[Thing, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
 ) -> Scene:
     """Everything apart from everything else, turned anyhow; nothing on anything but where it is to start."""
-    items = [thing for thing in things if thing.size[0] <= TOO_WIDE]
+    standing = [thing for thing in things if thing.size[0] <= TOO_WIDE]
     starts = starts or {}
+    items = sorted(standing, key=lambda thing: _height(thing.name, starts))
     plain = all(start == Start() for start in starts.values()) and all(
         thing.movable and thing.size == (CUBE, CUBE, CUBE) for thing in items
     )
@@ -54,6 +55,14 @@ def scattered(
         positions[thing.name] = (x, y, floor + thing.size[2] / 2)
         yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if thing.movable else 0.0
     return Scene(things, positions, yaws)
+
+
+def _height(name: str, starts: Mapping[str, Start]) -> int:
+    """How many things there are below one: what carries something has its place first."""
+    count = 0
+    while (name := starts.get(name, Start()).surface) in starts and count < len(starts):
+        count += 1
+    return count + (name != TABLE)
 
 
 def _on_grid(items: Sequence[Thing], rng: np.random.Generator) -> dict[str, Spot]:
@@ -74,12 +83,11 @@ def _spread(
 ) -> dict[str, Spot]:
     """Things of any size: the largest first, each anywhere in its region that is free."""
     by_name = {thing.name: thing for thing in items}
-    aside = iter(ASIDE)
-    given = {t.name: next(aside, ASIDE[-1]) for t in items if t.fixed and t.name not in starts and t.roomy}
+    given = _aside(items, starts)
     order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
     fixed = sum(not thing.movable for thing in order)
     for _ in range(RESTARTS):
-        spots: dict[str, Spot] = {}
+        spots: dict[str, Spot] = dict(given)
         for index, thing in enumerate(order):
             if index == fixed:  # what stays has its place
                 in_place = [(spots[name], by_name[name].size) for name in spots]
@@ -87,7 +95,7 @@ def _spread(
             start = starts.get(thing.name, Start())
             if start.surface in by_name or thing.name in spots:
                 continue
-            spot = given.get(thing.name) or _free_spot(thing, start, spots, by_name, starts, rng)
+            spot = _free_spot(thing, start, spots, by_name, starts, rng)
             if spot is None:
                 break
             spots[thing.name] = spot
@@ -100,6 +108,21 @@ def _spread(
         f"{len(items)} things do not fit where they are to start, among them {sizes}; "
         "take fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)"
     )
+
+
+def _aside(items: Sequence[Thing], starts: Mapping[str, Start]) -> dict[str, Spot]:
+    """Places for the trays of which the scene says nothing: off those that it tells exactly."""
+    told: list[tuple[Spot, Thing]] = []
+    for thing in items:
+        start = starts.get(thing.name, Start())
+        if start.surface == TABLE and start.x and start.y and start.x[0] == start.x[1]:
+            told.append(((start.x[0], start.y[0]), thing))
+    found: dict[str, Spot] = {}
+    for tray in (t for t in items if t.fixed and t.name not in starts and t.roomy):
+        free = [spot for spot in ASIDE if all(_apart(spot, tray, place, thing) for place, thing in told)]
+        found[tray.name] = free[0] if free else ASIDE[-1]
+        told.append((found[tray.name], tray))
+    return found
 
 
 def _crowded(

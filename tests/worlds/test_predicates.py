@@ -60,6 +60,19 @@ def test_the_hand_holds_what_is_between_its_closed_fingers() -> None:
         assert held(state) is None and empty(state, "gripper") and not holding(state, "any")
 
 
+@pytest.mark.parametrize("height", [0.02, 0.05, 0.1, 0.2])
+def test_what_is_tall_is_held_near_its_top(height: float) -> None:
+    post = Thing("post", "Movable", (0.04, 0.04, height), "cylinder")
+    middle: Vector = (0.5, 0.1, 0.3)
+
+    def gripped(above_middle: float) -> bool:
+        hand = (0.5, 0.1, 0.3 + above_middle)
+        return held(Observation((post,), {"post": middle}, hand, True)) == "post"
+
+    assert gripped(0.0) and gripped(max(0.0, height / 2 - 0.025))
+    assert not gripped(height / 2 + 0.031)
+
+
 def test_what_is_held_is_on_nothing() -> None:
     state = seen((0.5, 0.0, 0.075), gripper=(0.5, 0.0, 0.075), closed=True)
     assert not on(state, "a", "b") and clear(state, "b")

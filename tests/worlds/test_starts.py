@@ -18,6 +18,7 @@ library mine
 use containers
 
 type Pad is Place
+constant tray: Place
 
 program fill(goal: list[Placement]):
     achieves all on(p.item, p.support) for p in goal
@@ -54,6 +55,32 @@ def starts(folder: Path, scene: str, seed: int) -> Scene:
     registry = load(path)
     rng = np.random.default_rng(seed)
     return draw(registry, find_task(registry, "filling"), rng).scattered(rng)
+
+
+def test_a_tray_that_is_a_constant_carries_what_starts_on_it(tmp_path: Path) -> None:
+    scene = starts(
+        tmp_path,
+        """
+        pads: 1 Pad on tray with box(9 cm, 9 cm, 1 cm)
+        blocks: 2 Block on pads with cube(4 cm)""",
+        0,
+    )
+    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    assert on(seen, "block_0", "pad_0")
+    pad, tray = scene.positions["pad_0"], scene.positions["tray"]
+    assert pad[2] - 0.005 == pytest.approx(tray[2] + scene.by_name["tray"].size[2] / 2)
+
+
+@pytest.mark.parametrize("size", ["35 cm, 20 cm, 1 cm", "20 cm, 35 cm, 1 cm"])
+def test_a_long_tray_stands_where_it_is_told_to(tmp_path: Path, size: str) -> None:
+    scene = starts(
+        tmp_path,
+        f"""
+        pads: 1 Pad on table with box({size}), at(50 cm, 20 cm)
+        blocks: 2 Block on table with y(-0.25 .. -0.05 m)""",
+        0,
+    )
+    assert scene.positions["pad_0"] == pytest.approx((0.5, 0.2, 0.005))
 
 
 def overlap(scene: Scene, a: str, b: str) -> bool:
