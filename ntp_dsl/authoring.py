@@ -45,7 +45,7 @@ def predicate(function: F) -> F: ...
 @overload
 def predicate(function: str) -> Callable[[F], F]: ...
 def predicate(function: Any) -> Any:
-    """Marks a predicate or reading: `(observation, *arguments)` to a truth, a number or a member."""
+    """Marks a predicate: `(observation, *arguments)` to True or False, a reading to a number or member."""
     return _mark("predicate", function)
 
 
@@ -66,7 +66,8 @@ def sampler(function: Any) -> Any:
     """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal.
 
     Knobs are numbers, but for `topology` and `semantics`: where the function takes these, each is a
-    generator for what hangs together how, and for which things take part.
+    generator for what hangs together how, and for which things take part. Fewer elements than `length`
+    asks for are an error: else what is said of goals of ten would be of whatever there was.
     """
     return _mark("sampler", function)
 

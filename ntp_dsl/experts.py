@@ -6,13 +6,14 @@ does not; else it calls the first due statement of its body. See "What can be do
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ntp_dsl.fitting import guess, types_of, unfit_call
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.registry import Api, Program, Registry
+from ntp_dsl.registry import Api, Program, Registry, place_of
 from ntp_dsl.state import Bindings, Fact, State
 from ntp_dsl.world import Argument
 
@@ -86,23 +87,30 @@ class Expert:
     def _first_due(
         self, row: Program, scope: Bindings, needed: set[Fact], state: State
     ) -> Decision:
-        named = set(state.literals(row.achieves, scope))
-        due: list[Instance] = []
-        for index in range(len(row.body) - 1, -1, -1):
-            instance = self._instantiate(row.body[index], row.body[:index], scope, state)
-            if instance is None:
-                continue
-            wanted = _provides_any(instance.provides, needed)
-            loops = isinstance(row.body[index], syntax.For)
-            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
-            if not instance.achieved and (wanted or unnamed):
-                needed |= instance.lacks
-                due.append(instance)
-            named |= instance.names
+        due = [each for _, each, is_due in self.read_body(row, scope, needed, state) if each and is_due]
         for instance in reversed(due):
             if not instance.lacks and instance.call is not None:
                 return instance.call
         return Return(False, "no statement is due")
+
+    def read_body(
+        self, row: Program, scope: Bindings, needed: set[Fact], state: State
+    ) -> Iterator[tuple[syntax.Statement, Instance | None, bool]]:
+        """Each statement from the last, what it stands for, and whether it is due; adds to what is needed."""
+        named = set(state.literals(row.achieves, scope))
+        for index in range(len(row.body) - 1, -1, -1):
+            instance = self._instantiate(row.body[index], row.body[:index], scope, state)
+            if instance is None:
+                yield row.body[index], None, False
+                continue
+            wanted = _provides_any(instance.provides, needed)
+            loops = isinstance(row.body[index], syntax.For)
+            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
+            is_due = not instance.achieved and (wanted or unnamed)
+            if is_due:
+                needed |= instance.lacks
+            yield row.body[index], instance, is_due
+            named |= instance.names
 
     def _instantiate(
         self,
@@ -187,31 +195,27 @@ class Expert:
         function = self._functions.get(row.name) or self.registry.python.get("expert", row.name)
         answer = function(View(self.registry, state), *arguments)
         offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
+        types = types_of(self.registry, state.observation) if offers else {}
         for offer in offers:
             if offer.callee not in row.callees:
-                raise UndeclaredCall(
-                    f"the expert of '{row.name}' calls '{offer.callee}'; "
-                    f"it declares {', '.join(row.callees) or 'nothing'}"
-                )
-            _check_arguments(self.registry, offer, row.name)
+                declared = f"it declares {', '.join(row.callees) or 'nothing'}"
+                raise UndeclaredCall(function, row.name, f"'{offer.callee}'; {declared}")
+            if wrong := unfit_call(self.registry, self.registry[offer.callee], offer.arguments, types):
+                raise UndeclaredCall(function, row.name, f"{offer.callee}{offer.arguments!r}; {wrong}")
             if not self._is_empty(offer, state):
                 return replace(offer, span=row.span)  # the declaration that leaves it to Python
         return Return(False, "the Python expert offers no call")
 
 
 class UndeclaredCall(NtpError):
-    """A Python expert calls something that its program does not declare."""
+    """A Python expert calls something that its program does not declare, or not as it is declared.
 
+    `name` is the program's.
+    """
 
-def _check_arguments(registry: Registry, offer: NextCall, program: str) -> None:
-    """A call from Python takes as many arguments as are declared."""
-    wanted = registry[offer.callee].parameters
-    if len(wanted) != len(offer.arguments):
-        names = ", ".join(parameter.name for parameter in wanted)
-        raise UndeclaredCall(
-            f"the expert of '{program}' calls {offer.callee}{offer.arguments!r}; "
-            f"it is declared as {offer.callee}({names})"
-        )
+    def __init__(self, function: PythonExpert, name: str, called: str) -> None:
+        self.name = name
+        super().__init__(f"{place_of(function)}: the expert of '{name}' calls {called}")
 
 
 class View:
@@ -221,12 +225,16 @@ class View:
         self._registry, self._state = registry, state
 
     def things(self, type_name: str) -> list[str]:
+        """Raises `NtpError` for a type that the library does not have."""
+        if type_name not in self._registry.parents:
+            raise NtpError(f"no type is called '{type_name}'{guess(type_name, self._registry.parents)}")
         return self._state.things(type_name)
 
     def __getattr__(self, predicate: str) -> Callable[..., Any]:
         declared = self._registry.predicates.get(predicate)
         if declared is None:
-            raise AttributeError(f"no predicate is called '{predicate}'")
+            known = self._registry.predicates
+            raise AttributeError(f"no predicate is called '{predicate}'{guess(predicate, known)}")
         count = len(declared.parameters)
 
         def ask(*arguments: Any) -> Any:
@@ -239,7 +247,7 @@ class View:
 
 def call(callee: str, *arguments: Argument) -> NextCall:
     """For Python experts: the call of an api or program by name."""
-    return NextCall(callee, arguments)
+    return NextCall(callee, tuple(tuple(each) if isinstance(each, list) else each for each in arguments))
 
 
 def first(calls: Iterable[NextCall]) -> list[NextCall]:

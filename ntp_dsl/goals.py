@@ -5,24 +5,30 @@ See `ntp_dsl.language.samplers` for what the checker knows of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from typing import SupportsFloat
 
 import numpy as np
 
+from ntp_dsl.fitting import Types, misfit, strays
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.samplers import SAMPLERS as KINDS
 from ntp_dsl.language.samplers import VARIED
 from ntp_dsl.language.syntax import Option, Sampler
-from ntp_dsl.registry import Parameter, Registry
+from ntp_dsl.registry import Parameter, Registry, place_of
 from ntp_dsl.world import Record
+from ntp_dsl.worlds.scenes import Layout
 
 Goal = tuple[Record, ...]
 Variation = Mapping[str, tuple[int, int]]  # length, topology, semantics -> range
 Pair = tuple[str, str]
 TOPOLOGY, SEMANTICS = 1, 2  # tell the choices of one index apart
+
+
+class NoGoal(NtpError):
+    """The scene can be made, and no goal can be drawn from it."""
 
 
 @dataclass(frozen=True)
@@ -45,23 +51,39 @@ class Draw:
 def draw_goal(
     registry: Registry,
     sampler: Sampler,
-    groups: Mapping[str, Sequence[str]],
+    laid: Layout,
     rng: np.random.Generator,
     varied: Variation | None = None,
 ) -> Goal:
-    """A goal as the task declares it.
+    """A goal as the task declares it, of the things that are laid out.
 
     Args:
-        groups: the names of the scene's things, by group.
         varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
+
+    Raises `NoGoal`.
     """
+    try:
+        return _draw_goal(registry, sampler, laid, rng, varied)
+    except NtpError as error:
+        raise NoGoal(str(error)) from error
+
+
+def _draw_goal(
+    registry: Registry,
+    sampler: Sampler,
+    laid: Layout,
+    rng: np.random.Generator,
+    varied: Variation | None,
+) -> Goal:
+    groups = laid.groups
     options = _options(sampler, varied or {})
     sources = tuple(
         groups[name] if name in groups else registry.enums[name] for name in sampler.groups
     )
     draw = _draw(sources, options, rng)
     if sampler.by is not None:
-        return _by_function(registry, sampler, draw, {name for names in groups.values() for name in names})
+        types = dict(registry.constants) | {thing.name: thing.type for thing in laid.things}
+        return _by_function(registry, sampler, draw, types)
     kind = KINDS[sampler.name]
     for knob, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
         raise NtpError(f"{sampler.name}: {knob}: {flaw}")
@@ -96,20 +118,19 @@ def _draw(
     return Draw(sources, options, rng, topology, semantics, indices.get("topology"))
 
 
-def _by_function(registry: Registry, sampler: Sampler, draw: Draw, things: Container[str]) -> Goal:
+def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types) -> Goal:
     """A function in Python: takes a generator, the sources, and the knobs by name as drawn numbers.
 
     Where it takes `topology` or `semantics`, each is a generator for choices of that kind.
     """
     assert sampler.result is not None
     function = registry.python.get("sampler", sampler.name)
+    where = f"{place_of(function)}: the sampler '{sampler.name}'"
     takes = signature(function).parameters
     knobs: dict[str, int | np.random.Generator] = {}
     for name, option in draw.options.items():
         if name not in takes:
-            raise NtpError(
-                f"the sampler '{sampler.name}' has no '{name}'; its function takes {', '.join(takes)}"
-            )
+            raise NtpError(f"{where} has no '{name}'; its function takes {', '.join(takes)}")
         if name not in VARIED:
             knobs[name] = int(draw.rng.integers(option.low, option.high + 1))
     chances = {"topology": draw.topology, "semantics": draw.semantics}
@@ -118,39 +139,43 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, things: Conta
     fields = registry.records[sampler.result.name]
     goal = []
     for row in rows:
-        values = tuple(row)
-        if len(values) != len(fields):
-            expected = ", ".join(field.name for field in fields)
-            raise NtpError(
-                f"the sampler '{sampler.name}' yields rows of ({expected}); found {values!r}"
-            )
+        values = None if isinstance(row, str | Mapping) or not isinstance(row, Iterable) else tuple(row)
+        if values is None or len(values) != len(fields):
+            expected = ", ".join(field.name for field in fields) + ("," if len(fields) == 1 else "")
+            found = _plain(row) if values is None else tuple(map(_plain, values))
+            raise NtpError(f"{where} yields rows of ({expected}); found {found!r}")
         entries = (
-            (field.name, _entry(registry, sampler, field, value, things))
+            (field.name, _entry(registry, where, field, value, types))
             for field, value in zip(fields, values, strict=True)
         )
         goal.append(Record(sampler.result.name, tuple(entries)))
     if not goal:
-        raise NtpError(f"the sampler '{sampler.name}' drew an empty goal; draw at least one element")
+        raise NtpError(f"{where} drew an empty goal; draw at least one element")
+    asked = knobs.get("length")
+    if isinstance(asked, int) and len(goal) < asked:
+        raise NtpError(
+            f"{where} was asked for length={asked}, and drew {len(goal)} elements; ask for less, or let the "
+            f"scene have more to draw from"
+        )
     return tuple(goal)
 
 
 def _entry(
-    registry: Registry, sampler: Sampler, field: Parameter, value: object, things: Container[str]
+    registry: Registry, where: str, field: Parameter, value: object, types: Types
 ) -> str | float:
     """What a function drew for a field: a number, a member of its enumeration, or a thing of the scene."""
-    if field.type in registry.enums:
-        fits, wanted = value in registry.enums[field.type], " or ".join(registry.enums[field.type])
-    elif field.type in registry.parents:
-        fits, wanted = value in things or value in registry.constants, "the name of a thing in the scene"
-    elif isinstance(value, SupportsFloat) and not isinstance(value, str):
-        return float(value)
-    else:
-        fits, wanted = False, "a number"
-    if not fits:
-        raise NtpError(
-            f"the sampler '{sampler.name}' drew {value!r} for '{field.name}: {field.type}'; expected {wanted}"
-        )
-    return str(value)
+    if isinstance(value, SupportsFloat) and not isinstance(value, str):
+        value = float(value)
+    expected = misfit(registry, field, value, types) or strays(field, value)
+    if expected:
+        shown = f"{value:g}" if isinstance(value, float) else repr(_plain(value))
+        raise NtpError(f"{where} drew {shown} for '{field.name}: {field.type}'; expected {expected}")
+    assert isinstance(value, str | float)
+    return value if isinstance(value, float) else str(value)
+
+
+def _plain(value: object) -> object:
+    return value.item() if isinstance(value, np.generic) else value
 
 
 # The samplers -----------------------------------------------------------------------------------

@@ -16,11 +16,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from ntp_dsl.answers import Test, answer_test
 from ntp_dsl.authoring import MARK
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.syntax import PYTHON, Span
-from ntp_dsl.registry import PythonCode, Registry
+from ntp_dsl.registry import PythonCode, Registry, place_of
+
+LONGEST = 80  # of an answer in a message
 
 
 def load_with_python(path_or_folder: Path | str) -> Registry:
@@ -42,7 +45,7 @@ def with_python(registry: Registry) -> Registry:
             modules[path] = _imported(path, kind, name, span)
         function = _find(modules[path], path, kind, name, span)
         _check_takes(function, takes, path, name)
-        code.functions[kind, name] = _guarded(function, name)
+        code.functions[kind, name] = _guarded(function, name, answer_test(registry, kind, name))
     return replace(registry, python=code)
 
 
@@ -102,21 +105,40 @@ def _check_takes(
         raise NtpError(f"{path}: '{name}' is called as {name}({', '.join(takes)}): {error}") from error
 
 
-def _guarded(function: Callable[..., Any], name: str) -> Callable[..., Any]:
+class PythonFault(NtpError):
+    """A function of a user's file failed, or answered what none of its kind may; says where.
+
+    `name` is what it is declared as.
+    """
+
+    def __init__(self, place: str, name: str, said: str) -> None:
+        self.name = name
+        super().__init__(f"{place}: '{name}' {said}")
+
+
+def _guarded(function: Callable[..., Any], name: str, test: Test) -> Callable[..., Any]:
     """The function, whose mistakes are a sentence with their place."""
+    path = Path(inspect.getsourcefile(inspect.unwrap(function)) or "?")
 
     @wraps(function)
     def guarded(*arguments: Any, **knobs: Any) -> Any:
         try:
             answer = function(*arguments, **knobs)
-            return list(answer) if isinstance(answer, Iterator) else answer
-        except NtpError:
+            answer = list(answer) if isinstance(answer, Iterator) else answer
+        except PythonFault:
             raise
         except Exception as error:
-            path = Path(inspect.getsourcefile(function) or "?")
-            raise NtpError(f"{_place(error, path)}: '{name}' failed: {_said(error)}") from error
+            raise PythonFault(_place(error, path), name, f"failed: {_said(error)}") from error
+        if expected := test(answer):
+            raise PythonFault(place_of(function), name, f"answered {_brief(answer)}; expected {expected}")
+        return answer
 
     return guarded
+
+
+def _brief(answer: Any) -> str:
+    text = repr(answer)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def _place(error: Exception, path: Path) -> str:
@@ -132,4 +154,6 @@ def _frames(error: Exception) -> Iterable[traceback.FrameSummary]:
 
 
 def _said(error: Exception) -> str:
+    if isinstance(error, NtpError):
+        return str(error)
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

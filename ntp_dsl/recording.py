@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ntp_dsl.experts import Expert
+from ntp_dsl.fitting import OutOfRange
 from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.labels import random_call
 from ntp_dsl.registry import Registry
@@ -115,9 +117,10 @@ def _leader_astray(
             return
         program, arguments = random_call(expert, world.truth(), shown.calls, rng)
         limits = Limits(primitives=int(rng.integers(1, LED_ASTRAY + 1)), retries=0)
-        Interpreter(registry, ScriptedPolicy(expert), world, limits=limits).run(
-            program.name, arguments
-        )
+        with suppress(OutOfRange):  # a number at random, where a program says no range of its own
+            Interpreter(registry, ScriptedPolicy(expert), world, limits=limits).run(
+                program.name, arguments
+            )
 
     return interfere
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from inspect import unwrap
 from typing import Any
 
 from ntp_dsl.language import syntax
@@ -89,6 +90,12 @@ class PythonCode:
         if (kind, name) not in self.functions:
             raise NtpError(f"the {kind} '{name}' is left to Python, and that was not imported")
         return self.functions[kind, name]
+
+
+def place_of(function: Any) -> str:
+    """Where a function in Python stands, as `file:line`."""
+    code = getattr(unwrap(function), "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}" if code else "?"
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from ntp_dsl.experts import Expert, Return
+from ntp_dsl.experts import Expert, NextCall, Return
+from ntp_dsl.fitting import check_ranges
 from ntp_dsl.policy import Barred, Choice, Frame
+from ntp_dsl.registry import Registry
 from ntp_dsl.specification import Scope
 from ntp_dsl.state import State
 from ntp_dsl.traces import Call, Trace, from_json, to_json
@@ -111,6 +113,12 @@ def _hull(
     return DemonstratedCall(callee, arguments, scope, True, calls)
 
 
+def check_numbers(registry: Registry, decision: NextCall) -> None:
+    """Raises `OutOfRange` where an api would be called with a number that it does not take."""
+    if decision.callee in registry.apis:
+        check_ranges(registry.apis[decision.callee], decision.arguments, decision.span)
+
+
 class ScriptedPolicy:
     """Decides by the expert, from the true state; scopes follow from the demonstration, if there is one."""
 
@@ -131,6 +139,7 @@ class ScriptedPolicy:
             return Choice(
                 None, done=decision.done, details={"reason": decision.reason}, seen=seen
             )
+        check_numbers(self.expert.registry, decision)
         shown = counterpart(frame.matched, decision.callee, decision.arguments)
         span = decision.span
         return Choice(

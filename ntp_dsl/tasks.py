@@ -98,7 +98,7 @@ def draw(
     """
     assert task.goal is not None
     laid = layout(registry, task, rng)
-    goal = draw_goal(registry, task.goal, laid.groups, rng, varied)
+    goal = draw_goal(registry, task.goal, laid, rng, varied)
     drawn = instance(task, laid.things, goal, groups=laid.groups)
     return replace(drawn, starts=laid.starts)
 

@@ -11,6 +11,9 @@ import numpy as np
 from ntp_dsl.dynamic.honesty import check_honesty
 from ntp_dsl.dynamic.reach import Reach
 from ntp_dsl.dynamic.rehearsal import Rehearsal
+from ntp_dsl.experts import UndeclaredCall
+from ntp_dsl.fitting import OutOfRange
+from ntp_dsl.goals import NoGoal
 from ntp_dsl.language.diagnostics import Diagnostic, NtpError
 from ntp_dsl.language.syntax import (
     NOWHERE,
@@ -19,9 +22,11 @@ from ntp_dsl.language.syntax import (
     Number,
     SceneGroup,
     Setting,
+    Span,
     TaskDeclaration,
     TypeName,
 )
+from ntp_dsl.python_code import PythonFault
 from ntp_dsl.registry import Registry
 from ntp_dsl.tasks import Instance, draw
 from ntp_dsl.worlds import lacking, make_world
@@ -66,7 +71,7 @@ def check_dynamically(
     instances = sorted(instances, key=lambda instance: len(instance.things))[:SCENES]
     if instances:
         found += _run(runnable, sound, instances, reach, path, seed, told)
-    return found
+    return list(dict.fromkeys(found))  # a function may be at fault in several tasks
 
 
 def _run(
@@ -84,7 +89,7 @@ def _run(
     try:
         found = list(check_honesty(registry, world, instances, seed))
     except NtpError as error:  # a skill or predicate in Python failed
-        yield Diagnostic("E607", str(error), instances[0].task.name_span)
+        yield _failed(error, reach, instances[0].task.name_span)
         return
     yield from found
     if any(each.severity == "error" for each in found):
@@ -101,7 +106,11 @@ def _run(
         try:
             yield from step()
         except NtpError as error:
-            yield Diagnostic("E607", str(error), reach.place(name) or NOWHERE)
+            task = registry.tasks.get(name)
+            if task is not None and isinstance(error, NoGoal):
+                yield _impossible(task, error)
+            else:
+                yield _failed(error, reach, reach.place(name) or NOWHERE)
 
 
 def _some_of_everything(registry: Registry) -> Instance:
@@ -142,6 +151,16 @@ def _values(result: TypeName | None, registry: Registry) -> tuple[Setting, ...]:
     return tuple(map(Name, members)) or (Number(0.0), Number(1.0))
 
 
+def _failed(error: NtpError, reach: Reach, place: Span) -> Diagnostic:
+    """At the call, or the declaration of the function, that is at fault, where it is known."""
+    at_fault = reach.place(error.name) if isinstance(error, PythonFault | UndeclaredCall) else None
+    if isinstance(error, OutOfRange) and error.span.path:
+        at_fault = error.span
+    return Diagnostic("E607", str(error), at_fault or place)
+
+
 def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:
+    if isinstance(error, NoGoal) and task.goal is not None:
+        return Diagnostic("E608", f"no goal of '{task.name}' can be drawn: {error}", task.goal.span)
     place = task.scene[0].span if task.scene else task.name_span
     return Diagnostic("E608", f"no scene of '{task.name}' can be made: {error}", place)

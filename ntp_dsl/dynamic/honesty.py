@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ntp_dsl.dynamic.starts import whereabouts
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.random_arguments import random_arguments
 from ntp_dsl.registry import Api, Registry
 from ntp_dsl.state import State
 from ntp_dsl.tasks import Instance
-from ntp_dsl.world import Argument, World
+from ntp_dsl.traces.wording import shown
+from ntp_dsl.world import Argument, World, without_lists
 
 WALKS, STEPS = 40, 14  # from scrambled states, so many apis at random
 TRIES = 12  # at arguments for which an api is ready
@@ -81,8 +83,10 @@ def _call(
     if lacking:
         record.broken += 1
         said = f"; the world said: {outcome.failure}" if outcome.failure else ""
-        given = ", ".join(map(str, arguments))
+        given = ", ".join(map(shown, arguments))
+        where = whereabouts(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {lacking[0]} does not hold{said}"
+        record.example += f"; after it: {where}" if where else ""
 
 
 def _dishonest(api: Api, record: _Record) -> Diagnostic:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ntp_dsl.dynamic.starts import STARTS
+from ntp_dsl.dynamic.standstill import Standstill
+from ntp_dsl.dynamic.starts import STARTS, told
 from ntp_dsl.dynamic.watching import Impure, Livelock, WatchedPolicy, source_lines
 from ntp_dsl.experts import Decision, Expert, NextCall
+from ntp_dsl.fitting import OutOfRange
 from ntp_dsl.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics import Diagnostic, Note
 from ntp_dsl.language.syntax import Span, TaskDeclaration
@@ -32,6 +34,8 @@ class Trial:
     run: Run
     lacking: list[Fact]
     seed: int
+    scene: str  # what it started from
+    goal: str
 
 
 class Rehearsal:
@@ -54,7 +58,7 @@ class Rehearsal:
                 try:
                     trials.append(self._trial(task, start, number, untold, shown))
                 except Livelock as livelock:
-                    yield _livelock(livelock, task.name, start, task.name_span)
+                    yield _livelock(livelock, self.registry.apis, task.name, start, task.name_span)
                     return
                 except Impure as impure:
                     yield _impure(impure, self.registry)
@@ -86,6 +90,7 @@ class Rehearsal:
     ) -> Trial:
         instance, rng = self._instance(task, number)
         self.world.reset(STARTS[start][0](instance, rng), number)
+        scene = told(self.world.truth())
         if start == "scattered":
             lacking = self._lacking(instance)
             shown.append(bool(lacking))
@@ -98,7 +103,8 @@ class Rehearsal:
         limits = Limits(primitives=limit or enough_primitives(instance), retries=1)
         interpreter = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch)
         run = interpreter.run(instance.program, instance.arguments)
-        return Trial(start, run, self._lacking(instance), number)
+        goal = ", ".join(map(str, instance.goal))
+        return Trial(start, run, self._lacking(instance), number, scene, goal)
 
     def _facts(self, instance: Instance) -> list[Fact]:
         return instance.literals(self.registry, self.world.truth())
@@ -145,6 +151,8 @@ class Rehearsal:
             except Impure as impure:
                 yield _impure(impure, self.registry)
                 return
+            except OutOfRange:  # of a number at random, which the program need not take
+                continue
             scope = dict(zip((p.name for p in program.parameters), arguments, strict=True))
             able = all(state.holds(fact) for fact in state.literals(program.requires, scope))
             if able and not run.done:
@@ -152,7 +160,9 @@ class Rehearsal:
             elif able:
                 return
         if len(livelocks) > 1:
-            yield _livelock(livelocks[0], program.name, "scrambled", program.span, "W604")
+            yield _livelock(
+                livelocks[0], self.registry.apis, program.name, "scrambled", program.span, "W604"
+            )
         elif len(reasons) > 1:
             tried = f"{len(reasons)} scrambled states"
             message = f"'{program.name}' did not achieve its contract in any of {tried}"
@@ -184,17 +194,16 @@ def _judged(task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnost
     refused = all(trial.run.failures and not trial.run.reason.startswith("unfinished") for trial in failed)
     kinds = ", ".join(dict.fromkeys(trial.start for trial in failed))
     example = failed[0]
-    notes = [Note(f"{example.start}, seed {example.seed}: {example.lacking[0]} does not hold in the end")]
-    notes.append(Note(f"the run ended so: {example.run.reason}"))
+    notes = [Note(f"{example.lacking[0]} does not hold in the end; the run ended so: {example.run.reason}")]
+    notes.append(Note(f"it began ({example.start}) with {example.scene}; the goal was {example.goal}"))
     assert task.run is not None
     message = f"the expert of '{task.name}' did not reach its goal from {len(failed)} of {tried} starts"
     message += f" ({kinds})"
-    help = "see what it does: ntp run LIBRARY TASK --expert --world kinematic --seed N"
-    yield Diagnostic("W603" if refused else "E603", message, task.run.span, tuple(notes), help)
+    yield Diagnostic("W603" if refused else "E603", message, task.run.span, tuple(notes))
 
 
 def _livelock(
-    livelock: Livelock, name: str, start: str, home: Span, code: str = "E605"
+    livelock: Livelock, apis: Container[str], name: str, start: str, home: Span, code: str = "E605"
 ) -> Diagnostic:
     lines = source_lines(livelock.cycle)
     # The circle has no beginning: it is told from the library at hand on, not from one that it uses.
@@ -207,7 +216,9 @@ def _livelock(
         for number, (each, place) in enumerate(lines, start=1)
     ]
     if livelock.refused:
-        return _stuck(livelock, name, start, span)
+        return _refused(livelock, name, start, span)
+    if livelock.still and not any(each.callee in apis for each in livelock.cycle):
+        return _stands(livelock.still[0], name, start, span, code)
     notes.append(Note(f"{len(lines) + 1}. {call.callee}({_given(call.arguments)}) again, and so on"))
     for program, arguments, reason in dict.fromkeys(livelock.gave_up):
         notes.append(Note(f"{program}({_given(arguments)}) returns unfinished: {reason}"))
@@ -215,7 +226,20 @@ def _livelock(
     return Diagnostic(code, message, span, tuple(notes), help)
 
 
-def _stuck(livelock: Livelock, name: str, start: str, span: Span) -> Diagnostic:
+def _stands(still: Standstill, name: str, start: str, span: Span, code: str) -> Diagnostic:
+    """Not undone by anything: nothing is done, since in some program no statement is due."""
+    call = f"{still.program}({_given(still.arguments)})"
+    lacks = ", ".join(map(str, still.lacks[:3]))
+    message = f"'{name}' comes no further ({start} start): {call} lacks {lacks}, and no statement is due"
+    notes = [
+        Note(f"{number}. passed over: {reason}", statement.span)
+        for number, (statement, reason) in enumerate(still.passed_over, start=1)
+    ]
+    help = f"give '{still.program}' a statement that achieves it, or let it require what it cannot achieve"
+    return Diagnostic(code, message, span, tuple(notes), help)
+
+
+def _refused(livelock: Livelock, name: str, start: str, span: Span) -> Diagnostic:
     """Round in a circle since the world does not do what it is asked: not by the expert's fault, perhaps."""
     said = dict.fromkeys(f"{api}({_given(arguments)}): {why}" for api, arguments, why in livelock.refused)
     message = f"'{name}' comes no further ({start} start): the world refuses {next(iter(said))}"

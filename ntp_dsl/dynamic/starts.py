@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from ntp_dsl.predicates import inside, on
 from ntp_dsl.tasks import Instance
-from ntp_dsl.world import Scene, Vector
+from ntp_dsl.world import TOO_WIDE, Observation, Scene, Vector
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import in_hand_at
 
@@ -66,6 +67,34 @@ def lost(instance: Instance, rng: np.random.Generator) -> Scene:
     missing = str(max(order, key=lambda name: scene.positions[name][2]))
     positions = {name: place for name, place in scene.positions.items() if name != missing}
     return replace(scene, positions=positions)
+
+
+def told(seen: Observation) -> str:
+    """What stands on what, and what is in the hand; what is not named stands by itself."""
+    said = []
+    for thing in seen.by_name.values():
+        if not thing.movable:
+            continue
+        if thing.name not in seen.positions:
+            said.append(f"{thing.name} is lost")
+        elif thing.name == seen.held:
+            said.append(f"{thing.name} in the hand")
+        else:
+            said += _below(seen, thing.name)[:1]
+    return ", ".join(said) or "everything by itself"
+
+
+def _below(seen: Observation, item: str) -> list[str]:
+    others = [other.name for other in seen.things if other.name != item and other.size[0] <= TOO_WIDE]
+    lies_in = [f"{item} in {other}" for other in others if inside(seen, item, other)]
+    return lies_in or [f"{item} on {other}" for other in others if on(seen, item, other)]
+
+
+def whereabouts(seen: Observation, names: Iterable[object]) -> str:
+    """Where the middles of things are [m]."""
+    known = [name for name in dict.fromkeys(names) if isinstance(name, str) and name in seen.positions]
+    places = (", ".join(f"{value:.3f}" for value in seen.positions[name]) for name in known)
+    return "; ".join(f"{name} at ({place}) m" for name, place in zip(known, places, strict=True))
 
 
 STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> how to make one, and how many are tried

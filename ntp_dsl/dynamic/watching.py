@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from ntp_dsl.dynamic.standstill import Standstill, standstill
 from ntp_dsl.experts import Decision, Expert, NextCall, Return
 from ntp_dsl.language.syntax import Span
 from ntp_dsl.policy import Barred, Choice, Frame
-from ntp_dsl.scripted import ScriptedPolicy
+from ntp_dsl.scripted import ScriptedPolicy, check_numbers
 from ntp_dsl.state import State
 from ntp_dsl.world import Argument, Failure, Observation, World
 
@@ -24,13 +25,18 @@ class Livelock(Exception):
     """The expert goes round; `cycle` are its decisions, with the statements that made them.
 
     `gave_up` are the programs that returned unfinished meanwhile, and `refused` the apis that the world did
-    not carry out: name, arguments, and why.
+    not carry out: name, arguments, and why. `still` are the programs in which no statement was due.
     """
 
     def __init__(
-        self, cycle: Sequence[NextCall], gave_up: Sequence[Ended] = (), refused: Sequence[Ended] = ()
+        self,
+        cycle: Sequence[NextCall],
+        gave_up: Sequence[Ended] = (),
+        refused: Sequence[Ended] = (),
+        still: Sequence[Standstill] = (),
     ) -> None:
         self.cycle, self.gave_up, self.refused = tuple(cycle), tuple(gave_up), tuple(refused)
+        self.still = tuple(still)
         super().__init__(" -> ".join(call.callee for call in cycle))
 
 
@@ -53,6 +59,7 @@ class WatchedPolicy(ScriptedPolicy):
     made: list[NextCall] = field(default_factory=list)
     gave_up: list[tuple[int, Ended]] = field(default_factory=list)  # after so many decisions
     refused: list[tuple[int, Ended]] = field(default_factory=list)
+    still: list[tuple[int, Standstill]] = field(default_factory=list)
 
     def watch(
         self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], said: object
@@ -70,7 +77,11 @@ class WatchedPolicy(ScriptedPolicy):
         if isinstance(decision, Return):
             if not decision.done:
                 self.gave_up.append((len(self.made), (frame.program, frame.arguments, decision.reason)))
+                state = State(self.expert.registry, seen)
+                if stands := standstill(self.expert, frame.program, frame.arguments, state):
+                    self.still.append((len(self.made), stands))
             return Choice(None, done=decision.done, details={"reason": decision.reason})
+        check_numbers(self.expert.registry, decision)
         if decision.callee not in barred:  # else it is asked again in the same breath
             self._remember((*_moment(seen), *self.running))
             self.made.append(decision)
@@ -96,7 +107,8 @@ class WatchedPolicy(ScriptedPolicy):
             gave_up, refused = (
                 [each for number, each in rows if times[-2] < number] for rows in (self.gave_up, self.refused)
             )
-            raise Livelock(self.made[times[-2] : times[-1]], gave_up, refused)
+            still = [each for number, each in self.still if times[-2] < number]
+            raise Livelock(self.made[times[-2] : times[-1]], gave_up, refused, still)
 
 
 def _moment(seen: Observation) -> Key:

@@ -17,7 +17,7 @@ from ntp_dsl.language.facts import (
 )
 from ntp_dsl.language.formatter import format_expression, format_statement
 from ntp_dsl.language.names import Table
-from ntp_dsl.language.provisions import Contracts
+from ntp_dsl.language.provisions import DEEPEST, Contracts
 from ntp_dsl.language.signatures import head
 from ntp_dsl.language.syntax import (
     Atom,
@@ -186,19 +186,19 @@ def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
     promised = [fact for each in program.body for fact in contracts.promised(each)]
     spoken = set[str]().union(*map(_spoken, program.body))
     # What the hand holds already needs no mention: it is moved with the hand.
-    turned = [fact for fact in facts(program.requires) if contracts.achievers(fact)]
-    spoken = spoken.union(*map(mentions, turned))
+    carried = [fact for fact in facts(program.requires) if contracts.achievers(fact)]
+    spoken = spoken.union(*map(mentions, carried))
     parameters = {each.name for each in program.parameters}
     for part in conjuncts(program.achieves):
-        wanted = [fact for fact in facts(part) if contracts.achievers(fact)]  # others are given
-        if all(any(implies(have, fact, contracts.members) for have in promised) for fact in wanted):
+        lacking = list(_lacking(facts(part), promised, contracts))
+        if not lacking:
             continue
         silent = sorted(mentions(part) & parameters - spoken)
         about = format_expression(part)
         if silent:
             message = f"{about} is promised, and no call speaks of '{silent[0]}'"
-        elif _is_turned(wanted, promised) and not _calls_api(program, contracts):
-            message = f"{about} is promised, and the calls achieve the like of other things only"
+        elif (turned := _turned(lacking, promised)) and not _calls_api(program, contracts):
+            message = f"{about} is promised; the calls achieve '{turned}' for other things, never for these"
         else:
             continue
         contracts.table.report("N401", message, part.span)
@@ -215,10 +215,28 @@ def _spoken(statement: Statement) -> set[str]:
     return names
 
 
-def _is_turned(wanted: Sequence[Expression], promised: Sequence[Expression]) -> bool:
-    """Whether the calls promise the same predicate, of other things."""
+def _lacking(
+    wanted: Iterable[Expression],
+    promised: Sequence[Expression],
+    contracts: Contracts,
+    depth: int = DEEPEST,
+) -> Iterator[Expression]:
+    """What no call promises; of a composed predicate, those of its parts. What nobody achieves is given."""
+    for fact in wanted:
+        if not contracts.achievers(fact) or any(implies(have, fact, contracts.members) for have in promised):
+            continue
+        parts = contracts.parts(fact) if depth else []
+        if parts:
+            yield from _lacking(parts, promised, contracts, depth - 1)
+        else:
+            yield fact
+
+
+def _turned(lacking: Sequence[Expression], promised: Sequence[Expression]) -> str:
+    """The predicate of what lacks that the calls promise of other things, if there is one."""
     predicates = {fact.predicate for fact in promised if isinstance(fact, Atom)}
-    return any(isinstance(fact, Atom) and fact.predicate in predicates for fact in wanted)
+    same = (each.predicate for each in lacking if isinstance(each, Atom) and each.predicate in predicates)
+    return next(same, "")
 
 
 def _calls_api(program: ProgramDeclaration, contracts: Contracts) -> bool:

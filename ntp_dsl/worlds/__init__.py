@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
+from ntp_dsl.fitting import strays
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import PYTHON, PredicateDeclaration
 from ntp_dsl.predicates import BUILT_IN
 from ntp_dsl.registry import Api, Registry
+from ntp_dsl.skills import Hand
 from ntp_dsl.state import State
 from ntp_dsl.world import Argument, Failure, Outcome, World
 
@@ -46,11 +48,15 @@ def make_world(
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
     """A skill in Python; as the worlds' own, it is refused where what its api requires does not hold."""
     state = State(registry, world.truth())
+    given = zip(api.parameters, arguments, strict=True)
+    strayed = [f"{each.name} = {value}" for each, value in given if strays(each, value)]
+    if strayed:  # a learned program may err; an expert's number was tested before
+        return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
     named = dict(zip((parameter.name for parameter in api.parameters), arguments, strict=True))
     lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
     if lacks:
         return Outcome(False, Failure.NOT_READY, {"lacks": lacks})
-    outcome: Outcome = registry.python.get("skill", api.name)(world, *arguments)
+    outcome: Outcome = registry.python.get("skill", api.name)(Hand(registry, world), *arguments)
     return outcome
 
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ntp_dsl.dynamic import check_dynamically
+from ntp_dsl.dynamic.starts import STARTS, told
 from ntp_dsl.language.diagnostics import Diagnostic
 from ntp_dsl.language.loader import find, load
 from ntp_dsl.python_code import with_python
 from ntp_dsl.resources import examples_folder, library_folder
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.worlds import make_world
 
 PLACING = """
 program fill(goal: list[Placement]):
@@ -181,8 +186,64 @@ task filling:
 
 def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: Path) -> None:
     (livelock,) = [each for each in found(written(tmp_path, SWAPPING)) if each.code == "E605"]
-    told = [note.message for note in livelock.notes if "returns unfinished" in note.message]
-    assert told and all("vacate would return at once: no statement is due" in each for each in told)
+    told = "lacks not on(block_0, plate_0), and no statement is due"
+    assert livelock.message.startswith("'exchanging' comes no further") and told in livelock.message
+    assert [note.message for note in livelock.notes] == [
+        "1. passed over: no element meets the conditions of the loop"
+    ]
+    assert "undoes" not in livelock.help and "'vacate'" in livelock.help
+
+
+HALF_WAY = """
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    lift(item, support)
+
+program lift(item: Movable, support: Place):
+    requires present(item) and reachable(item)
+    achieves on(item, support)
+    pick(item)
+"""
+
+
+def test_where_nothing_is_due_the_statements_that_hold_already_are_named(tmp_path: Path) -> None:
+    path = written(tmp_path, HALF_WAY + STACKING.format(run="fill(goal)", success=ALL_ON))
+    stuck = next(each for each in found(path) if each.code == "E605")
+    assert stuck.message.startswith("'tower' comes no further")
+    assert "lacks on(block_" in stuck.message and "no statement is due" in stuck.message
+    (note,) = stuck.notes
+    assert note.message == "1. passed over: what it achieves holds already"
+    assert path.read_text().split("\n")[note.span.line - 1].strip() == "pick(item)"
+
+
+def test_a_goal_that_is_not_reached_is_told_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
+    (failed,) = found(written(tmp_path, FOUND["E603 an expert that forgets half of the goal"][0]))
+    start = failed.notes[1].message
+    assert start.startswith("it began (scattered) with everything by itself; the goal was (block_")
+    assert "--seed" not in failed.help
+
+
+def test_a_buried_start_is_told_thing_by_thing() -> None:
+    registry = load("block_stacking")
+    rng = np.random.default_rng(0)
+    instance = draw(registry, find_task(registry, "block_stacking"), rng)
+    world = make_world("kinematic", registry, exact=True)
+    world.reset(STARTS["buried"][0](instance, rng), 0)
+    said = told(world.truth())
+    assert said.count(" on block_") == 6 and "in the hand" not in said
+    world.reset(STARTS["wrong in hand"][0](instance, rng), 0)
+    assert told(world.truth()).endswith(" in the hand")
+
+
+def test_a_broken_word_is_told_with_where_things_are_after_the_call(tmp_path: Path) -> None:
+    (error,) = found(written(tmp_path, FOUND["E601 an api that does not ask for an empty hand"][0]))
+    assert re.search(r"does not hold.*; after it: block_\d at \(0\.\d{3}, .*\) m$", error.notes[0].message)
 
 
 LEANING = """
