@@ -52,7 +52,12 @@ def demonstrate(
     writer = TraceWriter(stream)
     writer.header(**header(registry, instance, seed, "demonstration"))
     interpreter = Interpreter(
-        registry, ScriptedPolicy(expert), world, writer, frame_number=lambda: len(recorder)
+        registry,
+        ScriptedPolicy(expert),
+        world,
+        writer,
+        limits=Limits(primitives=enough_primitives(instance)),
+        frame_number=lambda: len(recorder),
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
@@ -93,7 +98,7 @@ def record_episode(
         policy,
         world,
         writer,
-        limits=Limits(primitives=max(400, enough_primitives(instance))),
+        limits=Limits(primitives=enough_primitives(instance)),
         frame_number=lambda: len(recorder),
         interfere=_leader_astray(registry, expert, shown, rng, trouble),
     )

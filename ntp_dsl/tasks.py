@@ -66,7 +66,7 @@ class Instance:
 
 def enough_primitives(instance: Instance) -> int:
     """After which a run may be broken off: several times what any of the examples needs."""
-    return max(300, 20 * len(instance.things))
+    return max(400, 20 * len(instance.things))
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
