@@ -143,11 +143,11 @@ def test_a_task_declared_a_minute_ago_runs_with_the_shipped_checkpoint(tmp_path:
 def test_a_task_that_fails_is_one_sentence_and_status_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Everything slips, always, so no tower of five gets built; the run is broken off, and says why."""
+    """All slips or is pushed over, so no tower of five gets built; the run is broken off, and says why."""
     words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--expert"]
-    assert run([*words, "--slips", "1", "--out", str(tmp_path)]) == 1
+    assert run([*words, "--slips", "1", "--pushes", "1", "--out", str(tmp_path)]) == 1
     told = capsys.readouterr().err
-    assert "the task failed (grasp)" in told and "stopped after 150 primitives" in told
+    assert "the task failed (grasp)" in told and "stopped after 400 primitives" in told
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
     assert trace.end is not None and trace.end["done"] is False
 

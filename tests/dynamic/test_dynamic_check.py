@@ -175,9 +175,9 @@ type Pad is Place
     + """
 task filling:
     scene:
-        pads: 1 Pad on table with box(7 cm, 7 cm, 1 cm), at(80 cm, 0 cm)
-        blocks: 24 Block on table with cube(8 cm), y(-0.3 .. 0.3 m)
-    goal:    matchings(blocks, pads, pairs=1)
+        pads: 1 Pad on table with box(30 cm, 26 cm, 1 cm), at(52 cm, 20 cm)
+        blocks: 2 Block on table with box(11 cm, 11 cm, 5 cm), y(-0.25 .. 0 m)
+    goal:    matchings(blocks, pads, pairs=2)
     run:     fill(goal)
     success: all on(p.item, p.support) for p in goal
 """
@@ -298,7 +298,7 @@ def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: P
     diagnostics = found(written(tmp_path, OVERFULL))
     assert [each.code for each in diagnostics if each.severity == "error"] == []
     (stuck,) = [each for each in diagnostics if each.code == "W603"]
-    assert "the world refuses move_to(table): no path" in stuck.message
+    assert "the world refuses move_to(pad_0): no path" in stuck.message
 
 
 EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
