@@ -73,6 +73,19 @@ def test_what_is_tall_is_held_near_its_top(height: float) -> None:
     assert not gripped(height / 2 + 0.031)
 
 
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
+def test_what_is_long_is_held_off_its_middle_too(along: tuple[float, float]) -> None:
+    plank = Thing("plank", "Movable", (0.04, 0.16, 0.02))
+    cube = Thing("cube", "Block", CUBE)
+    hand: Vector = (0.5, 0.1, 0.3)
+    middle: Vector = (0.5 + 0.045 * along[0], 0.1 + 0.045 * along[1], 0.3)
+    seen_together = Observation((plank, cube), {"plank": middle, "cube": (0.505, 0.1, 0.3)}, hand, True)
+    assert held(Observation((plank,), {"plank": middle}, hand, True)) == "plank"
+    assert held(seen_together) == "cube", "the nearest, by its middle"
+    below: Vector = (0.5, 0.1, 0.25)
+    assert held(Observation((plank,), {"plank": below}, hand, True)) is None
+
+
 def test_what_is_held_is_on_nothing() -> None:
     state = seen((0.5, 0.0, 0.075), gripper=(0.5, 0.0, 0.075), closed=True)
     assert not on(state, "a", "b") and clear(state, "b")
