@@ -14,9 +14,10 @@ import typer
 from ntp_dsl.cli.display import messages, print_json, progress
 from ntp_dsl.cli.options import Json, Library, Seed
 from ntp_dsl.core.checkpoint import resume_training, save_core, save_training
-from ntp_dsl.core.config import CoreConfig, TrainingConfig
+from ntp_dsl.core.config import TrainingConfig
 from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.sizing import sized
 from ntp_dsl.core.training import Trainer, use_threads
 from ntp_dsl.dataset import read_manifest, samples
 from ntp_dsl.language.diagnostics import NtpError
@@ -55,7 +56,8 @@ def command(
     memory = Memory.of(registry)
     corpus = Corpus(memory, labelled, lambda name: registry.programs[name].takes_list)
     config = TrainingConfig(seed=seed, iterations=iterations)
-    trainer = Trainer(CoreConfig(), config, memory)
+    shown = {sample.query.demonstration for sample in labelled}
+    trainer = Trainer(sized(memory, shown), config, memory)
     out.mkdir(parents=True, exist_ok=True)
     partial = out / "training.safetensors"
     data_facts = [_provenance(manifest) for manifest in manifests]

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import Answers, Frames, States
-from ntp_dsl.core.config import CoreConfig, TrainingConfig
+from ntp_dsl.core.config import TrainingConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.queries import Sample
 from ntp_dsl.specification import Scope
@@ -61,15 +61,14 @@ class Corpus:
                 if query.scope is not None:
                     self._scoped.append(index)
         self._lists = list(whole.values())  # what shares a part of a demonstration, which is read once
-        frames = [self._frames(first) for first, *_ in self._lists] or [1]
-        self._pointers = float(np.mean(frames)) * CoreConfig().pointers(memory.arity)
+        self._length = float(np.mean([self._frames(first) for first, *_ in self._lists] or [1]))
 
     def __len__(self) -> int:
         return len(self._samples)
 
-    def batches(self, config: TrainingConfig, rng: np.random.Generator) -> list[Batch]:
+    def batches(self, config: TrainingConfig, hops: int, rng: np.random.Generator) -> list[Batch]:
         """One iteration's worth: demonstrations with many queries each, parts with one, and none."""
-        drawn = [self._with_lists(config, rng)] if self._lists else []
+        drawn = [self._with_lists(config, hops, rng)] if self._lists else []
         if self._scoped:
             some = [int(i) for i in rng.choice(self._scoped, config.scoped)]
             drawn.append(self._batch(some, some, np.arange(len(some)), rng))
@@ -79,9 +78,9 @@ class Corpus:
         drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
         return drawn
 
-    def _with_lists(self, config: TrainingConfig, rng: np.random.Generator) -> Batch:
+    def _with_lists(self, config: TrainingConfig, hops: int, rng: np.random.Generator) -> Batch:
         """Of programs that are told by a demonstration alone what their lists would say."""
-        affordable = max(config.fewest_demonstrations, int(config.pointers / self._pointers))
+        affordable = max(config.fewest_demonstrations, int(config.pointers / (hops * self._length)))
         shown = rng.choice(len(self._lists), min(config.demonstrations, affordable))
         many = [
             int(rng.choice(self._lists[int(number)]))

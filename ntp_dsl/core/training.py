@@ -50,7 +50,7 @@ class Trainer:
         self.optimiser.zero_grad(set_to_none=True)
         shown: dict[str, float] = {}
         total = torch.zeros(())
-        for frames, states, right in corpus.batches(self.config, rng):
+        for frames, states, right in corpus.batches(self.config, len(self.core.reader.hops), rng):
             for name, part in loss(self.core, frames, states, right).items():
                 total = total + part
                 shown[name] = shown.get(name, 0.0) + float(part.detach())

@@ -163,7 +163,7 @@ def test_queries_share_a_reading_only_with_their_like(task: str, lists: int, tmp
     labelled = [s for episode in samples(registry, plan.out, manifest, 0) for s in episode]
     corpus = Corpus(Memory.of(registry), labelled, lambda name: registry.programs[name].takes_list)
     for seed in range(10):
-        drawn = corpus.batches(CONFIG, np.random.default_rng(seed))
+        drawn = corpus.batches(CONFIG, 2, np.random.default_rng(seed))
         assert len(drawn) == lists + 2  # and with parts, and without
         for frames, states, _ in drawn:
             if frames is not None:

@@ -1,0 +1,46 @@
+"""A core points at one thing more where what is carried has something in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ntp_dsl.core.config import CoreConfig
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.sizing import carries_a_load, sized
+from ntp_dsl.experts import Expert
+from ntp_dsl.python_code import load_with_python
+from ntp_dsl.recording import Shown, demonstrate
+from ntp_dsl.registry import Registry
+from ntp_dsl.specification import Demonstration
+from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.worlds import make_world
+
+
+def shown(registry: Registry, world: str, seed: int = 0) -> Demonstration:
+    instance = draw(registry, find_task(registry, registry.name), np.random.default_rng(seed))
+    demonstration = demonstrate(registry, Expert(registry), make_world(world, registry), instance, seed)
+    assert isinstance(demonstration, Shown)
+    return demonstration.demonstration
+
+
+@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize(
+    "example, hops", [("table_cleanup", 3), ("block_stacking", 2), ("object_sorting", 2)]
+)
+def test_bowls_take_forks_along_and_blocks_nothing(example: str, hops: int, world: str) -> None:
+    registry = load_with_python(example)
+    assert sized(Memory.of(registry), [shown(registry, world)]) == CoreConfig(hops=hops)
+
+
+def test_a_load_is_noticed_whatever_else_there_is_and_in_whatever_order() -> None:
+    registry = load_with_python("table_cleanup")
+    demonstration = shown(registry, "kinematic")
+    positions, closed = demonstration.positions, demonstration.closed
+    order = np.random.default_rng(0).permutation(positions.shape[1])
+    table = [thing.name for thing in demonstration.things].index("table")
+    bystanders = np.repeat(positions[:, table : table + 1], 3, axis=1) + 0.1
+    assert carries_a_load(positions, closed)
+    assert carries_a_load(positions[:, order], closed)
+    assert carries_a_load(np.concatenate([positions, bystanders], axis=1), closed)
+    assert not carries_a_load(positions, np.zeros_like(closed)), "an empty hand takes nothing along"
