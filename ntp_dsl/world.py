@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from math import dist, hypot, inf, sqrt
+from math import hypot, inf, sqrt
 from typing import Any, NamedTuple, Protocol
 
 Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
@@ -28,7 +28,7 @@ class Record:
 
 Argument = str | float | Record | tuple[Record | str, ...]
 TOO_WIDE = 0.8  # to be anything but a table, which never moves and whose top is the ground [m]
-IN_HAND = 0.03  # from the tool's point to where a thing is held [m]
+IN_HAND = 0.035  # from the tool's point to where a thing is held [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
 
 
@@ -150,24 +150,23 @@ class Observation:
         if not self.closed:
             return None
         near = [
-            (dist(self.gripper, self.positions[thing.name]), thing.name)
+            (distance, thing.name)
             for thing in self.by_name.values()
             if thing.movable and thing.name in self.positions
-            if self._from_grip(thing) < IN_HAND
+            if (distance := self._from_grip(thing)) < IN_HAND
         ]
         return min(near)[1] if near else None
 
     def _from_grip(self, thing: Thing) -> float:
-        """From the tool's point to where a thing may be held: around its middle, or the rim of a bowl [m].
+        """From the tool's point to where a thing is held: its middle, or the rim of a bowl [m].
 
-        What is long or tall is also held nearer to its ends. All of a rim is equally far from the bowl's
-        middle, however the bowl hangs; but a hand over the middle is about something else.
+        What is tall is held near its top. All of a rim is equally far from the bowl's middle, however the
+        bowl hangs; but a hand over the middle is about something else.
         """
         (gx, gy, gz), (x, y, z) = self.gripper, self.positions[thing.name]
         aside = hypot(x - gx, y - gy)
         if thing.cavity is None:
-            long, tall = (max(0.0, side / 2 - IN_HAND) for side in (max(thing.size[:2]), thing.size[2]))
-            return max(aside - long, abs(z - gz) - tall)
+            return max(aside, abs(z - gz) - max(0.0, thing.size[2] / 2 - IN_HAND))
         if aside < thing.size[0] / 4:
             return inf
         return abs(hypot(aside, z - gz) - hypot(thing.size[0], thing.size[2]) / 2)
