@@ -50,8 +50,16 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     authors = authors_success(after, instance.goal) if placed and stacked else not wrong
     if not wrong:
         return Verdict("", "", authors)
-    reason = wrong if run.done else f"{wrong}; {run.reason}"
-    return Verdict(_blame(run, wrong_before), reason, authors)
+    blame = _blame(run, wrong_before)
+    if not run.done:
+        wrong = f"{wrong}; {run.reason}{_last_words(run) if blame != 'decision' else ''}"
+    return Verdict(blame, wrong, authors)
+
+
+def _last_words(run: Run) -> str:
+    """What the world said of the primitive that failed last, where it says more than a word."""
+    said = [str(failure.evidence["message"]) for failure in run.failures if "message" in failure.evidence]
+    return f"; last: {said[-1]}" if said else ""
 
 
 def _wrong(
