@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Set
-from typing import Any, SupportsFloat
-
-import numpy as np
+from typing import Any
 
 from ntp_dsl.experts import NextCall
 from ntp_dsl.language.syntax import PredicateDeclaration
@@ -35,7 +33,7 @@ def _calls(answer: Any) -> str:
         return ""
     if isinstance(answer, tuple) and answer and isinstance(answer[0], str):
         return f"{CALLS}; write: call({', '.join(map(repr, answer))})"
-    if isinstance(answer, str | Mapping) or not isinstance(answer, Iterable):
+    if isinstance(answer, str | Mapping | Set) or not isinstance(answer, Iterable):
         return CALLS
     strangers = [each for each in answer if not isinstance(each, NextCall)]
     if not strangers:
@@ -56,15 +54,15 @@ def _reading(registry: Registry, declared: PredicateDeclaration) -> Test:
         return _truth
     members = registry.enums.get(declared.result.name)
     if members is not None:
-        return lambda answer: "" if answer in members else " or ".join(members)
+        return lambda answer: "" if isinstance(answer, str) and answer in members else " or ".join(members)
     if declared.result.name in registry.parents:
         return lambda answer: "" if isinstance(answer, str) else "the name of a thing"
     return _number
 
 
 def _truth(answer: Any) -> str:
-    return "" if isinstance(answer, bool | np.bool_) else TRUTH
+    return "" if isinstance(answer, bool) else TRUTH
 
 
 def _number(answer: Any) -> str:
-    return "" if isinstance(answer, SupportsFloat) and not isinstance(answer, str) else "a number"
+    return "" if isinstance(answer, int | float) else "a number"

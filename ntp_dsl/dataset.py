@@ -14,6 +14,7 @@ import numpy as np
 
 from ntp_dsl.experts import Expert
 from ntp_dsl.files import episode_files, written_whole
+from ntp_dsl.fitting import OutOfRange
 from ntp_dsl.labels import labelled
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import TaskDeclaration
@@ -99,7 +100,7 @@ class RecordingStudio:
                 )
                 if not run.done:
                     raise EpisodeFailed(run.reason)
-        except EpisodeFailed as failure:
+        except (EpisodeFailed, OutOfRange) as failure:
             return row | {"outcome": f"the labelled episode failed: {failure}"}
         write_demonstration(shown.demonstration, shown_in)
         frames = len(shown.demonstration)

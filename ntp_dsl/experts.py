@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ntp_dsl.fitting import guess, types_of, unfit_call
+from ntp_dsl.fitting import guess, plain, types_of, unfit_call
 from ntp_dsl.language import syntax
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.registry import Api, Program, Registry, place_of
@@ -247,7 +247,7 @@ class View:
 
 def call(callee: str, *arguments: Argument) -> NextCall:
     """For Python experts: the call of an api or program by name."""
-    return NextCall(callee, tuple(tuple(each) if isinstance(each, list) else each for each in arguments))
+    return NextCall(callee, plain(arguments))
 
 
 def first(calls: Iterable[NextCall]) -> list[NextCall]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import islice
+from typing import Any
+
+import numpy as np
 
 from ntp_dsl.language.diagnostics import NtpError, nearest
 from ntp_dsl.language.signatures import phrase
@@ -21,6 +24,13 @@ class OutOfRange(NtpError):
     def __init__(self, message: str, span: Span) -> None:
         self.span = span
         super().__init__(message)
+
+
+def plain(value: Any) -> Any:
+    """The same without what is numpy's own; a list as a tuple."""
+    if isinstance(value, list | tuple) and type(value) in (list, tuple):
+        return tuple(map(plain, value))
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def types_of(registry: Registry, observation: Observation) -> Types:
@@ -63,6 +73,12 @@ def strays(parameter: Parameter, value: object) -> str:
         return ""
     within = parameter.low - SLACK <= value <= parameter.high + SLACK
     return "" if within else f"{parameter.low:g} .. {parameter.high:g}"
+
+
+def out_of_range(api: Api, arguments: tuple[Argument, ...]) -> list[str]:
+    """The numbers that the api does not take."""
+    given = zip(api.parameters, arguments, strict=True)
+    return [f"{parameter.name} = {value}" for parameter, value in given if strays(parameter, value)]
 
 
 def check_ranges(api: Api, arguments: tuple[Argument, ...], span: Span = NOWHERE) -> None:

@@ -18,6 +18,7 @@ from typing import Any
 
 from ntp_dsl.answers import Test, answer_test
 from ntp_dsl.authoring import MARK
+from ntp_dsl.fitting import plain
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.syntax import PYTHON, Span
@@ -45,7 +46,7 @@ def with_python(registry: Registry) -> Registry:
             modules[path] = _imported(path, kind, name, span)
         function = _find(modules[path], path, kind, name, span)
         _check_takes(function, takes, path, name)
-        code.functions[kind, name] = _guarded(function, name, answer_test(registry, kind, name))
+        code.functions[kind, name] = _guarded(function, path, name, answer_test(registry, kind, name))
     return replace(registry, python=code)
 
 
@@ -116,15 +117,14 @@ class PythonFault(NtpError):
         super().__init__(f"{place}: '{name}' {said}")
 
 
-def _guarded(function: Callable[..., Any], name: str, test: Test) -> Callable[..., Any]:
+def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) -> Callable[..., Any]:
     """The function, whose mistakes are a sentence with their place."""
-    path = Path(inspect.getsourcefile(inspect.unwrap(function)) or "?")
 
     @wraps(function)
     def guarded(*arguments: Any, **knobs: Any) -> Any:
         try:
             answer = function(*arguments, **knobs)
-            answer = list(answer) if isinstance(answer, Iterator) else answer
+            answer = list(answer) if isinstance(answer, Iterator) else plain(answer)
         except PythonFault:
             raise
         except Exception as error:

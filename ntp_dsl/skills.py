@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ntp_dsl.fitting import check_ranges, guess, types_of, unfit_call
+from ntp_dsl.fitting import guess, out_of_range, plain, types_of, unfit_call
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.registry import Registry
-from ntp_dsl.world import Argument, Outcome, World
+from ntp_dsl.world import Argument, Failure, Outcome, World
 
 
 class Hand:
@@ -18,6 +18,8 @@ class Hand:
         self._registry, self._world = registry, world
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
         return getattr(self._world, name)
 
     def call(self, api: str, arguments: Sequence[Argument] = ()) -> Outcome:
@@ -27,8 +29,10 @@ class Hand:
             raise NtpError(f"no api is called '{api}'{guess(api, apis)}")
         if isinstance(arguments, str) or not isinstance(arguments, Sequence):
             raise NtpError(f"world.call('{api}', {arguments!r}): write the arguments as a tuple: (x, y)")
+        given = plain(tuple(arguments))
         types = types_of(self._registry, self._world.truth())
-        if wrong := unfit_call(self._registry, apis[api], tuple(arguments), types):
-            raise NtpError(f"world.call('{api}', {tuple(arguments)!r}): {wrong}")
-        check_ranges(apis[api], tuple(arguments))
-        return self._world.call(api, tuple(arguments))
+        if wrong := unfit_call(self._registry, apis[api], given, types):
+            raise NtpError(f"world.call('{api}', {given!r}): {wrong}")
+        if strayed := out_of_range(apis[api], given):
+            return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
+        return self._world.call(api, given)

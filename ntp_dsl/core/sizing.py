@@ -30,6 +30,7 @@ def sized(memory: Memory, demonstrations: Collection[Demonstration]) -> CoreConf
 def carries_a_load(positions: NDArray[np.float32], closed: NDArray[np.bool_]) -> bool:
     """Whether anything goes along with what the hand holds. positions: (frames, things, 3) relative to it."""
     steps = np.diff(positions, axis=0)
-    way = np.linalg.norm(np.median(steps, axis=1), axis=-1)  # most things stand still
-    along = (np.linalg.norm(steps, axis=-1) < ALONG).sum(axis=1)
+    far = np.linalg.norm(steps, axis=-1)  # (frames, things)
+    way = far.max(axis=1)  # something stays behind, the table at least
+    along = (far < ALONG).sum(axis=1)
     return bool((closed[1:] & closed[:-1] & (way > WAY) & (along > 1)).any())

@@ -182,7 +182,9 @@ class States(Sequence[Observation]):
 
     def append(self, row: Row) -> None:
         positions = _mapping(row, "positions")
-        for place in (*positions.values(), *row.get("tipped", {}).values()):
+        tipped = _mapping(row, "tipped") if "tipped" in row else {}
+        _expect(tipped.keys() <= {thing.name for thing in self.things}, "expected tipped things of the scene")
+        for place in (*positions.values(), *tipped.values()):
             vector(place)
         vector(row["gripper"])
         _expect(isinstance(row["closed"], bool), "expected closed to be true or false")

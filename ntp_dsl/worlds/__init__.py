@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ntp_dsl.fitting import strays
+from ntp_dsl.fitting import out_of_range
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.syntax import PYTHON, PredicateDeclaration
 from ntp_dsl.predicates import BUILT_IN
@@ -48,9 +48,7 @@ def make_world(
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
     """A skill in Python; as the worlds' own, it is refused where what its api requires does not hold."""
     state = State(registry, world.truth())
-    given = zip(api.parameters, arguments, strict=True)
-    strayed = [f"{each.name} = {value}" for each, value in given if strays(each, value)]
-    if strayed:  # a learned program may err; an expert's number was tested before
+    if strayed := out_of_range(api, arguments):  # by a learned program: an expert's number was tested before
         return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
     named = dict(zip((parameter.name for parameter in api.parameters), arguments, strict=True))
     lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]

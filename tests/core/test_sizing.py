@@ -44,3 +44,11 @@ def test_a_load_is_noticed_whatever_else_there_is_and_in_whatever_order() -> Non
     assert carries_a_load(positions[:, order], closed)
     assert carries_a_load(np.concatenate([positions, bystanders], axis=1), closed)
     assert not carries_a_load(positions, np.zeros_like(closed)), "an empty hand takes nothing along"
+
+
+@pytest.mark.parametrize("along", [1, 2, 3, 4])
+@pytest.mark.parametrize("still", [1, 2, 5])
+def test_a_load_is_noticed_however_many_go_along(along: int, still: int) -> None:
+    ways = 0.02 * np.arange(8)[:, None, None] * np.array([1.0, 0.0, 0.0])
+    positions = np.concatenate([np.zeros((8, along, 3)), 0.3 - ways.repeat(still, axis=1)], axis=1)
+    assert carries_a_load(positions.astype(np.float32), np.ones(8, bool)) == (along > 1)

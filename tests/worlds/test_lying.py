@@ -105,6 +105,19 @@ def test_two_bowls_find_room_on_a_tray_that_has_it(world: str) -> None:
         assert predicates.on(made.truth(), bowl, "tray")
 
 
+def test_a_wide_thing_is_over_a_bin_whatever_is_in_there() -> None:
+    crate = Thing("bin", "Place", (0.2, 0.2, 0.1), "bin", fixed=True)
+    bar, cube = Thing("bar", "Movable", (0.32, 0.05, 0.05)), Thing("cube", "Movable", (0.05,) * 3)
+    positions = {"table": UNDER, "bin": (0.5, 0.25, 0.05), "cube": (0.5, 0.25, 0.03), "bar": (0.5, 0.0, 0.4)}
+    made = make_world("kinematic", load("table_cleanup"), exact=True)
+    scene = Scene((TABLE, crate, bar, cube), positions, gripper=(0.5, 0.0, 0.4), held="bar")
+    made.reset(scene, seed=0)
+    assert made.call("move_to", ("bin",)).achieved
+    assert predicates.above(made.truth(), "gripper", "bin")
+    assert made.call("release", ()).achieved
+    assert not predicates.inside(made.truth(), "bar", "bin")
+
+
 def test_no_two_bowls_are_scrambled_into_each_other() -> None:
     registry = load_with_python("table_cleanup")
     task = find_task(registry, "four_and_twenty")
