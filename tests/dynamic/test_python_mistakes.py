@@ -97,6 +97,26 @@ def test_the_library_is_sound_as_it_is(tmp_path: Path) -> None:
     assert run(["eval", str(path), "in_a_row", *EVAL]) == 0
 
 
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('link["gap"])', '__import__("numpy").float32(link["gap"]))'),
+        ("return low and distance(", "return __import__('numpy').bool_(low) and distance("),
+        (
+            "@predicate\ndef in_the_way(observation, o,",
+            "def in_the_way(far, observation, o,",
+        ),
+    ],
+)
+def test_numpys_answers_and_other_callables_are_as_good(tmp_path: Path, old: str, new: str) -> None:
+    path = written(tmp_path, old, new)
+    if "far" in new:
+        python = path.with_suffix(".py")
+        partial = '\n\nways = predicate("in_the_way")(__import__("functools").partial(in_the_way, 0.07))\n'
+        python.write_text(python.read_text().replace("gap) < 0.07", "gap) < far") + partial)
+    assert run(["eval", str(path), "in_a_row", *EVAL]) == 0
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_told_by_a_check_at_its_place(tmp_path: Path, mistake: str) -> None:
     old, new, place, code, said = MISTAKES[mistake]
