@@ -12,7 +12,7 @@ from typing import SupportsFloat
 
 import numpy as np
 
-from ntp_dsl.fitting import Types, misfit, strays
+from ntp_dsl.fitting import Types, misfit, plain, strays
 from ntp_dsl.language.diagnostics import NtpError
 from ntp_dsl.language.samplers import SAMPLERS as KINDS
 from ntp_dsl.language.samplers import VARIED
@@ -142,7 +142,7 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
         values = None if isinstance(row, str | Mapping) or not isinstance(row, Iterable) else tuple(row)
         if values is None or len(values) != len(fields):
             expected = ", ".join(field.name for field in fields) + ("," if len(fields) == 1 else "")
-            found = _plain(row) if values is None else tuple(map(_plain, values))
+            found = plain(row) if values is None else tuple(map(plain, values))
             raise NtpError(f"{where} yields rows of ({expected}); found {found!r}")
         entries = (
             (field.name, _entry(registry, where, field, value, types))
@@ -168,14 +168,10 @@ def _entry(
         value = float(value)
     expected = misfit(registry, field, value, types) or strays(field, value)
     if expected:
-        shown = f"{value:g}" if isinstance(value, float) else repr(_plain(value))
+        shown = f"{value:g}" if isinstance(value, float) else repr(plain(value))
         raise NtpError(f"{where} drew {shown} for '{field.name}: {field.type}'; expected {expected}")
     assert isinstance(value, str | float)
     return value if isinstance(value, float) else str(value)
-
-
-def _plain(value: object) -> object:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 # The samplers -----------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
         return _over_container(observation, in_hand, target)
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
-    if surface.roomy and surface.cavity is None:
+    if surface.flat:
         width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
         return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
             abs(x - ox) > (width + size[0]) / 2 + FREE_GAP

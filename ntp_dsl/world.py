@@ -79,6 +79,11 @@ class Thing:
         return not self.movable and min(self.size[:2]) > ROOMY
 
     @property
+    def flat(self) -> bool:
+        """Roomy, and no bin: a place on it has to be chosen."""
+        return self.roomy and self.cavity is None
+
+    @property
     def cavity(self) -> Cavity | None:
         """The hollow of a bin or bowl."""
         if self.shape == "bin":

@@ -183,7 +183,7 @@ class BulletWorld:
     def _move_to(self, target: str) -> Outcome:
         seen = self.truth()
         surface = seen.by_name.get(target)
-        if surface is not None and surface.roomy and surface.cavity is None:
+        if surface is not None and surface.flat:
             places, top = free_places(seen, target)
             return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, top, seed, slip))
         return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))

@@ -114,7 +114,7 @@ class KinematicWorld(RestingThings):
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
         surface = self._by_name[target]
-        if surface.roomy and surface.cavity is None and self._room_on(target) <= FREE_GAP:
+        if surface.flat and self._room_on(target) <= FREE_GAP:
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
         return self._go(self._hover(target))
 
@@ -233,7 +233,7 @@ class KinematicWorld(RestingThings):
         surface = self._by_name[target]
         if surface.cavity is not None and self._held is None:
             return self._over_rim(target)
-        if self._takes(target) or (surface.roomy and surface.cavity is None):
+        if self._takes(target) or surface.flat:
             x, y, _ = self._clearest_place(self._held, surface)
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)

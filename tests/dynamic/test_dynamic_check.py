@@ -7,30 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checked_libraries import ALL_ON, PLACING, STACKING, excerpt, found, written
 
 from ntp_dsl.dynamic import check_dynamically
 from ntp_dsl.dynamic.starts import STARTS, told
-from ntp_dsl.language.diagnostics import Diagnostic
 from ntp_dsl.language.loader import find, load
 from ntp_dsl.python_code import with_python
 from ntp_dsl.resources import examples_folder, library_folder
 from ntp_dsl.tasks import draw, find_task
 from ntp_dsl.worlds import make_world
 
-PLACING = """
-program fill(goal: list[Placement]):
-    achieves all on(p.item, p.support) for p in goal
-    for p in goal:
-        pick_and_place(p.item, p.support)
-"""
-STACKING = """
-task tower:
-    scene:   blocks: 5 Block on table
-    goal:    towers(blocks, placements=1..2, height=2)
-    run:     {run}
-    success: {success}
-"""
-ALL_ON = "all on(p.item, p.support) for p in goal"
 FOUND = {
     "E601 an api that does not ask for an empty hand": (
         """
@@ -103,21 +89,6 @@ FLAWED_PYTHON = {
 }
 
 
-def written(folder: Path, declarations: str) -> Path:
-    path = folder / "mine.ntp"
-    path.write_text(f"library mine\nuse tabletop\n{declarations}")
-    return path
-
-
-def found(path: Path) -> list[Diagnostic]:
-    return check_dynamically(load(path), path)
-
-
-def excerpt(path: Path, diagnostic: Diagnostic) -> str:
-    row = path.read_text().split("\n")[diagnostic.span.line - 1]
-    return row[diagnostic.span.column - 1 : diagnostic.span.end_column - 1]
-
-
 @pytest.mark.parametrize("fault", FOUND)
 def test_a_planted_fault_is_found_at_its_place(tmp_path: Path, fault: str) -> None:
     declarations, place = FOUND[fault]
@@ -134,92 +105,6 @@ def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
     assert steps == [str(number) for number in range(1, len(steps) + 1)]
     assert {"clear", "pick", "place"} <= {note.message.split()[1].split("(")[0] for note in livelock.notes}
     assert livelock.notes[-1].message.endswith("again, and so on")
-
-
-SWAPPING = """
-type Plate is Place
-type Spare is Place
-
-program exchange(goal: list[Placement]):
-    achieves all on(p.item, p.support) for p in goal
-    for p in goal:
-        bring(p.item, p.support)
-
-program bring(item: Movable, plate: Place):
-    requires present(item) and reachable(item) and present(plate) and reachable(plate)
-    achieves on(item, plate)
-    vacate(plate, item)
-    pick_and_place(item, plate)
-
-program vacate(plate: Place, item: Movable):
-    requires present(plate) and reachable(plate)
-    achieves not some on(b, plate) for b in Block if b != item
-    for b in Block if on(b, plate) and b != item:
-        for s in Spare if clear(s):
-            pick_and_place(b, s)
-
-task exchanging:
-    scene:
-        plates: 3 Plate on table with box(10 cm, 10 cm, 1 cm), x(0.35 .. 0.65 m)
-        spares: 1 Spare on table with box(10 cm, 10 cm, 1 cm)
-        blocks: 3 Block on plates
-    goal:    permutations(blocks, plates)
-    run:     exchange(goal)
-    success: all on(p.item, p.support) for p in goal
-"""
-OVERFULL = (
-    """
-type Pad is Place
-"""
-    + PLACING
-    + """
-task filling:
-    scene:
-        pads: 1 Pad on table with box(30 cm, 26 cm, 1 cm), at(52 cm, 20 cm)
-        blocks: 2 Block on table with box(11 cm, 11 cm, 5 cm), y(-0.25 .. 0 m)
-    goal:    matchings(blocks, pads, pairs=2)
-    run:     fill(goal)
-    success: all on(p.item, p.support) for p in goal
-"""
-)
-
-
-def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: Path) -> None:
-    (livelock,) = [each for each in found(written(tmp_path, SWAPPING)) if each.code == "E605"]
-    told = "lacks not on(block_0, plate_0), and no statement is due"
-    assert livelock.message.startswith("'exchanging' comes no further") and told in livelock.message
-    assert [note.message for note in livelock.notes] == [
-        "1. passed over: no element meets the conditions of the loop"
-    ]
-    assert "undoes" not in livelock.help and "'vacate'" in livelock.help
-
-
-HALF_WAY = """
-program fill(goal: list[Placement]):
-    achieves all on(p.item, p.support) for p in goal
-    for p in goal:
-        bring(p.item, p.support)
-
-program bring(item: Movable, support: Place):
-    requires present(item) and reachable(item) and present(support) and reachable(support)
-    achieves on(item, support)
-    lift(item, support)
-
-program lift(item: Movable, support: Place):
-    requires present(item) and reachable(item)
-    achieves on(item, support)
-    pick(item)
-"""
-
-
-def test_where_nothing_is_due_the_statements_that_hold_already_are_named(tmp_path: Path) -> None:
-    path = written(tmp_path, HALF_WAY + STACKING.format(run="fill(goal)", success=ALL_ON))
-    stuck = next(each for each in found(path) if each.code == "E605")
-    assert stuck.message.startswith("'tower' comes no further")
-    assert "lacks on(block_" in stuck.message and "no statement is due" in stuck.message
-    (note,) = stuck.notes
-    assert note.message == "1. passed over: what it achieves holds already"
-    assert path.read_text().split("\n")[note.span.line - 1].strip() == "pick(item)"
 
 
 def test_a_goal_that_is_not_reached_is_told_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
@@ -292,13 +177,6 @@ def deliver(world, goal):
     assert excerpt(path, livelock) == "deliver"
     path.write_text(path.read_text().replace("if on(b, item)", "if covers(b, item)"))
     assert check_dynamically(with_python(load(path)), path) == []
-
-
-def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: Path) -> None:
-    diagnostics = found(written(tmp_path, OVERFULL))
-    assert [each.code for each in diagnostics if each.severity == "error"] == []
-    (stuck,) = [each for each in diagnostics if each.code == "W603"]
-    assert "the world refuses move_to(pad_0): no path" in stuck.message
 
 
 EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())

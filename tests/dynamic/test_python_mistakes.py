@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checked_libraries import excerpt
 from row_library import PYTHON, written
 
 from ntp_dsl.cli.app import run
@@ -84,11 +85,6 @@ EVAL = ["--expert", "--episodes", "6"]
 
 def checked(path: Path) -> list[Diagnostic]:
     return check_dynamically(load_with_python(path), path)
-
-
-def excerpt(path: Path, diagnostic: Diagnostic) -> str:
-    row = path.read_text().split("\n")[diagnostic.span.line - 1]
-    return row[diagnostic.span.column - 1 : diagnostic.span.end_column - 1]
 
 
 def test_the_library_is_sound_as_it_is(tmp_path: Path) -> None:

@@ -1,0 +1,99 @@
+"""An expert that stands still, or that the world refuses, is told apart from one that goes in a circle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from checked_libraries import ALL_ON, PLACING, STACKING, found, written
+
+SWAPPING = """
+type Plate is Place
+type Spare is Place
+
+program exchange(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+program bring(item: Movable, plate: Place):
+    requires present(item) and reachable(item) and present(plate) and reachable(plate)
+    achieves on(item, plate)
+    vacate(plate, item)
+    pick_and_place(item, plate)
+
+program vacate(plate: Place, item: Movable):
+    requires present(plate) and reachable(plate)
+    achieves not some on(b, plate) for b in Block if b != item
+    for b in Block if on(b, plate) and b != item:
+        for s in Spare if clear(s):
+            pick_and_place(b, s)
+
+task exchanging:
+    scene:
+        plates: 3 Plate on table with box(10 cm, 10 cm, 1 cm), x(0.35 .. 0.65 m)
+        spares: 1 Spare on table with box(10 cm, 10 cm, 1 cm)
+        blocks: 3 Block on plates
+    goal:    permutations(blocks, plates)
+    run:     exchange(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+OVERFULL = (
+    """
+type Pad is Place
+"""
+    + PLACING
+    + """
+task filling:
+    scene:
+        pads: 1 Pad on table with box(30 cm, 26 cm, 1 cm), at(52 cm, 20 cm)
+        blocks: 2 Block on table with box(11 cm, 11 cm, 5 cm), y(-0.25 .. 0 m)
+    goal:    matchings(blocks, pads, pairs=2)
+    run:     fill(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+)
+
+
+def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: Path) -> None:
+    (livelock,) = [each for each in found(written(tmp_path, SWAPPING)) if each.code == "E605"]
+    told = "lacks not on(block_0, plate_0), and no statement is due"
+    assert livelock.message.startswith("'exchanging' comes no further") and told in livelock.message
+    assert [note.message for note in livelock.notes] == [
+        "1. passed over: no element meets the conditions of the loop"
+    ]
+    assert "undoes" not in livelock.help and "'vacate'" in livelock.help
+
+
+HALF_WAY = """
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    lift(item, support)
+
+program lift(item: Movable, support: Place):
+    requires present(item) and reachable(item)
+    achieves on(item, support)
+    pick(item)
+"""
+
+
+def test_where_nothing_is_due_the_statements_that_hold_already_are_named(tmp_path: Path) -> None:
+    path = written(tmp_path, HALF_WAY + STACKING.format(run="fill(goal)", success=ALL_ON))
+    stuck = next(each for each in found(path) if each.code == "E605")
+    assert stuck.message.startswith("'tower' comes no further")
+    assert "lacks on(block_" in stuck.message and "no statement is due" in stuck.message
+    (note,) = stuck.notes
+    assert note.message == "1. passed over: what it achieves holds already"
+    assert path.read_text().split("\n")[note.span.line - 1].strip() == "pick(item)"
+
+
+def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: Path) -> None:
+    diagnostics = found(written(tmp_path, OVERFULL))
+    assert [each.code for each in diagnostics if each.severity == "error"] == []
+    (stuck,) = [each for each in diagnostics if each.code == "W603"]
+    assert "the world refuses move_to(pad_0): no path" in stuck.message
