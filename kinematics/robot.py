@@ -220,6 +220,9 @@ def _workspace(path: Path, told: Any) -> Region | None:
 
 
 def _check_keys(path: Path, told: Mapping[str, Any]) -> None:
+    for table in filter(None, _TABLES):
+        if not isinstance(told.get(table, {}), dict):
+            raise UnusableRobot(f"{path}: [{table}] is a table, found {told[table]!r}")
     for table, allowed in _TABLES.items():
         found = told if not table else told.get(table, {})
         if unknown := sorted(set(found) - allowed):
@@ -229,6 +232,12 @@ def _check_keys(path: Path, told: Mapping[str, Any]) -> None:
     for table, key in [*needed, ("tool", "link"), ("gripper", "joints")]:
         if key not in (told[table] if table else told):
             raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{table}]' if table else ''}")
+    for key, text in (("urdf", told["urdf"]), ("link", told["tool"]["link"])):
+        if not isinstance(text, str):
+            raise UnusableRobot(f"{path}: '{key}' needs a text, found {text!r}")
+    for key, names in (("arm", told["arm"]), ("joints", told["gripper"]["joints"])):
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise UnusableRobot(f"{path}: '{key}' needs a list of joints' names, found {names!r}")
 
 
 def _check_chain(path: Path, description: Urdf, arm: tuple[str, ...], tool_link: str) -> None:
