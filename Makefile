@@ -20,6 +20,7 @@ test: lint check-tests
 
 lint: install
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/ntp fmt --check examples/* ntp_dsl/library
 

@@ -19,8 +19,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from ntp_dsl.language.session import Session
-from ntp_dsl.resources import examples_folder
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.language.incremental import Session
 
 PROGRAMS = 1_000
 RUNS = 7  # of the command

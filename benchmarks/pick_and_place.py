@@ -19,13 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from kinematics import robot
-from kinematics.approach import TILTED
-from kinematics.bodies import Body
-from kinematics.geometry import rotation_from_quaternion
-from kinematics.shapes import Box
-from kinematics.simulation import Workcell
-from kinematics.skills import Motion, grasp, move_above, move_above_free_place, release
+from kinematics.geometry.transforms import rotation_from_quaternion
+from kinematics.robot import robot
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.shapes import Box
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.approach import TILTED
+from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
 
 HALF = 0.025
 COLOURS = [
@@ -154,9 +154,7 @@ class Runner:
         return [
             other
             for other in cell.bodies
-            if other != name
-            and cell.pose(other).position[2] > height + 0.015
-            and cell.contacts(other, name)
+            if other != name and cell.pose(other).position[2] > height + 0.015 and cell.contacts(other, name)
         ]
 
     def build(self, placements: list[tuple[str, str]], calls: int, **slips: Any) -> bool:

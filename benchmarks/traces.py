@@ -17,13 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from ntp_dsl import evaluation
 from ntp_dsl.cli.models import model_for
-from ntp_dsl.evaluation import Evaluator, Plan
-from ntp_dsl.resources import examples_folder
-from ntp_dsl.traces import ROOT, TraceWriter, parse_trace
-from ntp_dsl.traces.divergence import compare
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.evaluation import episodes
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import ROOT
+from ntp_dsl.traces.writer import TraceWriter
 
 LIBRARY = examples_folder() / "block_stacking"
 WRITES = ("header", "state", "call", "returned", "frame", "picture", "end")
@@ -50,7 +52,7 @@ def recording(arguments: argparse.Namespace) -> dict[str, Any]:
 
     for name in WRITES:
         setattr(TraceWriter, name, timed(getattr(TraceWriter, name)))
-    evaluation.write_demonstration = timed(evaluation.write_demonstration)
+    episodes.write_demonstration = timed(episodes.write_demonstration)
     model = model_for(LIBRARY, "block_stacking", None)
     shares, sizes = [], []
     with tempfile.TemporaryDirectory() as folder:

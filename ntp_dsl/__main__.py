@@ -1,5 +1,5 @@
 """`python -m ntp_dsl` is `ntp`."""
 
-from ntp_dsl.cli import main
+from ntp_dsl.cli.app import main
 
 main()

@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
-from ntp_dsl.experts import NextCall, call, first
-from ntp_dsl.world import ACHIEVED, Failure, Outcome
+from ntp_dsl.policies.expert import NextCall, call, first
+from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome
 
 __all__ = [
     "ACHIEVED", "Failure", "NextCall", "Outcome", "call", "expert", "first", "predicate", "sampler", "skill",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.registry import Registry
+from ntp_dsl.language.registry import Registry
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from kinematics.bodies import Body
-from kinematics.catalogue import tub
-from kinematics.gripper import gripper_of
-from kinematics.robot import Robot
-from kinematics.shapes import Box
-from kinematics.workspace import workspace_of
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.catalogue import tub
+from kinematics.shapes.shapes import Box
+from kinematics.skills.workspace import workspace_of
 
 HALF = 0.025  # of a cube, if the hand opens wide enough [m]
 ROOM = 0.004  # beside a cube, of each finger, at least [m]

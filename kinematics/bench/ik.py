@@ -9,10 +9,10 @@ import numpy as np
 
 from kinematics.bench import ik_peers
 from kinematics.bench.measuring import Tally, machine
-from kinematics.geometry import Array, angle_between, rotation_about
-from kinematics.inverse import InverseKinematics
-from kinematics.robot import Robot, panda
-from kinematics.workspace import FLOOR, workspace_of
+from kinematics.geometry.transforms import Array, angle_between, rotation_about
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot.robot import Robot, panda
+from kinematics.skills.workspace import FLOOR, workspace_of
 
 POSITION = 1e-3  # [m]
 ANGLE = 0.01  # [rad]

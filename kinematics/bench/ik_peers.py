@@ -9,11 +9,12 @@ import mink
 import numpy as np
 import pinocchio
 
-from kinematics import bullet, models
 from kinematics.bench.measuring import version
-from kinematics.geometry import Array, angle_between, quaternion_from_rotation, wxyz
-from kinematics.inverse import InverseKinematics
-from kinematics.robot import Robot
+from kinematics.geometry.transforms import Array, angle_between, quaternion_from_rotation, wxyz
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot import models
+from kinematics.robot.robot import Robot
+from kinematics.simulation import pybullet_loading
 
 RESTARTS = 20
 STEPS = 40  # of differential inverse kinematics before a restart
@@ -94,9 +95,9 @@ def pink_with_restarts(robot: Robot) -> Solve:
 
 
 def bullet_with(robot: Robot, restarts: int) -> Solve:
-    world: Any = bullet.load()
+    world: Any = pybullet_loading.load()
     client = world.connect(world.DIRECT)
-    with tempfile.TemporaryDirectory() as folder, bullet.output_silenced():
+    with tempfile.TemporaryDirectory() as folder, pybullet_loading.output_silenced():
         path = Path(folder) / "robot.urdf"
         path.write_text(models.for_bullet(robot, visuals=False))
         body = world.loadURDF(str(path), useFixedBase=True, physicsClientId=client)

@@ -9,11 +9,11 @@ import numpy as np
 from kinematics.bench import plan_peers
 from kinematics.bench.measuring import Tally, machine
 from kinematics.bench.plan_queries import Query, Referee, drawn
-from kinematics.geometry import Array
-from kinematics.planning import Planner
-from kinematics.reasons import KinematicsError
-from kinematics.robot import Robot, panda
-from kinematics.trajectory import round_corners
+from kinematics.errors import KinematicsError
+from kinematics.geometry.transforms import Array
+from kinematics.planning.planner import Planner
+from kinematics.planning.trajectory import round_corners
+from kinematics.robot.robot import Robot, panda
 
 PEER_QUERIES = 200  # of the peers, which take long
 

@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 from ompl import base, geometric, util
 
-from kinematics import bullet, models
 from kinematics.bench.cells import half_of
 from kinematics.bench.measuring import version
 from kinematics.bench.plan_queries import Query, Referee
-from kinematics.bullet_bodies import Solids
-from kinematics.collision import CollisionScene
-from kinematics.collision_model import always_touching
-from kinematics.geometry import Array, pose_of
-from kinematics.gripper import gripper_of
-from kinematics.planning import RANGE, RESOLUTION
-from kinematics.robot import Robot
+from kinematics.collision.models import always_touching
+from kinematics.collision.scene import CollisionScene
+from kinematics.geometry.transforms import Array, pose_of
+from kinematics.planning.planner import RANGE, RESOLUTION
+from kinematics.robot import models
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.simulation import pybullet_loading
+from kinematics.simulation.bullet_bodies import Solids
 
 TIME_OUT = 5.0  # [s]
 FINGERS_OFF = 0.003  # a held cube, for a checker that takes touching for a collision [m]
@@ -70,7 +71,7 @@ class PybulletPlanning:
     """Its bidirectional RRT with smoothing, as its documentation calls it."""
 
     def __init__(self, robot: Robot, referee: Referee) -> None:
-        bullet.load()
+        pybullet_loading.load()
         import pybullet_planning
 
         self._pp: Any = pybullet_planning
@@ -81,8 +82,8 @@ class PybulletPlanning:
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         path = folder / "robot.urdf"
         path.write_text(models.for_bullet(robot, visuals=False))
-        self._world: Any = bullet.load()
-        with bullet.output_silenced():
+        self._world: Any = pybullet_loading.load()
+        with pybullet_loading.output_silenced():
             self._body = self._world.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
         self._joints = [self._pp.joint_from_name(self._body, name) for name in robot.arm_joints]
         self._tool = self._pp.link_from_name(self._body, robot.tool_frame)

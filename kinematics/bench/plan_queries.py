@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from kinematics.bench.cells import crowded, half_of
-from kinematics.bodies import Body
-from kinematics.collision import CollisionScene
-from kinematics.geometry import Array, inverse, transform_of
-from kinematics.grasps import grasps_by_trouble
-from kinematics.gripper import gripper_of
-from kinematics.inverse import InverseKinematics
-from kinematics.reasons import UnusableRobot
-from kinematics.robot import Robot
-from kinematics.workspace import workspace_of
+from kinematics.collision.scene import CollisionScene
+from kinematics.errors import UnusableRobot
+from kinematics.geometry.transforms import Array, inverse, transform_of
+from kinematics.grasping.grasps import grasps_by_trouble
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import Body
+from kinematics.skills.workspace import workspace_of
 
 FINE = 1 / 160  # rad, Euclidean over the joints: how finely a path is checked once more
 CUBES = 8

@@ -6,11 +6,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from kinematics import skills
 from kinematics.bench.cells import cubes
 from kinematics.bench.measuring import Tally, machine
-from kinematics.robot import Robot, panda
-from kinematics.simulation import Workcell
+from kinematics.robot.robot import Robot, panda
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills import skills
 
 CUBES = 8
 

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ntp_dsl.language.diagnostics import NtpError, SourceError, TaskFailed, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError, TaskFailed, nearest
 
 DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
 INTERRUPTION = "interrupted; the files that are written are whole"
@@ -50,7 +50,7 @@ GROUPS = {
 
 
 class LazyGroup(TyperGroup):
-    """A table of commands, each imported from `ntp_dsl.cli` when it is called, and not before."""
+    """A table of commands, each imported from `ntp_dsl.cli.commands` when it is called, and not before."""
 
     def __init__(self, table: Table, path: tuple[str, ...] = ()) -> None:
         super().__init__(
@@ -86,8 +86,8 @@ class LazyGroup(TyperGroup):
 
 
 def _imported(path: tuple[str, ...]) -> TyperCommand:
-    """The command `trace show` is the function `command` of `ntp_dsl.cli.trace_show`."""
-    module = import_module("ntp_dsl.cli." + "_".join(path).replace("-", "_"))
+    """The command `trace show` is the function `command` of `ntp_dsl.cli.commands.trace.show`."""
+    module = import_module("ntp_dsl.cli.commands." + ".".join(path).replace("-", "_"))
     app = typer.Typer(
         add_completion=False,
         rich_markup_mode=None,

@@ -7,10 +7,10 @@ from typing import Any
 
 from rich.text import Text
 
-from ntp_dsl.traces import Call, Trace, to_json
-from ntp_dsl.traces.blame import of_call
+from ntp_dsl.traces.failure_attribution import of_call
+from ntp_dsl.traces.phrases import in_words, plain
+from ntp_dsl.traces.schema import Call, Trace, to_json
 from ntp_dsl.traces.times import Times
-from ntp_dsl.traces.wording import in_words, plain
 
 BAR = 12  # characters for the whole demonstration
 COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}

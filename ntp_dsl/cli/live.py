@@ -7,8 +7,8 @@ from typing import Any
 from rich.text import Text
 
 from ntp_dsl.cli.display import answers
-from ntp_dsl.registry import Registry
-from ntp_dsl.world import Argument
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Argument
 
 FINE = ("done", "achieved")
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.core.checkpoint import check_fits, load_core, strangers
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
-from ntp_dsl.resources import checkpoints_folder
-from ntp_dsl.tasks import find_task
+from ntp_dsl.tasks.instances import find_task
 
 
 def model_or_expert(library: Path, task: str, model: Path | None, expert: bool) -> Path | None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 
@@ -24,15 +24,9 @@ Model = Annotated[
     Path | None,
     typer.Option(help="A checkpoint of `ntp train`; by default the shipped one that fits."),
 ]
-Scripted = Annotated[
-    bool, typer.Option("--expert", help="The scripted expert decides, not a learned core.")
-]
-Slips = Annotated[
-    float, typer.Option(min=0, max=1, help="How often a transport loses its object.")
-]
-Pushes = Annotated[
-    float, typer.Option(min=0, max=1, help="How often a placement is pushed, and may topple.")
-]
+Scripted = Annotated[bool, typer.Option("--expert", help="The scripted expert decides, not a learned core.")]
+Slips = Annotated[float, typer.Option(min=0, max=1, help="How often a transport loses its object.")]
+Pushes = Annotated[float, typer.Option(min=0, max=1, help="How often a placement is pushed, and may topple.")]
 Gui = Annotated[bool, typer.Option("--gui", help="Watch the bullet world in a window, in real time.")]
 Arm = Annotated[
     str | None,

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import TextIO
 
-from ntp_dsl.language.diagnostics import Diagnostic
-from ntp_dsl.language.rendering import Line, Sources, Style, plain, render
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.diagnostics.rendering import Line, Sources, Style, plain, render
 
 COLOURS = {
     Style.STRONG: "bold",

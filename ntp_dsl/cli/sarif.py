@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from ntp_dsl.language.codes import CODES
-from ntp_dsl.language.diagnostics import Diagnostic, Edit, Fix
-from ntp_dsl.language.syntax import Span
+from ntp_dsl.language.diagnostics.codes import CODES
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
+from ntp_dsl.language.syntax.nodes import Span
 
 Json = dict[str, Any]
 
@@ -23,9 +23,7 @@ def document(diagnostics: Sequence[Diagnostic]) -> Json:
     driver = {
         "name": "ntp check",
         "version": version("ntp_dsl"),
-        "rules": [
-            {"id": code, "shortDescription": {"text": CODES.get(code, code)}} for code in codes
-        ],
+        "rules": [{"id": code, "shortDescription": {"text": CODES.get(code, code)}} for code in codes],
     }
     results = [_result(each, codes.index(each.code)) for each in diagnostics]
     run = {

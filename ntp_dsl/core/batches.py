@@ -12,9 +12,9 @@ from torch import Tensor
 
 from ntp_dsl.core import keyframes
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.queries import Answer, Query
-from ntp_dsl.specification import Demonstration, Scope
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
+from ntp_dsl.demonstrations.queries import Answer, Query
+from ntp_dsl.semantics.observation import Observation, Thing
 
 IGNORE = -100
 NOTHING = -1
@@ -218,9 +218,7 @@ def candidate_rows(memory: Memory, callee: str, things: tuple[Thing, ...]) -> Te
     return rows
 
 
-def _candidates(
-    memory: Memory, queries: Sequence[Query], right: Sequence[Answer], things: int
-) -> Tensor:
+def _candidates(memory: Memory, queries: Sequence[Query], right: Sequence[Answer], things: int) -> Tensor:
     rows = torch.zeros(len(queries), memory.arity, things, dtype=torch.bool)
     for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
         if answer.callee is not None:

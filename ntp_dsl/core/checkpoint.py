@@ -12,13 +12,13 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
+from ntp_dsl.common.files import written_whole
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
 from ntp_dsl.core.training import Trainer
-from ntp_dsl.files import written_whole
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.registry import Registry
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
 
 FORMAT = "ntp-checkpoint"
 VERSION = "1"

@@ -14,7 +14,6 @@ class CoreConfig:
     rounds: int = 2  # of messages between things of the present state
     kernel: int = 5  # of the temporal convolutions [frames]
 
-
     def pointers(self, arity: int) -> int:
         """How many hops there are, where a call takes so many objects: each can be pointed at."""
         return max(self.hops, arity)

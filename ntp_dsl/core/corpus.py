@@ -15,8 +15,8 @@ from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import Answers, Frames, States
 from ntp_dsl.core.config import TrainingConfig
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.queries import Sample
-from ntp_dsl.specification import Scope
+from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.demonstrations.queries import Sample
 
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
@@ -114,16 +114,12 @@ class Corpus:
         frames = _replaced(frames, positions=frames.positions + noise + off, typed=typed)
         return frames, *self._take(queries, spec, rng)
 
-    def _take(
-        self, indices: list[int], spec: np.ndarray, rng: np.random.Generator
-    ) -> tuple[States, Answers]:
+    def _take(self, indices: list[int], spec: np.ndarray, rng: np.random.Generator) -> tuple[States, Answers]:
         index = torch.tensor(indices)
         states = _select(self._states, index)
         noise = torch.from_numpy(rng.normal(0, NOISE, states.positions.shape).astype(np.float32))
         noise *= torch.from_numpy(rng.random(len(indices)) < 0.5)[:, None, None]
-        states = _replaced(
-            states, positions=states.positions + noise, spec=torch.from_numpy(spec)
-        )
+        states = _replaced(states, positions=states.positions + noise, spec=torch.from_numpy(spec))
         told = torch.from_numpy(rng.random(len(indices)) < TOLD)
         return states, _replaced(_select(self._answers, index), told=told)
 

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from ntp_dsl.specification import Demonstration, Scope
+from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
 
 SPACING = 0.06  # [m] along the hand's path
 STEP = 0.008  # [m] a corner is looked for between steps of at least this

@@ -48,17 +48,13 @@ def loss(core: Core, frames: Frames | None, states: States, right: Answers) -> d
     return parts
 
 
-def _values_loss(
-    core: Core, thought: Thought, states: States, hint: Hint, right: Answers
-) -> Tensor:
+def _values_loss(core: Core, thought: Thought, states: States, hint: Hint, right: Answers) -> Tensor:
     """Members by their likelihood, numbers by their distance in tenths of their range."""
     scores, numbers = core.evaluate(thought, states, hint, right.slot.clamp(min=0))
     chosen = torch.zeros_like(numbers)  # (queries, value_arity)
     if core.memory.choices > 1:  # where there are enumerations at all
         scores = scores.masked_fill(~right.choosable, -1e4)
-        chosen = cross_entropy(
-            scores.transpose(1, 2), right.members, ignore_index=IGNORE, reduction="none"
-        )
+        chosen = cross_entropy(scores.transpose(1, 2), right.members, ignore_index=IGNORE, reduction="none")
     known = ~right.numbers.isnan()
     wanted = torch.where(known, right.numbers, numbers.detach())
     away = smooth_l1_loss(10 * numbers, 10 * wanted, reduction="none")

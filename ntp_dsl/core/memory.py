@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from ntp_dsl.registry import Callable, Parameter, Registry, bounds
-from ntp_dsl.world import Argument, Record
+from ntp_dsl.language.registry import Callable, Parameter, Registry, bounds
+from ntp_dsl.semantics.observation import Argument, Record
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,13 @@ class Signature:
     values: tuple[Value, ...] = ()  # the others
     records: tuple[Packed, ...] = ()
 
-    def split(
-        self, arguments: Sequence[str | float]
-    ) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
+    def split(self, arguments: Sequence[str | float]) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
         """The objects among the arguments, and the values, each in their order."""
         places = {value.index for value in self.values}
         objects = tuple(str(a) for n, a in enumerate(arguments) if n not in places)
         return objects, tuple(a for n, a in enumerate(arguments) if n in places)
 
-    def join(
-        self, objects: Sequence[str], values: Sequence[str | float]
-    ) -> tuple[str | float, ...]:
+    def join(self, objects: Sequence[str], values: Sequence[str | float]) -> tuple[str | float, ...]:
         """The inverse of `split`."""
         arguments: list[str | float] = list(objects)
         for value, given in zip(self.values, values, strict=True):

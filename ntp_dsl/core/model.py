@@ -72,9 +72,7 @@ class Core(nn.Module):
         compared = features.WIDTH + memory.value_arity * features.BEYOND_WIDTH  # see `_from_arguments`
         away = features.WIDTH + memory.arity * compared
         thing = away + 1 + config.type_width + memory.arity + len(self.reader.hops)
-        self.see = nn.Sequential(
-            nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width)
-        )
+        self.see = nn.Sequential(nn.Linear(thing + context, width), nn.ReLU(), nn.Linear(width, width))
         self.messages = nn.ModuleList(Message(width) for _ in range(config.rounds))
         pooled = width * (1 + memory.arity) + context
         self.think = nn.Sequential(nn.Linear(pooled, width), nn.ReLU())
@@ -82,9 +80,7 @@ class Core(nn.Module):
         self.key = nn.Linear(width, memory.slots)
         self.lost = nn.Linear(width, memory.slots)
         self.point_context = nn.Linear(memory.slots + config.row_width, width)
-        self.pointer = nn.Sequential(
-            nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity)
-        )
+        self.pointer = nn.Sequential(nn.Linear(2 * width, width), nn.ReLU(), nn.Linear(width, memory.arity))
         self.offers = memory.arity + len(self.reader.hops)
         self.pass_on = nn.Linear(width, memory.arity * self.offers)
         if given:
@@ -154,9 +150,7 @@ class Core(nn.Module):
                 seen.append(farther * given * exists[:, None, None, None])
         return torch.cat(seen, -1).flatten(2)
 
-    def evaluate(
-        self, thought: Thought, states: States, hint: Hint, slots: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def evaluate(self, thought: Thought, states: States, hint: Hint, slots: Tensor) -> tuple[Tensor, Tensor]:
         """For the values of the callee in a slot: scores of members, and numbers from 0 to 1.
 
         (queries, value_arity, choices - 1) and (queries, value_arity).
@@ -192,6 +186,4 @@ class Message(nn.Module):
 
 def _declared(memory: Memory) -> Tensor:
     """(rows, slots): which slots a row has."""
-    return torch.tensor(
-        [[slot < len(row.callees) for slot in range(memory.slots)] for row in memory.rows]
-    )
+    return torch.tensor([[slot < len(row.callees) for slot in range(memory.slots)] for row in memory.rows])

@@ -15,11 +15,12 @@ from ntp_dsl.core import batches, keyframes
 from ntp_dsl.core.batches import States
 from ntp_dsl.core.model import Core, Hint, Thought, silent_hint
 from ntp_dsl.core.reader import Reading
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.policy import Barred, Choice, Frame
-from ntp_dsl.queries import Answer, Query
-from ntp_dsl.specification import Demonstration, Scope
-from ntp_dsl.world import Argument, Observation, World, without_lists
+from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
+from ntp_dsl.demonstrations.queries import Answer, Query
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.policies.protocol import Barred, Choice, Frame
+from ntp_dsl.semantics.observation import Argument, Observation, without_lists
+from ntp_dsl.worlds.protocol import World
 
 TOP = 5  # alternatives that a decision reports
 
@@ -51,9 +52,7 @@ class LearnedPolicy:
         return Choice(answer.callee, given, answer.scope, details=details, seen=seen)
 
     @torch.inference_mode()
-    def answer(
-        self, query: Query, barred: Barred = frozenset()
-    ) -> tuple[Answer, dict[str, Any]]:
+    def answer(self, query: Query, barred: Barred = frozenset()) -> tuple[Answer, dict[str, Any]]:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
@@ -73,9 +72,7 @@ class LearnedPolicy:
         lost = float(torch.sigmoid(thought.lost[0, slot]))
         if lost > 0.5:
             scope, scopes = None, [(None, round(lost, 4)), *scopes]
-        objects, certainty, pointers = self._objects(
-            query.observation, states, thought, slot, callees[slot]
-        )
+        objects, certainty, pointers = self._objects(query.observation, states, thought, slot, callees[slot])
         values, surely, others = self._values(thought, states, hint, slot, callees[slot])
         probability = float(probabilities[slot]) * (1 - end) * certainty * surely
         details |= {"probability": round(probability, 4), "pointers": pointers, "scopes": scopes}
@@ -157,17 +154,13 @@ class LearnedPolicy:
         key = (query.scope, query.program)
         if key not in self._readings:
             part = [(self.demonstration, query.scope, query.program)]
-            self._readings[key] = self.core.reader(
-                batches.frames(self.core.memory, part, [names])
-            )
+            self._readings[key] = self.core.reader(batches.frames(self.core.memory, part, [names]))
         return self._readings[key]
 
     def _check_objects(self, names: tuple[str, ...]) -> None:
         missing = [name for name in names if name not in self.demonstration.names]
         if missing:
-            raise NtpError(
-                f"the demonstration lacks {', '.join(missing)}; the scene has {', '.join(names)}"
-            )
+            raise NtpError(f"the demonstration lacks {', '.join(missing)}; the scene has {', '.join(names)}")
 
 
 def ranked(values: Sequence[Any], probabilities: Tensor) -> Ranking:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.specification import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration
 
 LOADED = 0.1  # of the demonstrations, from which something is taken to go along with what is held
 WAY = 0.008  # of the hand between two frames, from which what goes along shows [m]

@@ -3,7 +3,3 @@
 It is `LANGUAGE`'s third kind of check: apis that do not do what they promise, goals that hold before
 anything is done or never, experts that go round in circles, functions in Python that are not functions.
 """
-
-from ntp_dsl.dynamic.check import check_dynamically
-
-__all__ = ["check_dynamically"]

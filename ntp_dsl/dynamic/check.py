@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.dynamic.honesty import check_honesty
+from ntp_dsl.dynamic.api_contract_test import check_honesty
+from ntp_dsl.dynamic.expert_rollouts import Rehearsal
 from ntp_dsl.dynamic.reach import Reach
-from ntp_dsl.dynamic.rehearsal import Rehearsal
-from ntp_dsl.experts import UndeclaredCall
-from ntp_dsl.fitting import OutOfRange
-from ntp_dsl.goals import NoGoal
-from ntp_dsl.language.diagnostics import Diagnostic, NtpError
-from ntp_dsl.language.syntax import (
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import (
     NOWHERE,
     Detail,
     Name,
@@ -26,10 +24,12 @@ from ntp_dsl.language.syntax import (
     TaskDeclaration,
     TypeName,
 )
-from ntp_dsl.python_code import PythonFault
-from ntp_dsl.registry import Registry
-from ntp_dsl.tasks import Instance, draw
-from ntp_dsl.worlds import lacking, make_world
+from ntp_dsl.policies.expert import UndeclaredCall
+from ntp_dsl.semantics.value_checks import OutOfRange
+from ntp_dsl.tasks.goal_samplers import NoGoal
+from ntp_dsl.tasks.instances import Instance, draw
+from ntp_dsl.user_code.loading import PythonFault
+from ntp_dsl.worlds.catalogue import lacking, make_world
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.scenes import layout
 
@@ -118,9 +118,7 @@ def _some_of_everything(registry: Registry) -> Instance:
     inherited = set(registry.parents.values())
     leaves = [name for name in registry.parents if name not in inherited and registry.is_a(name, "Place")]
     types = [name for name in leaves if name not in registry.constants.values()]
-    scene = tuple(
-        SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types
-    )
+    scene = tuple(SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types)
     things = layout(registry, TaskDeclaration("", scene=_with_readings(scene, registry))).things
     return Instance(TaskDeclaration(""), things, (), "", ())
 

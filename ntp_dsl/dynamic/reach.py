@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cached_property
 
-from ntp_dsl.language.diagnostics import Diagnostic
-from ntp_dsl.language.syntax import Expression, Span, TaskDeclaration
-from ntp_dsl.language.walks import guards, innermost, predicates
-from ntp_dsl.python_code import needed
-from ntp_dsl.registry import Program, Registry
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.language.syntax.nodes import Expression, Span, TaskDeclaration
+from ntp_dsl.language.syntax.visitors import guards, innermost, predicates
+from ntp_dsl.user_code.loading import needed
 
 
 class Reach:
@@ -60,9 +60,7 @@ class Reach:
             apis={name: row for name, row in registry.apis.items() if name not in self._blocked},
             programs=programs,
             predicates={n: row for n, row in registry.predicates.items() if n not in self._unknown},
-            tasks={
-                name: task for name, task in registry.tasks.items() if self._can_run(task, programs)
-            },
+            tasks={name: task for name, task in registry.tasks.items() if self._can_run(task, programs)},
         )
 
     def _can_run(self, task: TaskDeclaration, programs: Collection[str]) -> bool:

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.predicates import inside, on
-from ntp_dsl.tasks import Instance
-from ntp_dsl.world import TOO_WIDE, Observation, Scene, Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Vector
+from ntp_dsl.semantics.predicates import inside, on
+from ntp_dsl.tasks.instances import Instance
+from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import in_hand_at
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ntp_dsl.dynamic.standstill import Standstill, standstill
-from ntp_dsl.experts import Decision, Expert, NextCall, Return
-from ntp_dsl.language.syntax import Span
-from ntp_dsl.policy import Barred, Choice, Frame
-from ntp_dsl.scripted import ScriptedPolicy, check_numbers
-from ntp_dsl.state import State
-from ntp_dsl.world import Argument, Failure, Observation, World
+from ntp_dsl.dynamic.deadlock import Standstill, standstill
+from ntp_dsl.language.syntax.nodes import Span
+from ntp_dsl.policies.expert import Decision, Expert, NextCall, Return
+from ntp_dsl.policies.protocol import Barred, Choice, Frame
+from ntp_dsl.policies.scripted import ScriptedPolicy, check_numbers
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.state import State
+from ntp_dsl.worlds.protocol import Failure, World
 
 PROOF = 3  # how often a state is seen with the same calls running, until it is called a circle
 NO_REFUSAL = ("achieved", str(Failure.NOT_READY))  # which is for the expert to see to
@@ -61,9 +62,7 @@ class WatchedPolicy(ScriptedPolicy):
     refused: list[tuple[int, Ended]] = field(default_factory=list)
     still: list[tuple[int, Standstill]] = field(default_factory=list)
 
-    def watch(
-        self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], said: object
-    ) -> None:
+    def watch(self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], said: object) -> None:
         """Follows the stack of calls; an interpreter's `watch`."""
         if event == "return" and name in self.expert.registry.apis and said not in NO_REFUSAL:
             self.refused.append((len(self.made), (name, arguments, str(said))))
@@ -112,9 +111,7 @@ class WatchedPolicy(ScriptedPolicy):
 
 
 def _moment(seen: Observation) -> Key:
-    places = (
-        (name, *(round(value / GRAIN) for value in place)) for name, place in seen.positions.items()
-    )
+    places = ((name, *(round(value / GRAIN) for value in place)) for name, place in seen.positions.items())
     return (*sorted(places), *(round(value / GRAIN) for value in seen.gripper), seen.closed)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ntp_dsl.language.diagnostics import NtpError, nearest
-from ntp_dsl.language.formatter import format_expression
-from ntp_dsl.language.syntax import Call, For, Statement, TaskDeclaration
-from ntp_dsl.registry import Api, Callable, Parameter, Program, Registry
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.registry import Api, Callable, Parameter, Program, Registry
+from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.nodes import Call, For, Statement, TaskDeclaration
 
 Edge = tuple[str, str, str]  # caller, callee, and what stands around the call: "for b in Object if ..."
 

@@ -24,9 +24,7 @@ class Placed:
     routes: Mapping[tuple[str, str], tuple[str, ...]]  # keys into `columns` and `ranks`, both ends too
 
 
-def place(
-    widths: Mapping[str, float], edges: Sequence[tuple[str, str]], last: Sequence[str] = ()
-) -> Placed:
+def place(widths: Mapping[str, float], edges: Sequence[tuple[str, str]], last: Sequence[str] = ()) -> Placed:
     """Lay out a graph; an edge that leads back up is routed like one that leads down.
 
     Args:
@@ -104,9 +102,7 @@ def _neighbours(routes: Iterable[Sequence[str]]) -> tuple[Neighbours, Neighbours
     return above, below
 
 
-def _order(
-    rows: list[list[str]], neighbours: tuple[Neighbours, Neighbours], upward: bool
-) -> None:
+def _order(rows: list[list[str]], neighbours: tuple[Neighbours, Neighbours], upward: bool) -> None:
     for row in reversed(rows) if upward else rows:
         position = {node: index for other in rows for index, node in enumerate(other)}
         near = neighbours[upward]
@@ -126,9 +122,7 @@ def _columns(
     for sweep in range(SWEEPS):
         for row in rows if sweep % 2 == 0 else reversed(rows):
             wanted = {
-                node: _mean(
-                    [columns[n] for side in neighbours for n in side.get(node, ())], columns[node]
-                )
+                node: _mean([columns[n] for side in neighbours for n in side.get(node, ())], columns[node])
                 for node in row
             }
             _spread(row, wanted, widths, columns)

@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ntp_dsl import registry
-from ntp_dsl.language import syntax
-from ntp_dsl.language.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.drafts import Draft
-from ntp_dsl.language.examination import examine
-from ntp_dsl.language.formatter import hash_declaration
-from ntp_dsl.language.names import Table
-from ntp_dsl.language.scopes import Unit, collect
-from ntp_dsl.language.signatures import si
-from ntp_dsl.language.uses import unknown_library
-from ntp_dsl.language.walks import callees
+from ntp_dsl.language import registry
+from ntp_dsl.language.checks.check_library import examine
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.names.signatures import si
+from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.use_statements import unknown_library
+from ntp_dsl.language.names.visibility import Unit, collect
+from ntp_dsl.language.parsing.partial_library import Draft
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import hash_declaration
+from ntp_dsl.language.syntax.visitors import callees
 
 
-def check(
-    *libraries: syntax.Library, sources: Mapping[Path | None, str] | None = None
-) -> registry.Registry:
+def check(*libraries: nodes.Library, sources: Mapping[Path | None, str] | None = None) -> registry.Registry:
     """Check a library together with those it uses; `SourceError` carries every mistake.
 
     Args:
@@ -57,9 +55,7 @@ def link(drafts: Sequence[Draft]) -> tuple[list[Unit], list[Diagnostic]]:
 def _register(name: str, table: Table) -> registry.Registry:
     return registry.Registry(
         name=name,
-        parents={
-            each.name: each.parent.name if each.parent else None for each in table.types.values()
-        },
+        parents={each.name: each.parent.name if each.parent else None for each in table.types.values()},
         enums={each.name: each.members for each in table.enums.values()},
         records={each.name: _parameters(each.fields) for each in table.records.values()},
         constants={each.name: each.type.name for each in table.constants.values()},
@@ -70,16 +66,14 @@ def _register(name: str, table: Table) -> registry.Registry:
     )
 
 
-def _parameters(parameters: Sequence[syntax.Parameter]) -> tuple[registry.Parameter, ...]:
+def _parameters(parameters: Sequence[nodes.Parameter]) -> tuple[registry.Parameter, ...]:
     return tuple(
-        registry.Parameter(
-            each.name, each.type.name, each.type.is_list, si(each.low), si(each.high)
-        )
+        registry.Parameter(each.name, each.type.name, each.type.is_list, si(each.low), si(each.high))
         for each in parameters
     )
 
 
-def _api(declared: syntax.ApiDeclaration) -> registry.Api:
+def _api(declared: nodes.ApiDeclaration) -> registry.Api:
     return registry.Api(
         name=declared.name,
         parameters=_parameters(declared.parameters),
@@ -92,7 +86,7 @@ def _api(declared: syntax.ApiDeclaration) -> registry.Api:
     )
 
 
-def _program(declared: syntax.ProgramDeclaration) -> registry.Program:
+def _program(declared: nodes.ProgramDeclaration) -> registry.Program:
     return registry.Program(
         name=declared.name,
         parameters=_parameters(declared.parameters),

@@ -8,18 +8,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ntp_dsl.language import syntax
+from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.diagnostics import Diagnostic, NtpError, SourceError
-from ntp_dsl.language.drafts import Draft, Key
-from ntp_dsl.language.examination import examine
-from ntp_dsl.language.parser import lines
-from ntp_dsl.language.parser import read as read_draft
-from ntp_dsl.language.scopes import Unit
-from ntp_dsl.language.unknowns import names_in, standard_names
-from ntp_dsl.language.uses import circle, unknown_library
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import examples_folder, library_folder
+from ntp_dsl.language.checks.check_library import examine
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError, SourceError
+from ntp_dsl.language.names.unknown_names import names_in, standard_names
+from ntp_dsl.language.names.use_statements import circle, unknown_library
+from ntp_dsl.language.names.visibility import Unit
+from ntp_dsl.language.parsing.parser import lines
+from ntp_dsl.language.parsing.parser import read as read_draft
+from ntp_dsl.language.parsing.partial_library import Draft, Key
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax import nodes
 
 SUFFIX = ".ntp"
 
@@ -83,9 +83,7 @@ def find(path_or_folder: Path | str) -> Path:
     if given.is_dir():
         return _only_library(given)
     if not given.exists():
-        known = ", ".join(
-            sorted(path.parent.name for path in examples_folder().glob(f"*/*{SUFFIX}"))
-        )
+        known = ", ".join(sorted(path.parent.name for path in examples_folder().glob(f"*/*{SUFFIX}")))
         hint = f"; the examples are: {known}" if is_bare and known else ""
         raise NtpError(f"there is no library at '{path_or_folder}'{hint}")
     return given
@@ -150,7 +148,7 @@ class Reading:
         self.mistakes += draft.mistakes
         self._uses[path] = [self._follow(use, path, (*above, path)) for use in draft.uses]
 
-    def _follow(self, use: syntax.Use, path: Path, above: tuple[Path, ...]) -> Path | None:
+    def _follow(self, use: nodes.Use, path: Path, above: tuple[Path, ...]) -> Path | None:
         target = _find_used(use.library, path)
         if target is None:
             mistake = unknown_library(use, [each.stem for each in _neighbours(path)])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
-from ntp_dsl.traces.blame import of_all
-from ntp_dsl.traces.found import Comparison
+from ntp_dsl.traces.comparison.comparison import Comparison
+from ntp_dsl.traces.failure_attribution import of_all
 from ntp_dsl.traces.schema import ROOT, Call, Trace
 
 

@@ -13,7 +13,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, overload
 
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.traces.schema import (
     FORMAT,
     ROOT,
@@ -25,7 +26,6 @@ from ntp_dsl.traces.schema import (
     thing_from_json,
     vector,
 )
-from ntp_dsl.world import Observation, Thing
 
 Row = dict[str, Any]
 DEEP = RecursionError  # of a line whose lists hold lists, and so on
@@ -211,9 +211,7 @@ class States(Sequence[Observation]):
         positions = {name: vector(place) for name, place in row["positions"].items()}
         unreachable = frozenset(map(str, row.get("unreachable", ())))
         tipped = {name: vector(size) for name, size in row.get("tipped", {}).items()}
-        return Observation(
-            self.things, positions, vector(row["gripper"]), row["closed"], unreachable, tipped
-        )
+        return Observation(self.things, positions, vector(row["gripper"]), row["closed"], unreachable, tipped)
 
 
 # What a field must be ------------------------------------------------------------------------------

@@ -8,10 +8,10 @@ from functools import cached_property
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from ntp_dsl.world import Argument, Observation, Record, Thing, Vector
+from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing, Vector
 
 if TYPE_CHECKING:  # so that reading a trace does not wait for numpy
-    from ntp_dsl.specification import Scope
+    from ntp_dsl.demonstrations.demonstration import Scope
 
 FORMAT = "ntp-trace"
 VERSION = 2

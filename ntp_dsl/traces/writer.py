@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import IO, TYPE_CHECKING, Any
 
+from ntp_dsl.semantics.observation import Argument, Observation, Vector
 from ntp_dsl.traces.schema import FORMAT, VERSION, to_json
-from ntp_dsl.world import Argument, Observation, Vector
 
 if TYPE_CHECKING:
-    from ntp_dsl.specification import Scope
+    from ntp_dsl.demonstrations.demonstration import Scope
 
 DIGITS = 5  # of positions [m] and times [s]
 STILL = 0.0005  # [m] below which a thing counts as where it was in the frame before
@@ -60,9 +60,7 @@ class TraceWriter:
         return number
 
     def returned(self, number: int, outcome: str, frame: int, **details: Any) -> None:
-        self._write(
-            {"event": "return", "id": number, "outcome": outcome, "frame": frame, **details}
-        )
+        self._write({"event": "return", "id": number, "outcome": outcome, "frame": frame, **details})
 
     def frame(self, time: float, observation: Observation) -> int:
         """A moment of the motion: what moved since the one before. Returns its number.

@@ -14,26 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import skills
-from kinematics.geometry import Pose
-from kinematics.reasons import NoDisplay, Reason, UnusableRobot
-from kinematics.robot import Robot, load, standing
-from kinematics.simulation import TABLE, Workcell
-from kinematics.workspace import workspace_of
-from ntp_dsl import predicates
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import (
-    UNDISTURBED,
-    Argument,
-    Disturbances,
-    Failure,
-    Observation,
-    Outcome,
-    Scene,
-    Vector,
-)
+from kinematics.errors import NoDisplay, Reason, UnusableRobot
+from kinematics.geometry.transforms import Pose
+from kinematics.robot.robot import Robot, load, standing
+from kinematics.simulation.workcell import TABLE, Workcell
+from kinematics.skills import skills
+from kinematics.skills.workspace import workspace_of
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.observation import Argument, Observation, Vector
 from ntp_dsl.worlds.bullet_bodies import as_it_lies, bodies_of
 from ntp_dsl.worlds.places import free_places, height_below
+from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from kinematics import catalogue
-from kinematics.bodies import Body, Colour
-from kinematics.geometry import Pose, rotation_from_quaternion
-from kinematics.reasons import UnusableShape
-from kinematics.shapes import Box, Cylinder, Shape, half_extents_of
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import TOO_WIDE, Scene, Thing, Vector
+from kinematics.errors import UnusableShape
+from kinematics.geometry.transforms import Pose, rotation_from_quaternion
+from kinematics.shapes import catalogue
+from kinematics.shapes.bodies import Body, Colour
+from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import TOO_WIDE, Thing, Vector
+from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
 LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]

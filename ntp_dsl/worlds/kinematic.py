@@ -7,22 +7,11 @@ from math import hypot
 
 import numpy as np
 
-from ntp_dsl import predicates
-from ntp_dsl.predicates import FREE_GAP
-from ntp_dsl.world import (
-    ACHIEVED,
-    TOO_WIDE,
-    UNDISTURBED,
-    Argument,
-    Disturbances,
-    Failure,
-    Observation,
-    Outcome,
-    Scene,
-    Thing,
-    Vector,
-)
+from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Thing, Vector
+from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.places import height_below
+from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingThings
 from ntp_dsl.worlds.scenes import Region, movable
 from ntp_dsl.worlds.starts import REGION, WIDE
@@ -51,9 +40,7 @@ class KinematicWorld(RestingThings):
             "release": self._release,
         }
 
-    def reset(
-        self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED
-    ) -> None:
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         self._rng = np.random.default_rng(seed)
         self._noise_rng = np.random.default_rng((seed, 1))
         self._things = scene.things
@@ -137,9 +124,7 @@ class KinematicWorld(RestingThings):
         self._travel(_between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
         self._drop_held(spread=0.03)
         self.disturbed.add(lost)
-        return Outcome(
-            False, Failure.OBJECT_DROPPED, {"dropped": lost}, disturbances=(f"slip {lost}",)
-        )
+        return Outcome(False, Failure.OBJECT_DROPPED, {"dropped": lost}, disturbances=(f"slip {lost}",))
 
     def _grasp(self, target: str) -> Outcome:
         if target not in self._positions:
@@ -305,5 +290,3 @@ def _moved(position: Vector, shift: np.ndarray) -> Vector:
 
 def _between(start: Vector, goal: Vector, fraction: float) -> Vector:
     return _moved(start, fraction * (np.array(goal) - np.array(start)))
-
-

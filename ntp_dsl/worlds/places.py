@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ntp_dsl.predicates import FREE_GAP, footprints, load
-from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics.predicates import FREE_GAP, footprints, load
 from ntp_dsl.worlds.starts import REGION, WIDE
 
 PITCH = 0.02  # of the places that are looked at [m]

@@ -7,9 +7,9 @@ from math import hypot
 
 import numpy as np
 
-from ntp_dsl import predicates
-from ntp_dsl.predicates import FREE_GAP
-from ntp_dsl.world import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.scenes import CUBE, Region
 from ntp_dsl.worlds.starts import CENTRE, NESTED
 
@@ -75,11 +75,7 @@ class RestingThings:
         return max(tops, default=0.0) + height / 2
 
     def _below(self, item: str, x: float, y: float) -> list[str]:
-        return [
-            name
-            for name, _ in self._others(item)
-            if self._overlap(item, (x, y), name) > SLIVER
-        ]
+        return [name for name, _ in self._others(item) if self._overlap(item, (x, y), name) > SLIVER]
 
     def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
         """How far two things overlap seen from above, along the axis where they do least [m]."""
@@ -161,9 +157,7 @@ class RestingThings:
         below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
         return self._is_balanced(item, place[0], place[1], below)
 
-    def _clearest_place(
-        self, item: str | None, surface: Thing | None = None
-    ) -> tuple[float, float, float]:
+    def _clearest_place(self, item: str | None, surface: Thing | None = None) -> tuple[float, float, float]:
         """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
 
         On a tray it lies within the tray; on the table, within the arm's region, and at its border if

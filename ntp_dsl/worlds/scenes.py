@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.language import syntax
-from ntp_dsl.language.scenes import FILES, PLACING, SHAPES
-from ntp_dsl.language.signatures import si
-from ntp_dsl.language.syntax import SceneGroup, TaskDeclaration
-from ntp_dsl.registry import Registry
-from ntp_dsl.world import Thing, Vector
+from ntp_dsl.language.checks.scenes import FILES, PLACING, SHAPES
+from ntp_dsl.language.names.signatures import si
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
+from ntp_dsl.semantics.observation import Thing, Vector
 
 CUBE = 0.05  # what a thing is where the scene does not say [m]
 FORK_THICKNESS = 0.006  # [m]
@@ -46,9 +46,7 @@ class Layout:
     starts: Mapping[str, Start] = field(default_factory=dict)
 
 
-def layout(
-    registry: Registry, task: TaskDeclaration, rng: np.random.Generator | None = None
-) -> Layout:
+def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator | None = None) -> Layout:
     """Of each group as many as it says, drawn where it gives a range: `blocks: 8 Block` is block_0 … block_7.
 
     Args:
@@ -88,7 +86,7 @@ def _thing(name: str, group: SceneGroup, index: int, registry: Registry) -> Thin
         if detail.name in SHAPES:
             shape = "box" if detail.name == "cube" else detail.name
             size = _size(detail)
-            if detail.name in FILES and isinstance(settings[0], syntax.Text):
+            if detail.name in FILES and isinstance(settings[0], nodes.Text):
                 folder = group.span.path.parent if group.span.path else Path()
                 file = str(folder / settings[0].value)
         elif detail.name not in PLACING:
@@ -96,8 +94,8 @@ def _thing(name: str, group: SceneGroup, index: int, registry: Registry) -> Thin
     return Thing(name, type_name, size, shape, file, fixed, tuple(traits.items()))
 
 
-def _size(detail: syntax.Detail) -> Vector:
-    lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, syntax.Number)]
+def _size(detail: nodes.Detail) -> Vector:
+    lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, nodes.Number)]
     if detail.name == "cube":
         return (lengths[0],) * 3
     if detail.name == "fork":
@@ -107,12 +105,12 @@ def _size(detail: syntax.Detail) -> Vector:
     return lengths[0], lengths[1], lengths[2]
 
 
-def _trait(setting: syntax.Setting) -> str | float:
-    return setting.id if isinstance(setting, syntax.Name) else float(_number(setting))
+def _trait(setting: nodes.Setting) -> str | float:
+    return setting.id if isinstance(setting, nodes.Name) else float(_number(setting))
 
 
-def _number(setting: syntax.Setting) -> float:
-    value = si(setting) if isinstance(setting, syntax.Number) else None
+def _number(setting: nodes.Setting) -> float:
+    value = si(setting) if isinstance(setting, nodes.Number) else None
     assert value is not None
     return value
 
@@ -132,8 +130,8 @@ def _start(group: SceneGroup, index: int, surface: str) -> Start:
     )
 
 
-def _interval(setting: syntax.Setting | None) -> Interval | None:
-    if not isinstance(setting, syntax.Interval):
+def _interval(setting: nodes.Setting | None) -> Interval | None:
+    if not isinstance(setting, nodes.Interval):
         return None
     return _number(setting.low), _number(setting.high)
 

@@ -7,8 +7,9 @@ from math import hypot
 
 import numpy as np
 
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.world import TOO_WIDE, Scene, Thing, Vector
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import TOO_WIDE, Thing, Vector
+from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
@@ -73,14 +74,10 @@ def _on_grid(items: Sequence[Thing], rng: np.random.Generator) -> dict[str, Spot
         spots = [_jittered(cells[index], rng) for index in chosen]
         if len(spots) == len(items) and _spaced(spots):
             return {thing.name: spot for thing, spot in zip(items, spots, strict=True)}
-    raise NtpError(
-        f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells"
-    )
+    raise NtpError(f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells")
 
 
-def _spread(
-    items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator
-) -> dict[str, Spot]:
+def _spread(items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator) -> dict[str, Spot]:
     """Things of any size: the largest first, each anywhere in its region that is free."""
     by_name = {thing.name: thing for thing in items}
     given = _aside(items, starts)
@@ -223,9 +220,7 @@ def _free_spot(
     return None
 
 
-def _apart(
-    spot: Sequence[float], thing: Thing, other_spot: Sequence[float], other: Thing
-) -> bool:
+def _apart(spot: Sequence[float], thing: Thing, other_spot: Sequence[float], other: Thing) -> bool:
     return any(
         abs(spot[axis] - other_spot[axis]) - (thing.size[axis] + other.size[axis]) / 2 > GAP
         for axis in (0, 1)
@@ -343,9 +338,7 @@ def in_hand_at(thing: Thing, gripper: Vector) -> Vector:
     return (x + thing.size[0] / 2, y, z) if thing.cavity is not None else gripper
 
 
-def _is_free(
-    item: Thing, place: Vector, scene: Scene, positions: Mapping[str, Vector]
-) -> bool:
+def _is_free(item: Thing, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
     """Whether nothing on the same tray stands there."""
     bottom = place[2] - item.size[2] / 2
     return all(

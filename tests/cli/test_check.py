@@ -14,8 +14,8 @@ import fastjsonschema
 import pytest
 
 from ntp_dsl.cli.app import run
+from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.loader import load
-from ntp_dsl.resources import library_folder
 
 # The schema is the one that @microsoft/sarif-multitool 5.7.0 ships with (MIT).
 SCHEMA = json.loads((Path(__file__).parent / "sarif-2.1.0.json").read_text())

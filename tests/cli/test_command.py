@@ -14,7 +14,7 @@ import pytest
 
 from ntp_dsl.cli import app
 from ntp_dsl.cli.app import COMMANDS, run
-from ntp_dsl.language.diagnostics import NtpError, TaskFailed
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 
 UNSOUND = "library a\nuse tabletop\ntype Cup is Movabel\nprogam go():\n"
 
@@ -33,9 +33,7 @@ def test_a_sound_library_is_said_to_be_sound(capsys: pytest.CaptureFixture[str])
     assert out.startswith("sound: ") and "tabletop.ntp" in out
 
 
-def test_mistakes_are_printed_with_their_places(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_mistakes_are_printed_with_their_places(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text(UNSOUND)
     status, out, _ = told(capsys, "check", str(tmp_path))
     assert status == 1
@@ -43,9 +41,7 @@ def test_mistakes_are_printed_with_their_places(
     assert out.endswith("3 mistakes found (2 can be mended by --fix)\n")
 
 
-def test_mistakes_are_one_document_for_machines(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_mistakes_are_one_document_for_machines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text(UNSOUND.rsplit("progam")[0])
     status, out, err = told(capsys, "check", str(tmp_path), "--format", "json")
     document = json.loads(out)
@@ -113,7 +109,7 @@ def test_what_a_command_raises_becomes_a_status_and_a_line(
     def examined(path: Path) -> None:
         raise error
 
-    monkeypatch.setattr("ntp_dsl.cli.check.diagnose", examined)
+    monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
     found, out, err = told(capsys, "check", "block_stacking")
     assert (found, out, len(err.splitlines())) == (status, "", 1)
     assert str(error) in err
@@ -123,7 +119,7 @@ def test_our_own_mistakes_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> Non
     def examined(path: Path) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("ntp_dsl.cli.check.diagnose", examined)
+    monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
     with pytest.raises(ZeroDivisionError):
         run(["check", "block_stacking"])
 

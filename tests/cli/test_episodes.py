@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.resources import checkpoints_folder
-from ntp_dsl.specification import read_demonstration
-from ntp_dsl.traces import read_trace
+from ntp_dsl.common.resources import checkpoints_folder
+from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.traces.reader import read_trace
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
 RUN = ["run", "block_stacking", "few_placements", "--world", "kinematic"]
@@ -24,9 +24,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_one_task_is_carried_out_and_written_down(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_task_is_carried_out_and_written_down(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*RUN, "--seed", "3", "--out", str(tmp_path)]) == 0
     shown = capsys.readouterr()
     assert "pick_and_place(" in shown.out and "done:" in shown.out
@@ -119,7 +117,7 @@ def test_misuse_is_one_sentence_and_status_two(
 def test_a_checkpoint_of_another_library_is_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from ntp_dsl.resources import examples_folder
+    from ntp_dsl.common.resources import examples_folder
 
     text = (examples_folder() / "block_stacking" / "block_stacking.ntp").read_text()
     other = text.replace("stack(goal", "pile(goal").replace("library block_stacking", "library piles")
@@ -132,7 +130,7 @@ def test_a_checkpoint_of_another_library_is_one_sentence(
 
 
 def test_a_task_declared_a_minute_ago_runs_with_the_shipped_checkpoint(tmp_path: Path) -> None:
-    from ntp_dsl.resources import examples_folder
+    from ntp_dsl.common.resources import examples_folder
 
     text = (examples_folder() / "block_stacking" / "block_stacking.ntp").read_text()
     mine = text.replace("library block_stacking", "library mine").replace("task few_", "task my_")

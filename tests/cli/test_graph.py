@@ -10,12 +10,12 @@ from xml.etree import ElementTree
 import pytest
 
 from ntp_dsl.cli.app import run
+from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.graph.calls import call_graph
 from ntp_dsl.graph.layers import place
 from ntp_dsl.graph.svg import draw
 from ntp_dsl.language.loader import load
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import examples_folder
+from ntp_dsl.language.registry import Registry
 
 EXAMPLES = sorted(path.parent.name for path in examples_folder().glob("*/*.ntp"))
 SVG = "{http://www.w3.org/2000/svg}"

@@ -9,13 +9,11 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.language.canonical import format_text
+from ntp_dsl.language.formatting.canonical import format_text
 
 
 @pytest.fixture(params=[[], ["--python"]], ids=["plain", "python"])
-def domain(
-    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Path:
+def domain(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     assert run(["new", "pairs", *request.param, "--out", "my domains"]) == 0
     return Path("my domains") / "pairs"
@@ -38,9 +36,7 @@ def test_it_is_in_canonical_layout_and_no_name_is_left_open(domain: Path) -> Non
     assert not any("$" in path.read_text() for path in domain.iterdir())
 
 
-def test_nothing_that_exists_is_written_over(
-    capsys: pytest.CaptureFixture[str], domain: Path
-) -> None:
+def test_nothing_that_exists_is_written_over(capsys: pytest.CaptureFixture[str], domain: Path) -> None:
     before = {path: path.read_bytes() for path in domain.iterdir()}
     assert run(["new", "pairs", "--out", str(domain.parent)]) == 2
     assert "exists already" in capsys.readouterr().err

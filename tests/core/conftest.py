@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.core.checkpoint import Checkpoint, load_core
 from ntp_dsl.core.training import use_threads
-from ntp_dsl.resources import checkpoints_folder
 
 
 @pytest.fixture(scope="session")

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.queries import Query
-from ntp_dsl.recording import Shown, demonstrate
-from ntp_dsl.registry import Registry
-from ntp_dsl.specification import Demonstration
-from ntp_dsl.tasks import Instance, draw, find_task
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.queries import Query
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.starts import scrambled
 
@@ -41,9 +41,7 @@ def queries(registry: Registry, seed: int) -> list[Query]:
     for name, program in registry.programs.items():
         arguments = tuple(p for p in program.parameters if not p.is_list)
         scope = (0, len(shown.demonstration)) if program.takes_list else None
-        found.append(
-            Query(name, tuple(blocks[: len(arguments)]), scope, state, shown.demonstration)
-        )
+        found.append(Query(name, tuple(blocks[: len(arguments)]), scope, state, shown.demonstration))
     return found
 
 
@@ -58,9 +56,7 @@ def renamed(query: Query, names: dict[str, str]) -> Query:
             things=_renamed_things(seen.things, names),
             positions={names[name]: place for name, place in seen.positions.items()},
         ),
-        demonstration=replace(
-            query.demonstration, things=_renamed_things(query.demonstration.things, names)
-        ),
+        demonstration=replace(query.demonstration, things=_renamed_things(query.demonstration.things, names)),
     )
 
 

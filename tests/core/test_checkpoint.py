@@ -9,16 +9,16 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from ntp_dsl.common.resources import checkpoints_folder, examples_folder, library_folder
 from ntp_dsl.core.checkpoint import Checkpoint, check_fits, load_core, save_core, strangers
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.dataset import RecordingPlan, RecordingStudio
+from ntp_dsl.datasets.dataset import RecordingPlan, RecordingStudio
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.language.parser import parse
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import checkpoints_folder, examples_folder, library_folder
-from ntp_dsl.task_files import read_tasks
-from ntp_dsl.tasks import configuration, end_configuration
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.tasks.instances import configuration, end_configuration
+from ntp_dsl.tasks.task_files import read_tasks
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
 VAT = Path(__file__).parents[3] / "shared" / "data" / "vat"
@@ -88,9 +88,7 @@ def test_a_memory_comes_back_from_json(stacking: Registry) -> None:
     assert Memory.from_json(memory.to_json()) == memory
 
 
-def test_the_shipped_checkpoint_fits_the_shipped_library(
-    stacking: Registry, shipped: Checkpoint
-) -> None:
+def test_the_shipped_checkpoint_fits_the_shipped_library(stacking: Registry, shipped: Checkpoint) -> None:
     assert strangers(shipped.core.memory, stacking, "stack") == []
 
 
@@ -113,9 +111,7 @@ def test_the_shipped_checkpoint_is_small() -> None:
 def test_no_end_configuration_of_the_authors_was_trained_on(shipped: Checkpoint) -> None:
     if not VAT.is_dir():
         pytest.skip(f"the authors' task files are not at {VAT.name}/")
-    theirs = frozenset(
-        configuration(entry.goal) for path in VAT.glob("*.json") for entry in read_tasks(path)
-    )
+    theirs = frozenset(configuration(entry.goal) for path in VAT.glob("*.json") for entry in read_tasks(path))
     assert len(theirs) == 1500
     for data in shipped.recipe["data"]:
         assert data["excluded"] == len(theirs)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ntp_dsl.core import keyframes
-from ntp_dsl.experts import Expert
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.recording import Shown, demonstrate
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.worlds import make_world
+from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
+from ntp_dsl.worlds.catalogue import make_world
 
 
 @pytest.mark.parametrize("example", ["block_stacking", "table_cleanup", "set_the_table"])

@@ -10,14 +10,14 @@ from core_samples import queries, renamed, reordered, shown_task
 
 from ntp_dsl.core.checkpoint import Checkpoint
 from ntp_dsl.core.policy import LearnedPolicy
-from ntp_dsl.experts import Expert
-from ntp_dsl.interpreter import Interpreter
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.queries import Answer, Query
-from ntp_dsl.registry import Registry
-from ntp_dsl.state import State
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.demonstrations.queries import Answer, Query
+from ntp_dsl.execution.interpreter import Interpreter
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.state import State
+from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.starts import scattered
 
@@ -37,9 +37,7 @@ def test_names_of_things_do_not_matter(stacking: Registry, shipped: Checkpoint, 
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_order_of_things_does_not_matter(
-    stacking: Registry, shipped: Checkpoint, seed: int
-) -> None:
+def test_the_order_of_things_does_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
     for query in queries(stacking, seed):
         assert ask(shipped, reordered(query, seed)) == ask(shipped, query)
 
@@ -88,9 +86,7 @@ class OnlyObserved(KinematicWorld):
 def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_that_is_built(
     stacking: Registry, shipped: Checkpoint, seed: int
 ) -> None:
-    declared = draw(
-        stacking, find_task(stacking, "block_stacking"), np.random.default_rng(1000 + seed)
-    )
+    declared = draw(stacking, find_task(stacking, "block_stacking"), np.random.default_rng(1000 + seed))
     demonstrated, shown = shown_task(stacking, seed)
     assert declared.goal != demonstrated.goal
     world = KinematicWorld()
@@ -131,9 +127,7 @@ def test_a_demonstration_that_lacks_a_thing_of_the_scene_is_refused(
         ask(shipped, replace(query, demonstration=lacking))
 
 
-def test_the_core_agrees_with_the_expert_in_scrambled_states(
-    stacking: Registry, shipped: Checkpoint
-) -> None:
+def test_the_core_agrees_with_the_expert_in_scrambled_states(stacking: Registry, shipped: Checkpoint) -> None:
     expert, right, asked = Expert(stacking), 0, 0
     for seed in range(40):
         for query in queries(stacking, 100 + seed):

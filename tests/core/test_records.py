@@ -12,15 +12,15 @@ from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.policy import LearnedPolicy
 from ntp_dsl.core.training import Trainer
-from ntp_dsl.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.datasets.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.demonstrations.demonstration import read_demonstration
 from ntp_dsl.language.loader import load
-from ntp_dsl.policy import Frame
-from ntp_dsl.random_arguments import random_arguments
-from ntp_dsl.registry import Registry
-from ntp_dsl.specification import read_demonstration
-from ntp_dsl.state import State
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Record, without_lists
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.protocol import Frame
+from ntp_dsl.policies.random_arguments import random_arguments
+from ntp_dsl.semantics.observation import Record, without_lists
+from ntp_dsl.semantics.state import State
+from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 
 END = frozenset({None})  # is barred, so that a call is made

@@ -8,13 +8,13 @@ import pytest
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.sizing import carries_a_load, sized
-from ntp_dsl.experts import Expert
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.recording import Shown, demonstrate
-from ntp_dsl.registry import Registry
-from ntp_dsl.specification import Demonstration
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.worlds import make_world
+from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
+from ntp_dsl.worlds.catalogue import make_world
 
 
 def shown(registry: Registry, world: str, seed: int = 0) -> Demonstration:

@@ -15,10 +15,10 @@ from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.training import Trainer
-from ntp_dsl.dataset import RecordingPlan, read_manifest, record, samples
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.datasets.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
-from ntp_dsl.registry import Registry
+from ntp_dsl.language.registry import Registry
 
 CONFIG = TrainingConfig(iterations=60, demonstrations=3, queries_per_demonstration=6)
 
@@ -59,9 +59,7 @@ def test_the_same_seed_trains_the_same_core(corpus: Corpus) -> None:
     assert equal(trained(corpus, 3), trained(corpus, 3))
 
 
-def test_a_training_that_was_interrupted_ends_where_it_would_have(
-    corpus: Corpus, tmp_path: Path
-) -> None:
+def test_a_training_that_was_interrupted_ends_where_it_would_have(corpus: Corpus, tmp_path: Path) -> None:
     path = tmp_path / "training.safetensors"
     save_training(trained(corpus, 3), path)
     resumed = Trainer(CoreConfig(), CONFIG, corpus.memory)

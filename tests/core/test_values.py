@@ -13,10 +13,10 @@ from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.features import LENGTHS
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core, Hint
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.queries import Query
 from ntp_dsl.language.loader import load
-from ntp_dsl.queries import Query
-from ntp_dsl.specification import Demonstration
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, Thing
 
 LIBRARY = """library mine
 use tabletop

@@ -16,8 +16,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics import Diagnostic
-from ntp_dsl.language.fixes import mend
+from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.loader import diagnose
 
 FOLDER = Path(__file__).parent / "flawed"
@@ -88,13 +88,9 @@ def scores(flawed: Flawed, folder: Path) -> list[Score]:
     return [_score(each, found, flawed, folder) for each in flawed.expected]
 
 
-def _score(
-    expected: Expected, found: Sequence[Diagnostic], flawed: Flawed, folder: Path
-) -> Score:
+def _score(expected: Expected, found: Sequence[Diagnostic], flawed: Flawed, folder: Path) -> Score:
     same = [each for each in found if each.code == expected.code]
-    there = [
-        each for each in same if (each.span.line, each.span.column) == (expected.line, expected.column)
-    ]
+    there = [each for each in same if (each.span.line, each.span.column) == (expected.line, expected.column)]
     if not there:
         seen = ", ".join(f"{each.code} {each.span.line}:{each.span.column}" for each in found)
         why = f"{expected.code} {expected.line}:{expected.column} expected, found: {seen or 'nothing'}"

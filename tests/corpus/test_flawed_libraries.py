@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from flawed_libraries import FOLDER, Flawed, corpus, scores
 
+from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.graph.calls import call_graph
 from ntp_dsl.graph.svg import draw
-from ntp_dsl.language.canonical import format_text
+from ntp_dsl.language.formatting.canonical import format_text
 from ntp_dsl.language.loader import diagnose, load, read
-from ntp_dsl.resources import examples_folder, library_folder
 
 CORPUS = corpus()
 SOUND = sorted((FOLDER.parent / "sound").glob("*.ntp"))

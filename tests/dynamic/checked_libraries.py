@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ntp_dsl.dynamic import check_dynamically
-from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.dynamic.check import check_dynamically
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.loader import load
 
 PLACING = """

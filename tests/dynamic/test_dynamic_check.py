@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from checked_libraries import ALL_ON, PLACING, STACKING, excerpt, found, written
 
-from ntp_dsl.dynamic import check_dynamically
+from ntp_dsl.common.resources import examples_folder, library_folder
+from ntp_dsl.dynamic.check import check_dynamically
 from ntp_dsl.dynamic.starts import STARTS, told
 from ntp_dsl.language.loader import find, load
-from ntp_dsl.python_code import with_python
-from ntp_dsl.resources import examples_folder, library_folder
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.worlds import make_world
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import with_python
+from ntp_dsl.worlds.catalogue import make_world
 
 FOUND = {
     "E601 an api that does not ask for an empty hand": (

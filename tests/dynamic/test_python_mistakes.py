@@ -10,16 +10,16 @@ from checked_libraries import excerpt
 from row_library import PYTHON, written
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.dynamic import check_dynamically
-from ntp_dsl.experts import call
-from ntp_dsl.fitting import OutOfRange
-from ntp_dsl.goals import NoGoal
-from ntp_dsl.language.diagnostics import Diagnostic
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.scripted import check_numbers
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import ACHIEVED, Failure, Outcome
-from ntp_dsl.worlds import WORLDS, make_world
+from ntp_dsl.dynamic.check import check_dynamically
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.policies.expert import call
+from ntp_dsl.policies.scripted import check_numbers
+from ntp_dsl.semantics.value_checks import OutOfRange
+from ntp_dsl.tasks.goal_samplers import NoGoal
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
+from ntp_dsl.worlds.catalogue import WORLDS, make_world
+from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome
 
 RELEASED = '    return world.call("release", ())'
 CALLED = '    return [call("append", *link) for link in links if not world.beside(*link)]'

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from evaluation_lines import learnt, ntp
 
-from ntp_dsl.evaluation import Plan, run_all
-from ntp_dsl.resources import examples_folder
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.evaluation.episodes import Plan, run_all
 
 BY_THE_ARM = [
     ("object_sorting", "many_objects", 0.97),

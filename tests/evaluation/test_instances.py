@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.evaluation import Evaluator, Plan
-from ntp_dsl.language.diagnostics import NtpError
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 LIBRARY = """library mine
 use tabletop

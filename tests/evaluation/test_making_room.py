@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.interpreter import Interpreter
+from ntp_dsl.evaluation.success import judge
+from ntp_dsl.execution.interpreter import Interpreter
 from ntp_dsl.language.loader import load
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.success import judge
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.worlds import make_world
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.worlds.catalogue import make_world
 
 LIBRARY = """
 library mine

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.evaluation import Episode, Plan, run_all
-from ntp_dsl.figures import summary, wilson
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.resources import checkpoints_folder
-from ntp_dsl.world import Disturbances
+from ntp_dsl.common.resources import checkpoints_folder
+from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
+from ntp_dsl.evaluation.statistics import summary, wilson
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.worlds.protocol import Disturbances
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
 AUTHORS = Path(__file__).parents[3] / "shared" / "data" / "vat" / "stack_unseen_500.json"
@@ -34,9 +34,7 @@ def test_tasks_it_has_never_seen_are_done_from_one_demonstration(count: int) -> 
 
 
 @pytest.mark.parametrize("slips, pushes", [(0.25, 0.0), (0.0, 0.25)])
-def test_what_slips_or_is_pushed_over_is_built_again(
-    count: int, slips: float, pushes: float
-) -> None:
+def test_what_slips_or_is_pushed_over_is_built_again(count: int, slips: float, pushes: float) -> None:
     plan = replace(STACKING, disturbances=Disturbances(slips, pushes))
     assert success(plan, count) >= 0.9
 

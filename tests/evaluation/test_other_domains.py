@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from evaluation_lines import learnt
 
-from ntp_dsl.evaluation import Plan, run_all
-from ntp_dsl.world import Disturbances
+from ntp_dsl.evaluation.episodes import Plan, run_all
+from ntp_dsl.worlds.protocol import Disturbances
 
 FOLDER = Path(__file__).parent / "domains"
 DOMAINS = sorted(path.name for path in FOLDER.iterdir())

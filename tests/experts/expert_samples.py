@@ -6,14 +6,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ntp_dsl.experts import Expert, NextCall, View, call, first
-from ntp_dsl.interpreter import Interpreter, Limits, Run
-from ntp_dsl.registry import Registry
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.state import State
-from ntp_dsl.tasks import Instance, draw, find_task
-from ntp_dsl.world import Disturbances, Record
+from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert, NextCall, View, call, first
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import Record
+from ntp_dsl.semantics.state import State
+from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Disturbances
 from ntp_dsl.worlds.starts import scrambled
 
 PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement fails until luck helps
@@ -22,9 +23,7 @@ PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement f
 def stack_in_python(view: View, goal: Iterable[Record]) -> list[NextCall]:
     """What the body of `stack` says, as a function."""
     return first(
-        call("pick_and_place", p["item"], p["support"])
-        for p in goal
-        if not view.on(p["item"], p["support"])
+        call("pick_and_place", p["item"], p["support"]) for p in goal if not view.on(p["item"], p["support"])
     )
 
 

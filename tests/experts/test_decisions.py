@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from expert_samples import drawn, experts
 
-from ntp_dsl.experts import Decision, Expert, NextCall, UndeclaredCall, View, call
-from ntp_dsl.labels import random_call
+from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.language.loader import load
-from ntp_dsl.registry import Registry
-from ntp_dsl.state import Literal, State
-from ntp_dsl.world import Argument, Observation, Record, Thing
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Decision, Expert, NextCall, UndeclaredCall, View, call
+from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
+from ntp_dsl.semantics.state import Literal, State
 
 SEEDS = range(60)
 CARRYING = """

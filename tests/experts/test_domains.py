@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.goals import Goal
-from ntp_dsl.interpreter import Interpreter, Limits
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.resources import examples_folder
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.state import State
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Disturbances, Failure
-from ntp_dsl.worlds import make_world
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.execution.interpreter import Interpreter, Limits
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.state import State
+from ntp_dsl.tasks.goal_samplers import Goal
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
+from ntp_dsl.worlds.catalogue import make_world
+from ntp_dsl.worlds.protocol import Disturbances, Failure
 
 STARTS, SOAKED = 10, 1000
 EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
@@ -33,9 +33,7 @@ def starts(things: int, soak: bool) -> int:
 
 @pytest.mark.parametrize("slips", [0.0, 0.25])
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_an_expert_reaches_the_goal_from_any_scrambled_state(
-    soak: bool, example: str, slips: float
-) -> None:
+def test_an_expert_reaches_the_goal_from_any_scrambled_state(soak: bool, example: str, slips: float) -> None:
     registry = load_with_python(example)
     policy = ScriptedPolicy(Expert(registry))
     world = make_world("kinematic", registry)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from expert_samples import experts, run_from_anywhere
 
-from ntp_dsl.registry import Registry
-from ntp_dsl.world import Disturbances
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.worlds.protocol import Disturbances
 
 STARTS, SOAKED, SHARDS = 150, 2000, 5
 
@@ -24,9 +24,7 @@ def test_the_goal_is_reached_from_any_scrambled_state(
 
 
 @pytest.mark.parametrize("shard", range(SHARDS))
-def test_towers_that_are_pushed_over_are_built_again(
-    stacking: Registry, soak: bool, shard: int
-) -> None:
+def test_towers_that_are_pushed_over_are_built_again(stacking: Registry, soak: bool, shard: int) -> None:
     """A tower of five is pushed three times of four before it is up, so that this takes long."""
     expert = experts(stacking)["declared"]
     for seed in range(shard, SOAKED if soak else STARTS // 5, SHARDS):

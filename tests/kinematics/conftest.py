@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from kinematics_arms import WRITTEN
 
-from kinematics.robot import SHIPPED, Robot, load
-from kinematics.simulation import Workcell
+from kinematics.robot.robot import SHIPPED, Robot, load
+from kinematics.simulation.workcell import Workcell
 
 
 @pytest.fixture(scope="session")

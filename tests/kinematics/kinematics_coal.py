@@ -7,12 +7,12 @@ import coal
 import numpy as np
 import pinocchio
 
-from kinematics import models
-from kinematics.collision_model import LOWER_TABLE, always_touching
-from kinematics.geometry import Array, Pose, transform_of
-from kinematics.gripper import gripper_of
-from kinematics.robot import Robot
-from kinematics.shapes import Box, Cylinder, Shape, Sphere, pieces_of, points_of
+from kinematics.collision.models import LOWER_TABLE, always_touching
+from kinematics.geometry.transforms import Array, Pose, transform_of
+from kinematics.robot import models
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.shapes.shapes import Box, Cylinder, Shape, Sphere, pieces_of, points_of
 
 THICK = 0.2  # of the table, that is half of its height [m]
 
@@ -80,9 +80,7 @@ class CoalChecker:
 
     def _add(self, name: str, shape: object, position: Array, rotation: Array) -> int:
         placement = pinocchio.SE3(rotation, position)
-        return int(
-            self._geometry.addGeometryObject(pinocchio.GeometryObject(name, 0, 0, placement, shape))
-        )
+        return int(self._geometry.addGeometryObject(pinocchio.GeometryObject(name, 0, 0, placement, shape)))
 
 
 def _coal(shape: Shape) -> object:
@@ -95,5 +93,3 @@ def _coal(shape: Shape) -> object:
     vertices = coal.StdVec_Vec3s()
     vertices.extend(points_of(shape))
     return coal.Convex.convexHull(vertices, True, "Qt")
-
-

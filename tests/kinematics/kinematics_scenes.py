@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from kinematics.bodies import Body
-from kinematics.shapes import Box
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.shapes import Box
 
 HALF = 0.025
 

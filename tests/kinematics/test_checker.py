@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from kinematics_coal import CoalChecker
 
-from kinematics.catalogue import bowl, prism, tub
-from kinematics.collision import MARGIN, CollisionScene
-from kinematics.geometry import Pose
-from kinematics.gripper import gripper_of
-from kinematics.robot import Robot
-from kinematics.shapes import Box, Cylinder, Shape, Sphere
+from kinematics.collision.scene import MARGIN, CollisionScene
+from kinematics.geometry.transforms import Pose
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.shapes.catalogue import bowl, prism, tub
+from kinematics.shapes.shapes import Box, Cylinder, Shape, Sphere
 
 SHAPES: dict[str, Shape] = {
     "cube": Box((0.05, 0.05, 0.05)),
@@ -26,9 +26,7 @@ SHAPES: dict[str, Shape] = {
 EVEN = 1e-5  # where one says touching and the other not, both may be right [m]
 
 
-def test_two_checkers_agree_on_what_touches_and_on_how_near(
-    robot: Robot, soak: bool, tmp_path: Path
-) -> None:
+def test_two_checkers_agree_on_what_touches_and_on_how_near(robot: Robot, soak: bool, tmp_path: Path) -> None:
     generator = np.random.default_rng(0)
     scene = CollisionScene(robot, SHAPES)
     scene.open_fingers(gripper_of(robot).maximum_opening)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinematics import urdf
-from kinematics.gripper import gripper_of
-from kinematics.reasons import UnusableRobot
-from kinematics.robot import FOLDER, Robot, load
+from kinematics.errors import UnusableRobot
+from kinematics.geometry import urdf
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import FOLDER, Robot, load
 
 PANDA = urdf.located("package://pybullet_data/franka_panda/panda.urdf", Path())
 ABSOLUTE = PANDA.read_text().replace("package://", f"{PANDA.parent}/")
@@ -38,7 +38,7 @@ def test_an_arm_of_ones_own_is_the_shipped_one_when_it_says_the_same(tmp_path: P
 def test_a_tool_may_be_told_by_its_place_on_another_link(tmp_path: Path) -> None:
     on_hand = '"panda_hand"\nxyz = [0.0, 0.0, 0.105]\nrpy = [0.0, 0.0, 0.0]'
     mine = own(tmp_path, tool=('"panda_grasptarget"', on_hand))
-    from kinematics.inverse import InverseKinematics
+    from kinematics.ik.global_ik import InverseKinematics
 
     there, here = (InverseKinematics(robot).forward(mine.home) for robot in (mine, load("panda")))
     assert np.allclose(there, here, atol=1e-9)
@@ -95,8 +95,8 @@ def test_a_urdf_that_cannot_be_used_is_told_by_link_or_joint(
         ("[tool]", "[hand]", "the top knows no 'hand'"),
         ("acceleration = [15.0, ", "acceleration = [", "`acceleration` needs 7 numbers, found 6"),
         ("home =", "home", "is no TOML"),
-        ('arm = [', 'arm = [7, ', "'arm' needs a list of joints' names, found"),
-        ('joints = [', 'joints = "both" # ', "'joints' needs a list of joints' names, found 'both'"),
+        ("arm = [", "arm = [7, ", "'arm' needs a list of joints' names, found"),
+        ("joints = [", 'joints = "both" # ', "'joints' needs a list of joints' names, found 'both'"),
         ('link = "panda_grasptarget"', "link = 8", "'link' needs a text, found 8"),
         ("[limits]", "[[limits]]", r"\[limits\] is a table, found"),
         ("home = [0.0, ", 'home = ["left", ', "`home` needs a list of numbers"),

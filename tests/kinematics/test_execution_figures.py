@@ -9,11 +9,11 @@ import pytest
 
 from kinematics.bench import sim
 from kinematics.bench.cells import HALF, cube, cubes
-from kinematics.bodies import Body
-from kinematics.noise import NO_NOISE, Noise
-from kinematics.robot import Robot
-from kinematics.routines import pick, place
-from kinematics.simulation import Workcell
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.pose_noise import NO_NOISE, Noise
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.routines import pick, place
 
 SURE, UNSURE = Noise(0.002, math.radians(2)), Noise(0.005, math.radians(2))
 

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from kinematics_scenes import cube, scattered
 
-from kinematics import skills
-from kinematics.bodies import Body
-from kinematics.inverse import InverseKinematics
-from kinematics.planning import Planner
-from kinematics.reasons import Reason, UnusablePose, UnusableShape
-from kinematics.robot import panda
-from kinematics.shapes import Box, Compound, Cylinder, Hull, Shape, Sphere
-from kinematics.simulation import Workcell
-from kinematics.skills import Motion, grasp, move_above
+from kinematics.errors import Reason, UnusablePose, UnusableShape
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.planning.planner import Planner
+from kinematics.robot.robot import panda
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.shapes import Box, Compound, Cylinder, Hull, Shape, Sphere
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills import skills
+from kinematics.skills.skills import Motion, grasp, move_above
 
 NAN, INF = math.nan, math.inf
 

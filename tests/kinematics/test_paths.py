@@ -8,22 +8,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from kinematics import models
-from kinematics.collision import CollisionScene
-from kinematics.collision_model import reaches
-from kinematics.differential import StraightLines
-from kinematics.geometry import UPRIGHT, Array, Pose, angle_between
-from kinematics.inverse import InverseKinematics, usual_tool
-from kinematics.planning import PLANNERS, RESOLUTION, Path, Planner
-from kinematics.reasons import NoPathFound, Obstructed, Reason
-from kinematics.robot import Robot, panda
-from kinematics.shapes import Box
-from kinematics.trajectory import (
-    ACCELERATION_SHARE,
-    TIME_STEP,
-    round_corners,
-    time_parameterise,
-)
+from kinematics.collision.models import reaches
+from kinematics.collision.scene import CollisionScene
+from kinematics.errors import NoPathFound, Obstructed, Reason
+from kinematics.geometry.transforms import UPRIGHT, Array, Pose, angle_between
+from kinematics.ik.differential_ik import StraightLines
+from kinematics.ik.global_ik import InverseKinematics, usual_tool
+from kinematics.planning.planner import PLANNERS, RESOLUTION, Path, Planner
+from kinematics.planning.trajectory import ACCELERATION_SHARE, TIME_STEP, round_corners, time_parameterise
+from kinematics.robot import models
+from kinematics.robot.robot import Robot, panda
+from kinematics.shapes.shapes import Box
 
 ROBOT = panda()
 SOLVER = InverseKinematics(ROBOT)
@@ -34,9 +29,7 @@ SHAPES = {f"brick{i}": Box((0.025, 0.025, 0.025)) for i in range(6)}
 def walled_scene() -> CollisionScene:
     """A wall of six cubes, two abreast and three high, from left to right of which is a detour."""
     scene = CollisionScene(ROBOT, SHAPES)
-    places = [
-        (0.5 + 0.051 * column, 0.0, 0.025 + 0.05 * row) for column in (0, 1) for row in (0, 1, 2)
-    ]
+    places = [(0.5 + 0.051 * column, 0.0, 0.025 + 0.05 * row) for column in (0, 1) for row in (0, 1, 2)]
     scene.place({name: Pose(place, UPRIGHT) for name, place in zip(SHAPES, places, strict=True)})
     scene.open_fingers(0.04)
     return scene

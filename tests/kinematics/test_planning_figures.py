@@ -7,7 +7,7 @@ import pytest
 from kinematics.bench import ik, plan
 from kinematics.bench.measuring import Tally
 from kinematics.bench.plan_queries import Query, Referee, drawn
-from kinematics.robot import Robot, load
+from kinematics.robot.robot import Robot, load
 
 
 def test_inverse_kinematics_solves_every_pose_within_reach(robot: Robot, soak: bool) -> None:

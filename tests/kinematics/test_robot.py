@@ -9,8 +9,7 @@ import numpy as np
 import pybullet
 import pytest
 
-from kinematics import models
-from kinematics.geometry import (
+from kinematics.geometry.transforms import (
     Array,
     Pose,
     angle_between,
@@ -24,10 +23,11 @@ from kinematics.geometry import (
     transform_of,
     wxyz,
 )
-from kinematics.gripper import gripper_of
-from kinematics.inverse import InverseKinematics
-from kinematics.robot import Robot, load
-from kinematics.workspace import workspace_of
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot import models
+from kinematics.robot.gripper import gripper_of
+from kinematics.robot.robot import Robot, load
+from kinematics.skills.workspace import workspace_of
 
 
 @pytest.fixture

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from kinematics_scenes import HALF, cube, scattered
 
-from kinematics.bodies import Body
-from kinematics.geometry import transform_of
-from kinematics.noise import Noise
-from kinematics.reasons import NoDisplay, Reason
-from kinematics.routines import pick, place
-from kinematics.shapes import Cylinder
-from kinematics.simulation import Workcell
-from kinematics.skills import lift, move_above, open_hand, push, release
+from kinematics.errors import NoDisplay, Reason
+from kinematics.geometry.transforms import transform_of
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.pose_noise import Noise
+from kinematics.shapes.shapes import Cylinder
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.routines import pick, place
+from kinematics.skills.skills import lift, move_above, open_hand, push, release
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -109,7 +109,7 @@ def test_frames_come_in_the_size_that_was_asked_for(cell: Workcell) -> None:
 
 def test_a_recording_in_three_dimensions_is_written(cell: Workcell, tmp_path: Path) -> None:
     pytest.importorskip("rerun")
-    from kinematics.recording import Recording
+    from kinematics.simulation.rerun_recording import Recording
 
     cell.reset([cube("a", 0.5, 0.0), Body("can", Cylinder(0.03, 0.06), (0.4, 0.1, 0.03))], 0)
     seen: list[float] = []

@@ -6,25 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinematics.bodies import Body
-from kinematics.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
-from kinematics.containers import is_inside
-from kinematics.reasons import Reason, UnusableShape
-from kinematics.robot import Robot
-from kinematics.routines import drop_into, pick, place, put_down
-from kinematics.shapes import (
-    Box,
-    Cylinder,
-    Hull,
-    Shape,
-    Sphere,
-    half_extents_of,
-    reach_of,
-    support,
-)
-from kinematics.simulation import Workcell
-from kinematics.urdf import located
-from kinematics.workspace import workspace_of
+from kinematics.errors import Reason, UnusableShape
+from kinematics.geometry.urdf import located
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
+from kinematics.shapes.containers import is_inside
+from kinematics.shapes.shapes import Box, Cylinder, Hull, Shape, Sphere, half_extents_of, reach_of, support
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.routines import drop_into, pick, place, put_down
+from kinematics.skills.workspace import workspace_of
 
 DUCK = located("package://pybullet_data/duck_vhacd.obj", Path())
 SHAPES: dict[str, tuple[Shape, float]] = {

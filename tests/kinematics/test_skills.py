@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from kinematics_scenes import HALF, cube, scattered
 
-from kinematics.bodies import Body
-from kinematics.reasons import Reason, UnusablePose
-from kinematics.shapes import Box
-from kinematics.simulation import Workcell
-from kinematics.skills import Motion, grasp, move_above, move_above_free_place, release
+from kinematics.errors import Reason, UnusablePose
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.shapes import Box
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
 
 
 def pick(cell: Workcell, item: str, seed: int = 0) -> None:
@@ -138,9 +138,7 @@ def test_a_full_or_misplaced_hand_is_a_reason(cell: Workcell) -> None:
 def test_a_tilted_support_is_a_reason(cell: Workcell) -> None:
     half = math.sin(math.pi / 8), math.cos(math.pi / 8)
     lean = Body("lean", Box((HALF,) * 3), (0.5, 0.0, 0.06), (half[0], 0.0, 0.0, half[1]))
-    cell.reset(
-        [lean, cube("prop", 0.5, 0.055), cube("wall", 0.5, -0.052), cube("a", 0.4, -0.15)], 0
-    )
+    cell.reset([lean, cube("prop", 0.5, 0.055), cube("wall", 0.5, -0.052), cube("a", 0.4, -0.15)], 0)
     pick(cell, "a")
     if abs(cell.pose("lean").position[2] - HALF) > 0.002:
         assert move_above(cell, "lean", 0).reason is Reason.SUPPORT_TILTED
@@ -157,9 +155,7 @@ def episode(cell: Workcell) -> tuple[object, ...]:
         move_above(cell, "b1", 6),
         release(cell, 7),
     ]
-    told = [
-        (m.achieved, m.reason, m.simulated_seconds, m.planner, str(m.evidence)) for m in motions
-    ]
+    told = [(m.achieved, m.reason, m.simulated_seconds, m.planner, str(m.evidence)) for m in motions]
     return (tuple(told), cell.poses(), cell.joint_positions().tolist())
 
 
@@ -191,7 +187,7 @@ def test_a_picture_shows_the_colours(cell: Workcell) -> None:
 
 
 def test_importing_and_building_a_cell_prints_nothing() -> None:
-    program = "from kinematics.simulation import Workcell\nWorkcell().close()"
+    program = "from kinematics.simulation.workcell import Workcell\nWorkcell().close()"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, "")
     assert "build time" not in done.stderr

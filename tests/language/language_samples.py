@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from ntp_dsl.language import syntax as s
-from ntp_dsl.language.build import clean
-from ntp_dsl.language.build_terms import RESERVED
+from ntp_dsl.language.parsing.term_builder import RESERVED
+from ntp_dsl.language.parsing.tree_builder import clean
+from ntp_dsl.language.syntax import nodes as s
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name not in RESERVED and name != "list"
@@ -59,9 +59,7 @@ conditions = st.recursive(
 calls = st.builds(s.Call, names, st.lists(terms, max_size=2).map(tuple))
 statements = st.recursive(
     calls,
-    lambda inner: (
-        st.builds(s.When, conditions, inner) | st.builds(s.For, _generators(conditions), inner)
-    ),
+    lambda inner: st.builds(s.When, conditions, inner) | st.builds(s.For, _generators(conditions), inner),
     max_leaves=3,
 )
 types = st.builds(s.TypeName, names, st.booleans())

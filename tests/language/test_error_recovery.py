@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.loader import diagnose
 
 GO = "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"

@@ -15,17 +15,17 @@ from lark import Lark
 from mutations import broken, edited
 from sound_libraries import sound_library
 
-from ntp_dsl.language.canonical import format_library
+from ntp_dsl.common.resources import examples_folder, grammar_folder, library_folder
 from ntp_dsl.language.checker import check, link
-from ntp_dsl.language.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.drafts import Draft
-from ntp_dsl.language.examination import examine
-from ntp_dsl.language.memory import Memory
-from ntp_dsl.language.parser import lines, parse, read
-from ntp_dsl.language.pieces import KEYWORDS
-from ntp_dsl.language.syntax import Library, Span
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import examples_folder, grammar_folder, library_folder
+from ntp_dsl.language.checks.check_library import examine
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.formatting.canonical import format_library
+from ntp_dsl.language.names.incremental_cache import Memory
+from ntp_dsl.language.parsing.blocks import KEYWORDS
+from ntp_dsl.language.parsing.parser import lines, parse, read
+from ntp_dsl.language.parsing.partial_library import Draft
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import Library, Span
 
 LONGEST = 1.0  # seconds of the processor's time for one text
 SHARES = 20  # into which the texts are split, so that several processes can take them
@@ -108,8 +108,12 @@ def test_texts_of_the_grammar_are_answered(share: int, soak: bool) -> None:
     spaced = {"_NEWLINE": st.just("\n    "), "_INDENT": st.just(""), "_DEDENT": st.just("")}
     pieces = [from_lark(grammar, start=keyword, explicit=spaced) for keyword in KEYWORDS]
 
-    @settings(phases=[Phase.generate],
-        max_examples=1_250 if soak else 13, deadline=None, derandomize=True, suppress_health_check=SLOW
+    @settings(
+        phases=[Phase.generate],
+        max_examples=1_250 if soak else 13,
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=SLOW,
     )
     @given(st.lists(st.one_of(*pieces), min_size=1, max_size=3).map("\n".join))
     def answered(text: str) -> None:
@@ -120,8 +124,12 @@ def test_texts_of_the_grammar_are_answered(share: int, soak: bool) -> None:
 
 @pytest.mark.parametrize("share", range(4))
 def test_random_trees_are_answered(share: int, soak: bool) -> None:
-    @settings(phases=[Phase.generate],
-        max_examples=1_250 if soak else 13, deadline=None, derandomize=True, suppress_health_check=SLOW
+    @settings(
+        phases=[Phase.generate],
+        max_examples=1_250 if soak else 13,
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=SLOW,
     )
     @given(libraries, st.randoms(use_true_random=False))
     def answered(library: Library, rng: random.Random) -> None:

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, String
 
-from ntp_dsl.language.highlighting import CLAUSES, FLOW, LOGIC, SECTIONS, NtpLexer
-from ntp_dsl.language.names import NUMBER_TYPES, UNITS
-from ntp_dsl.language.parser import _lark
-from ntp_dsl.language.pieces import KEYWORDS
-from ntp_dsl.resources import examples_folder, grammar_folder, library_folder
+from ntp_dsl.common.resources import examples_folder, grammar_folder, library_folder
+from ntp_dsl.language.formatting.pygments_lexer import CLAUSES, FLOW, LOGIC, SECTIONS, NtpLexer
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS
+from ntp_dsl.language.parsing.blocks import KEYWORDS
+from ntp_dsl.language.parsing.parser import _lark
 
 REFERENCE = (grammar_folder() / "README.md").read_text(encoding="utf-8")
 TEXTS = {

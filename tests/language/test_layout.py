@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, Phase, Verbosity, given, settings
 from hypothesis import strategies as st
 from language_samples import libraries
 
-from ntp_dsl.language.canonical import format_library, format_text
-from ntp_dsl.language.formatter import hash_declaration
-from ntp_dsl.language.layout import WIDTH
-from ntp_dsl.language.parser import parse
-from ntp_dsl.resources import examples_folder, library_folder
+from ntp_dsl.common.resources import examples_folder, library_folder
+from ntp_dsl.language.formatting.canonical import format_library, format_text
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.syntax.formatter import hash_declaration
+from ntp_dsl.language.syntax.line_wrapping import WIDTH
 
 TEXTS = sorted([*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")])
 STRING = re.compile(r'"""[\s\S]*?"""|"[^"\n]*"')

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.language.diagnostics import NtpError, SourceError
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError
 from ntp_dsl.language.loader import load
 
 SOUND = "library {0}\nuse tabletop\nprogram {0}(x: Object):\n    achieves clear(x)\n    clear(x)\n"
@@ -83,7 +83,5 @@ def test_loading_a_library_imports_nothing_heavy() -> None:
         "import sys; from ntp_dsl.language.loader import load; load('block_stacking')\n"
         "print(*{'torch', 'pybullet', 'mujoco', 'numpy'} & set(sys.modules))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.parser import parse
-from ntp_dsl.resources import library_folder
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.parsing.parser import parse
 
 TABLETOP = parse((library_folder() / "tabletop.ntp").read_text())
 TASK = """task t:
@@ -20,9 +20,7 @@ program build(goal: list[Placement]):
     for p in goal:
         pick_and_place(p.item, p.support)
 """
-PROGRAM = (
-    "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"
-)
+PROGRAM = "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"
 PUSH = "enum Side: left, right\napi push(x: Object, side: Side, way: length in 0 .. 0.3 m)\n"
 
 
@@ -130,9 +128,7 @@ def test_a_mistake_is_named_and_located(name: str) -> None:
     code, text = {**SYNTAX, **MEANING}[name]
     before = text[: text.index("@")]
     place = before.count("\n") + 3, len(before) - (before.rfind("\n") + 1) + 1
-    found = [
-        (each.code, each.span.line, each.span.column) for each in mistakes(text.replace("@", ""))
-    ]
+    found = [(each.code, each.span.line, each.span.column) for each in mistakes(text.replace("@", ""))]
     assert (code, *place) in found
     assert name in {"no blocks", "an open docstring"} or len({row[1] for row in found}) == 1, found
 

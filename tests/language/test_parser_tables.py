@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 
-from ntp_dsl.language import parser_tables
-from ntp_dsl.language.pieces import cut
-from ntp_dsl.resources import examples_folder, library_folder
+from ntp_dsl.common.resources import examples_folder, library_folder
+from ntp_dsl.language.parsing import parser_tables
+from ntp_dsl.language.parsing.blocks import cut
 
 
 def test_the_tables_are_of_the_grammar_as_it_is() -> None:
     document = json.loads(parser_tables.tables_path().read_text())
-    again = "python -m ntp_dsl.language.parser_tables"
+    again = "python -m ntp_dsl.language.parsing.parser_tables"
     assert document["fingerprint"] == parser_tables.fingerprint(), f"the grammar has changed: {again}"
 
 

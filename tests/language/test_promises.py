@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.language.diagnostics import Diagnostic
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.loader import diagnose
 
 LIBRARY = """

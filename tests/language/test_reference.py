@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.language.canonical import format_library
+from ntp_dsl.common.resources import grammar_folder, library_folder
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.parser import parse
-from ntp_dsl.language.pieces import KEYWORDS
-from ntp_dsl.language.syntax import Library
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.resources import grammar_folder, library_folder
-from ntp_dsl.tasks import draw, find_task
+from ntp_dsl.language.formatting.canonical import format_library
+from ntp_dsl.language.parsing.blocks import KEYWORDS
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.syntax.nodes import Library
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
 
 FENCED = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -42,9 +42,7 @@ def test_every_example_of_the_reference_checks() -> None:
 
 
 def test_every_keyword_has_an_example() -> None:
-    kinds = {
-        type(each).__name__.removesuffix("Declaration").lower() for each in reference().declarations
-    }
+    kinds = {type(each).__name__.removesuffix("Declaration").lower() for each in reference().declarations}
     assert kinds | {"library", "use"} >= set(KEYWORDS)
 
 

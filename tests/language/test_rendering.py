@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.language.codes import CODES, FAMILIES
-from ntp_dsl.language.diagnostics import Diagnostic, Edit, Fix, Note
-from ntp_dsl.language.rendering import changed_lines, plain, render
-from ntp_dsl.language.syntax import Span
+from ntp_dsl.language.diagnostics.codes import CODES, FAMILIES
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, Note
+from ntp_dsl.language.diagnostics.rendering import changed_lines, plain, render
+from ntp_dsl.language.syntax.nodes import Span
 
 A, B = Path("a.ntp"), Path("b.ntp")
 

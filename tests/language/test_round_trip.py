@@ -10,14 +10,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from language_samples import libraries
 
-from ntp_dsl.language.canonical import format_library
+from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.diagnostics import SourceError
-from ntp_dsl.language.formatter import hash_declaration
-from ntp_dsl.language.parser import parse
-from ntp_dsl.language.syntax import Library
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import examples_folder, library_folder
+from ntp_dsl.language.diagnostics.diagnostics import SourceError
+from ntp_dsl.language.formatting.canonical import format_library
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.formatter import hash_declaration
+from ntp_dsl.language.syntax.nodes import Library
 
 TEXTS = sorted([*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")])
 slow = settings(
@@ -76,9 +76,7 @@ def test_a_mutated_library_is_answered(seed: int) -> None:
     text = TEXTS[seed % len(TEXTS)].read_text()
     for _ in range(rng.randint(1, 4)):
         at, width = rng.randrange(len(text)), rng.choice([0, 1, 1, 5, 40])
-        noise = rng.choice(
-            ["", "(", ")", '"""', "\n", " ", ":", "all ", "for", "\t", "\0", "é", "[", "9e9"]
-        )
+        noise = rng.choice(["", "(", ")", '"""', "\n", " ", ":", "all ", "for", "\t", "\0", "é", "[", "9e9"])
         text = text[:at] + noise + text[at + width :]
     answers(text)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from mutations import edited
 
+from ntp_dsl.language.incremental import Session
 from ntp_dsl.language.loader import diagnose
-from ntp_dsl.language.session import Session
 
 SHAPES = """library shapes
 use tabletop

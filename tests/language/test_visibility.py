@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.language.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.fixes import mend
+from ntp_dsl.common.resources import examples_folder, library_folder
+from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.loader import Report, diagnose, load
-from ntp_dsl.resources import examples_folder, library_folder
 
 CUPS = "library cups\nuse tabletop\ntype Cup is Movable\n"
 STACK = """program stack(goal: list[Placement]):

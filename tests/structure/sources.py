@@ -44,11 +44,7 @@ def imports(module: str) -> frozenset[str]:
 
 def importers(library: str) -> set[str]:
     """The modules that import another library, or a part of it."""
-    return {
-        module
-        for module in modules()
-        if any(each.split(".")[0] == library for each in imports(module))
-    }
+    return {module for module in modules() if any(each.split(".")[0] == library for each in imports(module))}
 
 
 def _is_text(node: ast.expr) -> bool:

@@ -4,34 +4,52 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
 from sources import importers, imports, modules
 
-# From the bottom up; a module may import its own layer and those below. The longest prefix counts.
-LAYERS = (
-    ("ntp_dsl", "ntp_dsl.files", "ntp_dsl.resources", "ntp_dsl.seeds", "ntp_dsl.workers"),
-    ("ntp_dsl.language", "ntp_dsl.registry", "ntp_dsl.graph"),
-    ("ntp_dsl.world", "ntp_dsl.predicates", "ntp_dsl.state", "ntp_dsl.task_files"),
-    ("ntp_dsl.fitting", "ntp_dsl.skills"),
-    ("ntp_dsl.worlds", "ntp_dsl.tasks", "ntp_dsl.goals"),
-    ("ntp_dsl.specification", "ntp_dsl.traces", "ntp_dsl.queries", "ntp_dsl.policy"),
-    ("ntp_dsl.core",),
-    ("ntp_dsl.random_arguments", "ntp_dsl.experts", "ntp_dsl.scripted", "ntp_dsl.interpreter"),
-    ("ntp_dsl.labels",),
-    ("ntp_dsl.authoring", "ntp_dsl.answers", "ntp_dsl.python_code"),
-    ("ntp_dsl.recording", "ntp_dsl.dataset", "ntp_dsl.replay"),
-    ("ntp_dsl.dynamic",),
-    ("ntp_dsl.evaluation", "ntp_dsl.success", "ntp_dsl.figures", "ntp_dsl.movie"),
-    ("ntp_dsl.cli", "ntp_dsl.__main__"),
-)
+# What each folder may import of the project, beside itself and what those folders may import.
+MAY_IMPORT: dict[str, tuple[str, ...]] = {
+    "ntp_dsl": (),
+    "ntp_dsl.common": (),
+    "ntp_dsl.language": ("ntp_dsl.common",),
+    "ntp_dsl.graph": ("ntp_dsl.language",),
+    "ntp_dsl.semantics": ("ntp_dsl.language",),
+    "ntp_dsl.worlds": ("ntp_dsl.semantics", "kinematics.skills"),
+    "ntp_dsl.tasks": ("ntp_dsl.worlds",),
+    "ntp_dsl.demonstrations": ("ntp_dsl.worlds",),
+    "ntp_dsl.traces": ("ntp_dsl.demonstrations",),
+    "ntp_dsl.policies": ("ntp_dsl.traces",),
+    "ntp_dsl.core": ("ntp_dsl.policies", "ntp_dsl.tasks"),
+    "ntp_dsl.authoring": ("ntp_dsl.policies",),
+    "ntp_dsl.user_code": ("ntp_dsl.authoring",),
+    "ntp_dsl.execution": ("ntp_dsl.policies",),
+    "ntp_dsl.datasets": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
+    "ntp_dsl.dynamic": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
+    "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core"),
+    "ntp_dsl.cli": ("ntp_dsl.evaluation", "ntp_dsl.dynamic", "ntp_dsl.graph", "kinematics.bench"),
+    "ntp_dsl.__main__": ("ntp_dsl.cli",),
+    "kinematics": (),
+    "kinematics.errors": (),
+    "kinematics.geometry": ("kinematics.errors",),
+    "kinematics.shapes": ("kinematics.geometry",),
+    "kinematics.robot": ("kinematics.shapes",),
+    "kinematics.ik": ("kinematics.robot",),
+    "kinematics.collision": ("kinematics.robot",),
+    "kinematics.planning": ("kinematics.collision",),
+    "kinematics.grasping": ("kinematics.collision",),
+    "kinematics.simulation": ("kinematics.planning",),
+    "kinematics.skills": ("kinematics.simulation", "kinematics.grasping", "kinematics.ik"),
+    "kinematics.bench": ("kinematics.skills",),
+}
 HOMES = {
     "torch": ["ntp_dsl.core"],
     "safetensors": ["ntp_dsl.core"],
-    "lark": ["ntp_dsl.language.parser", "ntp_dsl.language.parser_tables"],
-    "pygments": ["ntp_dsl.language.highlighting"],
-    "rerun": ["ntp_dsl.traces.rerun_file", "kinematics.recording"],
+    "lark": ["ntp_dsl.language.parsing.parser", "ntp_dsl.language.parsing.parser_tables"],
+    "pygments": ["ntp_dsl.language.formatting.pygments_lexer"],
+    "rerun": ["ntp_dsl.traces.export.rerun_file", "kinematics.simulation.rerun_recording"],
     "typer": ["ntp_dsl.cli"],
     "rich": ["ntp_dsl.cli"],
     "pybullet": ["kinematics"],
@@ -45,28 +63,48 @@ HOMES = {
         "kinematics",
         "ntp_dsl.worlds.bullet",
         "ntp_dsl.worlds.bullet_bodies",
-        "ntp_dsl.cli.bench",
+        "ntp_dsl.cli.commands.bench",
     ],
     "pink": ["kinematics.bench"],
     "pybullet_planning": ["kinematics.bench"],
 }
+MOST_MODULES = 20  # of a folder, so that a reader takes it in at a glance
 
 
 def within(module: str, home: str) -> bool:
     return module == home or module.startswith(f"{home}.")
 
 
-def layer(module: str) -> int:
-    known = {name: level for level, names in enumerate(LAYERS) for name in names}
-    homes = [name for name in known if module == name or name != "ntp_dsl" and within(module, name)]
-    assert homes, f"{module} has no layer: say in LAYERS where it belongs"
-    return known[max(homes, key=len)]
+def home(module: str) -> str:
+    """The folder of `MAY_IMPORT` that a module is in; the longest name counts."""
+    homes = [name for name in MAY_IMPORT if within(module, name)]
+    found = max(homes, key=len)
+    tops = {"ntp_dsl", "kinematics"}
+    assert found not in tops or module in tops, f"{module}: say in MAY_IMPORT what it may import"
+    return found
 
 
-@pytest.mark.parametrize("module", sorted(name for name in modules() if within(name, "ntp_dsl")))
-def test_imports_run_from_the_upper_layers_to_the_lower(module: str) -> None:
-    ours = [name for name in imports(module) if within(name, "ntp_dsl")]
-    assert [name for name in ours if layer(name) > layer(module)] == []
+def allowed(folder: str) -> set[str]:
+    """The folder itself, and what it may import, directly or through what it may import."""
+    found, waiting = set(), [folder]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += MAY_IMPORT[name]
+    return found
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_a_module_imports_what_its_folder_may(module: str) -> None:
+    ours = [name for name in imports(module) if name.split(".")[0] in ("ntp_dsl", "kinematics")]
+    may = allowed(home(module))
+    assert [name for name in ours if home(name) not in may and name in modules()] == []
+
+
+def test_no_folder_holds_more_modules_than_a_reader_takes_in() -> None:
+    folders = Counter(file.parent for file in modules().values() if file.name != "__init__.py")
+    assert {str(folder): count for folder, count in folders.items() if count > MOST_MODULES} == {}
 
 
 def test_no_modules_import_one_another_in_a_circle() -> None:
@@ -95,7 +133,7 @@ HEAVY = "torch numpy pyarrow pybullet mujoco pinocchio mink ompl".split()
     "statement",
     [
         "import ntp_dsl",
-        "import ntp_dsl.cli",
+        "import ntp_dsl.cli.app",
         "from ntp_dsl.cli.app import run; run(['--help'])",
         "from ntp_dsl.cli.app import run; assert run(['check', '--static', 'block_stacking']) == 0",
         "from ntp_dsl.cli.app import run; assert run(['trace', 'show', 'none.jsonl']) == 2",
@@ -104,7 +142,5 @@ HEAVY = "torch numpy pyarrow pybullet mujoco pinocchio mink ompl".split()
 )
 def test_what_is_light_imports_nothing_heavy(statement: str) -> None:
     program = f"import sys; {statement}\nprint('heavy:', *({set(HEAVY)} & set(sys.modules)))"
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "heavy:"

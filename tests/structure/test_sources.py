@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from sources import ROOT, imports, modules, tree
 
+from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.loader import load
-from ntp_dsl.resources import examples_folder, library_folder
 
 UNSAFE = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
 EVERY_MODULE = sorted(modules())

@@ -13,7 +13,7 @@ from sources import ROOT
 DATA = (
     "ntp_dsl/library/*.ntp",
     "ntp_dsl/templates/*/*",
-    "ntp_dsl/traces/viewer/*",
+    "ntp_dsl/traces/page/viewer/*",
     "grammar/*",
     "ntp_dsl/checkpoints/*",
     "*/py.typed",

@@ -10,8 +10,8 @@ import shlex
 import sys
 
 import ntp_dsl.core.policy
-import ntp_dsl.dataset
-import ntp_dsl.evaluation
+import ntp_dsl.datasets.dataset
+import ntp_dsl.evaluation.episodes
 import ntp_dsl.worlds.bullet  # noqa: F401
 from ntp_dsl.cli.app import run
 

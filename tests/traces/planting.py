@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from trees import Node
 
-from ntp_dsl.traces.comparing import Kind
+from ntp_dsl.traces.comparison.comparison_rules import Kind
 
 Moment = tuple[float, float]
 

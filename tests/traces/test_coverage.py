@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.registry import Registry
-from ntp_dsl.traces import ROOT, Call, Trace, read_trace
-from ntp_dsl.traces.blame import of_all
+from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.coverage import Coverage
+from ntp_dsl.traces.failure_attribution import of_all
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import ROOT, Call, Trace
 
 EVAL = "eval block_stacking few_placements --episodes 4 --slips .6 --seed 3".split()
 

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.traces import ROOT, Call, TraceWriter
-from ntp_dsl.traces.certainty import certainty
-from ntp_dsl.traces.comparing import Kind
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.confidence import certainty
+from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.writer import TraceWriter
 
 THINGS = tuple(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
 SOURCE = "library sample\nprogram build():\n    pick(a)\n    place(a)\n"
@@ -192,9 +193,7 @@ def test_a_file_that_is_cut_off_is_no_decision(
     assert (found["kind"], found["blame"]) == ("cut off", "")
 
 
-def test_scopes_can_be_left_out(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_scopes_can_be_left_out(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     paths = []
     for name, scope in (("a", (0, 10)), ("b", (50, 60))):
         story = Story(tmp_path / f"{name}.jsonl", "scripted")

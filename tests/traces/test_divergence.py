@@ -11,12 +11,13 @@ import zss
 from planting import KINDS, planted
 from trees import HERE, Node, events, prefix, recorded, tree, written
 
-from ntp_dsl.registry import Registry
-from ntp_dsl.traces import Trace, parse_trace
-from ntp_dsl.traces.alignment import align
-from ntp_dsl.traces.comparing import Kind, Rules, overlap
-from ntp_dsl.traces.divergence import compare
-from ntp_dsl.traces.found import Comparison
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.traces.comparison.alignment import align
+from ntp_dsl.traces.comparison.comparison import Comparison
+from ntp_dsl.traces.comparison.comparison_rules import Kind, Rules, overlap
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import Trace
 
 PARTS = 10  # of the planted pairs, so that they can run side by side
 PAIRS = 1000

@@ -16,9 +16,11 @@ from browsing import browser
 from PIL import Image
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.traces import ROOT, Trace, TraceWriter, read_trace
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import ROOT, Trace
 from ntp_dsl.traces.times import with_all_below
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.traces.writer import TraceWriter
 
 RUN = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()
 HOSTILE = "</script>/../\0 \u2028\"'\\"

@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ntp_dsl.traces import Trace, TraceWriter, read_trace
-from ntp_dsl.world import Observation
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.writer import TraceWriter
 
 RUN = "run block_stacking tall_towers --slips .4 --pushes .2 --seed 3"
 COMMANDS = {

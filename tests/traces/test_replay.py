@@ -11,16 +11,19 @@ import pytest
 from trees import HERE, recorded
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.experts import Expert
-from ntp_dsl.policy import Barred, Choice, Frame, Policy
-from ntp_dsl.registry import Registry
-from ntp_dsl.replay import Replay
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.traces import Trace, TraceWriter, parse_trace
-from ntp_dsl.traces.comparing import Kind
-from ntp_dsl.traces.divergence import compare
-from ntp_dsl.traces.forced import asked
-from ntp_dsl.world import Argument, World
+from ntp_dsl.execution.replay import Replay
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.comparison.teacher_forcing import asked
+from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.worlds.protocol import World
 
 
 @pytest.fixture(scope="module")

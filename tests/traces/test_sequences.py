@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ntp_dsl.traces.sequences import EDITS, common
+from ntp_dsl.traces.comparison.longest_common_subsequence import EDITS, common
 
 SHORT = st.lists(st.integers(0, 4), max_size=24)
 

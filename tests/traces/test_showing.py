@@ -9,10 +9,11 @@ import pytest
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.cli.calls import BAR, scope_bar
-from ntp_dsl.cli.trace_show import LINES
-from ntp_dsl.traces import ROOT, Call, TraceWriter
-from ntp_dsl.traces.wording import plain, shown
-from ntp_dsl.world import Observation, Record, Thing
+from ntp_dsl.cli.commands.trace.show import LINES
+from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.traces.phrases import plain, shown
+from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.writer import TraceWriter
 
 SEEN = Observation((Thing("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
 GOAL = tuple(Record("Placement", (("item", "a"), ("support", str(n)))) for n in range(5))
@@ -57,16 +58,12 @@ def test_a_call_shows_its_arguments_scope_outcome_and_certainty(
     assert end == "nothing helps (2 primitives)"
 
 
-def test_depth_says_how_much_it_leaves_out(
-    capsys: pytest.CaptureFixture[str], trace: Path
-) -> None:
+def test_depth_says_how_much_it_leaves_out(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     assert "... 2 calls" in lines(capsys, str(trace), "--depth", "1")[2]
     assert "... 1 call" in lines(capsys, str(trace), "--depth", "2")[3]
 
 
-def test_failed_shows_what_failed_and_who_called_it(
-    capsys: pytest.CaptureFixture[str], trace: Path
-) -> None:
+def test_failed_shows_what_failed_and_who_called_it(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     shown_lines = lines(capsys, str(trace), "--failed")
     assert len(shown_lines) == 4 and "move(a)" in shown_lines[2]
 
@@ -87,9 +84,7 @@ def test_a_trace_that_is_none_is_told_so(capsys: pytest.CaptureFixture[str], tra
     assert "expected a line of JSON" in capsys.readouterr().err
 
 
-def test_only_shows_one_callee_and_who_called_it(
-    capsys: pytest.CaptureFixture[str], trace: Path
-) -> None:
+def test_only_shows_one_callee_and_who_called_it(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     _, root, pick, grasp, _ = lines(capsys, str(trace), "--only", "grasp")
     assert "build(" in root and "pick(" in pick and "grasp(" in grasp
     assert run(["trace", "show", str(trace), "--only", "grsp"]) == 2
@@ -133,16 +128,12 @@ def test_a_long_trace_is_folded_around_what_failed(
     assert len(lines(capsys, path, "--all")) == 5003
 
 
-def test_a_trace_deeper_than_the_stack_is_shown(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_trace_deeper_than_the_stack_is_shown(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = str(long(tmp_path / "deep.jsonl", 5000, deep=True))
     assert len(lines(capsys, path, "--all")) == 5003
 
 
-def test_what_repeats_itself_is_one_line(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_what_repeats_itself_is_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
@@ -153,9 +144,7 @@ def test_what_repeats_itself_is_one_line(
     assert "build()  ············  done  ×3" in lines(capsys, str(path))[1]
 
 
-def test_names_cannot_command_the_terminal(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_names_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)

@@ -11,16 +11,19 @@ from time import process_time
 import numpy as np
 import pytest
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.interpreter import Interpreter, Limits
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.recording import header
-from ntp_dsl.registry import Registry
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.traces import ROOT, Call, Trace, TraceWriter, from_json, parse_trace, read_trace, to_json
-from ntp_dsl.world import Disturbances, Observation, Record, Scene, Thing
+from ntp_dsl.datasets.recording import header
+from ntp_dsl.execution.interpreter import Interpreter, Limits
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.traces.reader import parse_trace, read_trace
+from ntp_dsl.traces.schema import ROOT, Call, Trace, from_json, to_json
+from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Disturbances, Scene
 from ntp_dsl.worlds.starts import scrambled
 
 HERE = Path("a.trace.jsonl")
@@ -48,9 +51,7 @@ def recorded(registry: Registry, seed: int = 5) -> bytes:
     writer.header(**header(registry, instance, seed, "scripted"))
     policy = ScriptedPolicy(Expert(registry))
     limits = Limits(primitives=40)
-    run = Interpreter(registry, policy, world, writer, limits).run(
-        instance.program, instance.arguments
-    )
+    run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
     writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
     return stream.getvalue().encode()
 
@@ -205,9 +206,7 @@ def test_the_same_seed_gives_the_same_trace(stacking: Registry, seed: int) -> No
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_trace_replayed_gives_the_same_states_and_outcomes(
-    stacking: Registry, seed: int
-) -> None:
+def test_a_trace_replayed_gives_the_same_states_and_outcomes(stacking: Registry, seed: int) -> None:
     trace = parse_trace(recorded(stacking, seed), HERE)
     world, _ = begun(stacking, seed)
     replayed = replay(trace, world)

@@ -14,11 +14,13 @@ from PIL import Image
 from trees import Node, written
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.traces import ROOT, Trace, TraceWriter, read_trace
-from ntp_dsl.traces.divergence import compare
-from ntp_dsl.traces.page import page
-from ntp_dsl.traces.page_rows import rows
-from ntp_dsl.world import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.page.page import page
+from ntp_dsl.traces.page.page_rows import rows
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.writer import TraceWriter
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>&\"'\u2028"
 WELL = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()
@@ -169,9 +171,7 @@ def parted(count: int) -> tuple[Trace, Trace]:
     return written(run_a), written(run_b)
 
 
-def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(
-    chromium: Any, tmp_path: Path
-) -> None:
+def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: Any, tmp_path: Path) -> None:
     found = Page(chromium, made(tmp_path, parted(5000)))
     assert "step_2(" in found.chosen() and found.said == []
     row, tree = (found.page.locator(each).bounding_box() for each in (".row.chosen", "#tree"))

@@ -9,15 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.experts import Expert
-from ntp_dsl.interpreter import Interpreter, Limits
-from ntp_dsl.recording import Shown, demonstrate, header
-from ntp_dsl.registry import Registry
-from ntp_dsl.scripted import ScriptedPolicy
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.traces import ROOT, Trace, TraceWriter, parse_trace
-from ntp_dsl.world import Argument, Disturbances, Observation, Thing
+from ntp_dsl.datasets.recording import Shown, demonstrate, header
+from ntp_dsl.execution.interpreter import Interpreter, Limits
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import Argument, Observation, Thing
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Disturbances
 from ntp_dsl.worlds.starts import scrambled
 
 HERE = Path("a.trace.jsonl")
@@ -38,9 +41,7 @@ def recorded(registry: Registry, seed: int, task: str = "few_placements", primit
     writer.header(**header(registry, instance, seed, "scripted"))
     policy = ScriptedPolicy(expert, shown.calls if isinstance(shown, Shown) else None)
     limits = Limits(primitives=primitives)
-    run = Interpreter(registry, policy, world, writer, limits).run(
-        instance.program, instance.arguments
-    )
+    run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
     writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
     return stream.getvalue().encode()
 

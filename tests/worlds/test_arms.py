@@ -9,16 +9,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from kinematics.inverse import InverseKinematics
-from kinematics.models import mujoco_model
-from kinematics.robot import SHIPPED, load, standing
-from kinematics.simulation import Workcell
-from kinematics.workspace import workspace_of
-from ntp_dsl.evaluation import Evaluator, Plan
-from ntp_dsl.language.diagnostics import NtpError
+from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot.models import mujoco_model
+from kinematics.robot.robot import SHIPPED, load, standing
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.workspace import workspace_of
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load as load_library
-from ntp_dsl.resources import examples_folder
-from ntp_dsl.worlds import make_world
+from ntp_dsl.worlds.catalogue import make_world
 
 
 @pytest.mark.parametrize("name", SHIPPED)

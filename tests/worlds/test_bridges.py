@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.world import Scene, Thing, Vector
-from ntp_dsl.worlds import make_world
+from ntp_dsl.semantics.observation import Thing, Vector
+from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Scene
 
 PILLAR, PLANK, TRAY = (0.04, 0.04, 0.04), (0.04, 0.16, 0.02), (0.2, 0.2, 0.01)
 THINGS = (

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from ntp_dsl.evaluation import Evaluator, Plan
-from ntp_dsl.language.diagnostics import NtpError
-from ntp_dsl.resources import examples_folder
-from ntp_dsl.world import Disturbances, Scene, Thing
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Thing
 from ntp_dsl.worlds.bullet_bodies import bodies_of, shape_of
+from ntp_dsl.worlds.protocol import Disturbances, Scene
 
 TABLE = Thing("table", "Table", (1.5, 1.5, 0.04))
 TASKS = [
@@ -23,9 +24,7 @@ TASKS = [
 
 
 @pytest.mark.parametrize("library, task, disturbances", TASKS)
-def test_an_expert_does_an_example_with_the_arm(
-    library: str, task: str, disturbances: Disturbances
-) -> None:
+def test_an_expert_does_an_example_with_the_arm(library: str, task: str, disturbances: Disturbances) -> None:
     plan = Plan(examples_folder() / library, task, None, "bullet", disturbances=disturbances)
     episode = Evaluator(plan).episode(0)
     assert episode.success, episode.reason

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Disturbances, Failure, Observation, Scene, Thing, Vector
+from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import REGION, SPACING, scattered, scrambled
 
@@ -128,9 +129,7 @@ def test_noise_is_seen_and_changes_nothing() -> None:
     made = world(trouble=Disturbances(noise=0.003))
     truth = made.truth()
     shifts = [
-        np.array(made.observe().positions[name]) - truth.positions[name]
-        for _ in range(200)
-        for name in "abc"
+        np.array(made.observe().positions[name]) - truth.positions[name] for _ in range(200) for name in "abc"
     ]
     assert np.std(shifts) == pytest.approx(0.003, rel=0.15)
     assert made.truth() == truth

@@ -9,17 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.bodies import Body
-from kinematics.geometry import Pose, quaternion_from_rotation, rotation_about
-from kinematics.shapes import Cylinder
-from kinematics.simulation import Workcell
-from ntp_dsl import predicates
+from kinematics.geometry.transforms import Pose, quaternion_from_rotation, rotation_about
+from kinematics.shapes.bodies import Body
+from kinematics.shapes.shapes import Cylinder
+from kinematics.simulation.workcell import Workcell
 from ntp_dsl.language.loader import load
-from ntp_dsl.python_code import load_with_python
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import Observation, Scene, Thing, Vector
-from ntp_dsl.worlds import make_world
+from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.bullet_bodies import as_it_lies
+from ntp_dsl.worlds.catalogue import make_world
+from ntp_dsl.worlds.protocol import Scene
 
 TABLE = Thing("table", "Table", (1.5, 1.5, 0.04))
 UNDER: Vector = (0.5, 0.0, -0.02)

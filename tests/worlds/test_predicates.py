@@ -6,8 +6,19 @@ from math import cos, sin
 
 import pytest
 
-from ntp_dsl.predicates import JUDGED, above, clear, covers, empty, held, holding, on, present, reachable
-from ntp_dsl.world import Observation, Thing, Vector
+from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.semantics.predicates import (
+    JUDGED,
+    above,
+    clear,
+    covers,
+    empty,
+    held,
+    holding,
+    on,
+    present,
+    reachable,
+)
 
 CUBE = (0.05, 0.05, 0.05)
 THINGS = (Thing("a", "Block", CUBE), Thing("b", "Block", CUBE), Thing("t", "Table", (1.5, 1.5, 0.04)))
@@ -18,9 +29,7 @@ def seen(
     a: Vector | None, b: Vector = (0.5, 0.0, 0.025), gripper: Vector = FAR, closed: bool = False
 ) -> Observation:
     places = {"a": a, "b": b, "t": (0.5, 0.0, -0.02)}
-    return Observation(
-        THINGS, {name: p for name, p in places.items() if p is not None}, gripper, closed
-    )
+    return Observation(THINGS, {name: p for name, p in places.items() if p is not None}, gripper, closed)
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.predicates import inside, on
-from ntp_dsl.tasks import draw, find_task
-from ntp_dsl.world import TOO_WIDE, Observation, Scene
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation
+from ntp_dsl.semantics.predicates import inside, on
+from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.worlds.protocol import Scene
 
 LIBRARY = """
 library mine

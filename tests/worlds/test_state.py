@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.checker import check
-from ntp_dsl.language.parser import parse
-from ntp_dsl.registry import Registry
-from ntp_dsl.resources import library_folder
-from ntp_dsl.state import Literal, State
-from ntp_dsl.world import Observation, Record, Thing
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.semantics.state import Literal, State
 
 CUBE = (0.05, 0.05, 0.05)
 TOWER = Observation(

@@ -1,0 +1,1 @@
+"""Poses, meshes and URDF files."""

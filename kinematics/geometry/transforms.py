@@ -1,0 +1,144 @@
+"""Poses and rotations. Quaternions are xyzw; `wxyz` is the one place that reorders them."""
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import UnusablePose
+
+Array: TypeAlias = NDArray[np.float64]
+Vector: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+
+UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+class Pose(NamedTuple):
+    """Where a frame stands in the world."""
+
+    position: Vector  # [m]
+    quaternion_xyzw: Quaternion
+
+
+def check_pose(name: str, pose: Pose) -> Pose:
+    """The pose, or `UnusablePose`."""
+    numbers = (*pose.position, *pose.quaternion_xyzw)
+    length = math.hypot(*pose.quaternion_xyzw)
+    if not all(map(math.isfinite, numbers)) or abs(length - 1.0) > 1e-3:
+        raise UnusablePose(name, pose)
+    return pose
+
+
+def check_finite(what: str, *numbers: float) -> None:
+    """`UnusablePose` where one is not a number, or has no end."""
+    if not all(map(math.isfinite, numbers)):
+        raise UnusablePose(what, numbers)
+
+
+def wxyz(quaternion_xyzw: Quaternion) -> Quaternion:
+    """The same quaternion as MuJoCo and mink write it."""
+    x, y, z, w = quaternion_xyzw
+    return (w, x, y, z)
+
+
+def rotation_from_quaternion(quaternion_xyzw: Quaternion) -> Array:
+    """3 x 3 rotation matrix."""
+    x, y, z, w = quaternion_xyzw
+    scale = 2.0 / (x * x + y * y + z * z + w * w)
+    return np.array(
+        [
+            [1 - scale * (y * y + z * z), scale * (x * y - z * w), scale * (x * z + y * w)],
+            [scale * (x * y + z * w), 1 - scale * (x * x + z * z), scale * (y * z - x * w)],
+            [scale * (x * z - y * w), scale * (y * z + x * w), 1 - scale * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_from_rotation(rotation: Array) -> Quaternion:
+    """Quaternion with the largest component computed first, so that it is stable for every
+    rotation.
+    """
+    m = rotation.tolist()
+    squares = (  # four times the square of x, y, z, w
+        1 + m[0][0] - m[1][1] - m[2][2],
+        1 - m[0][0] + m[1][1] - m[2][2],
+        1 - m[0][0] - m[1][1] + m[2][2],
+        1 + m[0][0] + m[1][1] + m[2][2],
+    )
+    largest = max(range(4), key=lambda i: squares[i])
+    s = 0.5 / math.sqrt(squares[largest])
+    if largest == 3:
+        return (
+            (m[2][1] - m[1][2]) * s,
+            (m[0][2] - m[2][0]) * s,
+            (m[1][0] - m[0][1]) * s,
+            0.25 / s,
+        )
+    i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
+    parts = [0.0, 0.0, 0.0]
+    parts[i] = 0.25 / s
+    parts[j] = (m[j][i] + m[i][j]) * s
+    parts[k] = (m[k][i] + m[i][k]) * s
+    return (parts[0], parts[1], parts[2], (m[k][j] - m[j][k]) * s)
+
+
+def transform_from(rotation: Array, translation: Array | Vector) -> Array:
+    """4 x 4 homogeneous transform."""
+    transform = np.eye(4)
+    transform[:3, :3] = rotation
+    transform[:3, 3] = translation
+    return transform
+
+
+def transform_of(pose: Pose) -> Array:
+    """Transform of the frame to the world."""
+    return transform_from(rotation_from_quaternion(pose.quaternion_xyzw), pose.position)
+
+
+def pose_of(transform: Array) -> Pose:
+    """Inverse of `transform_of`."""
+    x, y, z = transform[:3, 3].tolist()
+    return Pose((x, y, z), quaternion_from_rotation(transform[:3, :3]))
+
+
+def inverse(transform: Array) -> Array:
+    """The transform back."""
+    rotation = transform[:3, :3].T
+    return transform_from(rotation, -rotation @ transform[:3, 3])
+
+
+def rotation_about(axis: Array, angle: float) -> Array:
+    """Rotation by `angle` [rad] about a unit axis (Rodrigues)."""
+    x, y, z = axis.tolist()
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
+    turned: Array = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    return turned
+
+
+def rotation_from_rpy(rpy: Array | Vector) -> Array:
+    """Fixed-axis roll, pitch and yaw, as URDF means them [rad]."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy).tolist(), np.sin(rpy).tolist()
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rpy_from_rotation(rotation: Array) -> Vector:
+    """Inverse of `rotation_from_rpy`; roll is zero where pitch is a right angle."""
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if abs(math.cos(pitch)) < 1e-9:
+        return (0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1]))
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    return (roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0]))
+
+
+def angle_between(a: Array, b: Array) -> float:
+    """Angle of the rotation that leads from one rotation matrix to another [rad]."""
+    cosine = (float(np.sum(a * b)) - 1.0) / 2.0  # trace of a.T @ b
+    return math.acos(min(1.0, max(-1.0, cosine)))

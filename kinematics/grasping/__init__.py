@@ -1,0 +1,1 @@
+"""Grasps and placements."""

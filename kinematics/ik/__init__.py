@@ -1,0 +1,1 @@
+"""Inverse kinematics: global, and along straight lines."""

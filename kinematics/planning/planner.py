@@ -1,0 +1,207 @@
+"""From start and goal joint positions to a collision-free chain of joint positions.
+
+The straight edge is tried first; it is free in about half of all queries. A planner's limit is a
+number of validity checks, which no load of the machine changes; wall time is a backstop with a reason
+of its own.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from ompl import base, geometric, util
+
+from kinematics.collision.models import reaches
+from kinematics.errors import NoPathFound, Obstructed, Reason, UnusablePose
+from kinematics.geometry.transforms import Array
+from kinematics.robot.robot import Robot
+
+RESOLUTION = 1 / 32  # between two checks of OMPL's, Euclidean over the joints [rad]
+RANGE = 1.0  # of one extension of a tree [rad]
+MAXIMUM_CHECKS = 20_000
+BACKSTOP = 20.0  # [s]
+SHORTCUTS = 20
+IN_HAND = 0.15  # how far what is held may reach from the axis of the last joint [m]
+
+Validity = Callable[[Array], bool]
+
+
+@dataclass(frozen=True)
+class Path:
+    """A chain of joint positions; holding one is the proof that every edge was checked."""
+
+    corners: Array  # (n, dof) [rad]
+    planner: str
+    checks: int
+
+
+class Planner:
+    """One OMPL set-up, kept: a new one per query would leak."""
+
+    def __init__(self, robot: Robot) -> None:
+        util.setLogLevel(util.LOG_NONE)
+        self._limits = limits = robot.limits
+        self._dof = robot.dof
+        farthest = np.maximum(reaches(robot), IN_HAND)
+        self._steps_per_joint = farthest / (farthest.max() * RESOLUTION)  # (dof,) [1/rad]
+        bounds = base.RealVectorBounds(robot.dof)
+        for joint in range(robot.dof):
+            bounds.setLow(joint, float(limits.lower[joint]))
+            bounds.setHigh(joint, float(limits.upper[joint]))
+        self._space = base.RealVectorStateSpace(robot.dof)
+        self._space.setBounds(bounds)
+        self._setup = geometric.SimpleSetup(self._space)
+        self._setup.setStateValidityChecker(self._is_valid)
+        self._information = self._setup.getSpaceInformation()
+        self._information.setStateValidityCheckingResolution(RESOLUTION / self._space.getMaximumExtent())
+        self._setup.setPlanner(_rrt_connect(self._information))
+        self._setup.setup()  # its first time draws from the generator; not in a query then
+        self._valid: Validity = lambda q: True
+        self._checks = 0
+        self._started = 0.0
+
+    def plan(
+        self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
+    ) -> Path:
+        """A path whose every edge is checked; or `UnusablePose`, `Obstructed` or `NoPathFound`."""
+        if planner not in PLANNERS:
+            raise ValueError(f"no planner is called '{planner}'; there are {', '.join(PLANNERS)}")
+        make = PLANNERS[planner]
+        self._valid, self._checks, self._started = valid, 0, time.monotonic()
+        for q, end in ((start, "start"), (goal, "goal")):
+            if not self._limits.contains(q, 1e-6):
+                raise UnusablePose(f"the {end} of the motion", f"{q} is not within the limits of the joints")
+            if not self._check(q):
+                raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
+        if self._edge_is_free(start, goal):
+            return Path(np.array([start, goal]), "straight", self._checks)
+        corners = self._search(start, goal, make, seed)
+        shortened = self._shorten(corners, np.random.default_rng(seed))
+        return Path(np.array(shortened), planner, self._checks)
+
+    def _search(self, start: Array, goal: Array, make: Callable[[Any], Any], seed: int) -> list[Array]:
+        util.RNG.setSeed(seed % (2**31 - 1) + 1)
+        setup = self._setup
+        setup.clear()
+        setup.setPlanner(make(self._information))  # a kept planner would not repeat its path
+        setup.setStartAndGoalStates(self._state(start), self._state(goal))
+        setup.solve(base.PlannerTerminationCondition(self._is_over))
+        if not setup.haveExactSolutionPath():
+            raise self._no_path()
+        states = setup.getSolutionPath().getStates()
+        corners = [np.array(state[0 : self._dof]) for state in states]
+        if np.abs(corners[0] - start).max() > 1e-6 or np.abs(corners[-1] - goal).max() > 1e-6:
+            raise self._no_path()
+        return corners
+
+    def _no_path(self) -> NoPathFound:
+        late = self._checks < MAXIMUM_CHECKS and self._is_late()
+        reason = Reason.PLANNER_TIMEOUT if late else Reason.NO_PATH
+        return NoPathFound(reason, f"no path after {self._checks} validity checks", checks=self._checks)
+
+    def _shorten(self, corners: list[Array], generator: np.random.Generator) -> list[Array]:
+        """Replace stretches between two random points of the chain by free straight edges."""
+        corners = self._without_needless(corners)
+        for _ in range(SHORTCUTS):
+            if len(corners) <= 2:
+                break
+            first, second = sorted(generator.uniform(0, len(corners) - 1, 2))
+            if int(first) == int(second):
+                continue
+            a, b = _point(corners, first), _point(corners, second)
+            if self._edge_is_free(a, b):
+                corners = [*corners[: int(first) + 1], a, b, *corners[int(second) + 1 :]]
+                corners = _without_repeats(corners)
+        return self._without_needless(corners)
+
+    def _without_needless(self, corners: list[Array]) -> list[Array]:
+        kept = [corners[0]]
+        i = 0
+        while i < len(corners) - 1:
+            farthest = len(corners) - 1
+            while farthest > i + 1 and not self._edge_is_free(corners[i], corners[farthest]):
+                farthest -= 1
+            kept.append(corners[farthest])
+            i = farthest
+        return kept
+
+    def _edge_is_free(self, a: Array, b: Array) -> bool:
+        """Between two checks no point of the arm moves farther than it would by the joint that reaches
+        farthest, alone, in a step of `RESOLUTION`: a turn of the wrist needs few.
+        """
+        way = b - a
+        steps = max(1, math.ceil(float(np.abs(way) @ self._steps_per_joint)))
+        points = a + _bisecting(steps)[:, None] * way
+        return all(map(self._check, points))
+
+    def _check(self, q: Array) -> bool:
+        self._checks += 1
+        return self._valid(q)
+
+    def _is_valid(self, state: Any) -> bool:
+        return self._check(np.array(state[0 : self._dof]))
+
+    def _is_over(self) -> bool:
+        return self._checks >= MAXIMUM_CHECKS or self._is_late()
+
+    def _is_late(self) -> bool:
+        return time.monotonic() - self._started > BACKSTOP
+
+    def _state(self, q: Array) -> Any:
+        state = self._space.allocState()
+        for joint in range(self._dof):
+            state[joint] = float(q[joint])
+        return state
+
+
+@lru_cache(maxsize=1024)
+def _bisecting(steps: int) -> Array:
+    """1/steps .. 1 with the far-apart ones first, since an obstacle is rarely at an end."""
+    stride = 1 << max(0, steps.bit_length() - 1)
+    order: dict[int, None] = {}
+    while stride:
+        order |= dict.fromkeys(range(stride, steps + 1, stride))
+        stride //= 2
+    return np.array(list(order)) / steps
+
+
+def _point(corners: list[Array], at: float) -> Array:
+    i = min(int(at), len(corners) - 2)
+    return corners[i] + (corners[i + 1] - corners[i]) * (at - i)
+
+
+def _without_repeats(corners: list[Array]) -> list[Array]:
+    kept = [corners[0]]
+    for corner in corners[1:]:
+        if float(np.abs(corner - kept[-1]).max()) > 1e-9:
+            kept.append(corner)
+    return kept
+
+
+def _rrt_connect(information: Any) -> Any:
+    planner = geometric.RRTConnect(information)
+    planner.setRange(RANGE)
+    return planner
+
+
+def _bkpiece(information: Any) -> Any:
+    planner = geometric.BKPIECE1(information)
+    planner.setRange(RANGE)
+    return planner
+
+
+def _lbkpiece(information: Any) -> Any:
+    planner = geometric.LBKPIECE1(information)
+    planner.setRange(RANGE)
+    return planner
+
+
+PLANNERS: dict[str, Callable[[Any], Any]] = {
+    "rrt_connect": _rrt_connect,
+    "bkpiece": _bkpiece,
+    "lbkpiece": _lbkpiece,
+}

@@ -1,0 +1,1 @@
+"""The description of an arm and its gripper, for every solver."""

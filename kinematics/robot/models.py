@@ -1,0 +1,181 @@
+"""The one description of a robot, as Pinocchio, MuJoCo (for mink too) and PyBullet take it."""
+
+import copy
+import xml.etree.ElementTree as ElementTree
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pinocchio
+
+from kinematics.errors import UnusableRobot
+from kinematics.geometry import meshes
+from kinematics.geometry.transforms import rpy_from_rotation
+from kinematics.robot.robot import TOOL_LINK, Robot
+
+Element = ElementTree.Element
+
+_MASS = 0.2  # of a link that has a shape, where the URDF says nothing of its weight [kg]
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def tree(robot: Robot) -> Element:
+    """The URDF as all libraries read it alike.
+
+    Paths are absolute, a link stands in the tool's frame, joints without end have a turn, and joints that
+    are neither the arm's nor the gripper's are fixed.
+    """
+    root = copy.deepcopy(robot.urdf.root)
+    moving = {*robot.arm_joints, *(joint.name for joint in robot.finger_joints)}
+    for joint in root.findall("joint"):
+        if joint.get("name") not in moving:
+            joint.set("type", "fixed")
+    _end_the_endless(root, robot)
+    for mesh in root.iterfind("link/collision/geometry/mesh"):
+        mesh.set("filename", str(meshes.readable(Path(mesh.get("filename", "")))))
+    if robot.tool_frame == TOOL_LINK:
+        _add_tool(root, robot)
+    return root
+
+
+def text(root: Element) -> str:
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def for_bullet(robot: Robot, visuals: bool) -> str:
+    """Without visuals loading is six times faster.
+
+    PyBullet gives a kilogram to every link that does not say its mass, to mere frames too.
+    """
+    root = tree(robot)
+    for link in root.findall("link"):
+        if link.find("inertial/mass") is None or link.find("inertial/inertia") is None:
+            mass = link.find("inertial/mass")
+            untold = _MASS if link.find("collision") is not None else 0.0
+            _weigh(link, untold if mass is None else float(mass.get("value", untold)))
+    if not visuals:
+        _drop(root, "visual")
+    return text(root)
+
+
+def for_kinematics(robot: Robot) -> Element:
+    """The arm alone: fingers are fixed, since as mimics they would cost equalities in every update.
+
+    All links weigh alike, for what the URDF says of weights may be less than a library wants to hear.
+    """
+    root = tree(robot)
+    _drop(root, "visual")
+    for link in root.findall("link"):
+        _weigh(link, _MASS)
+    for joint in root.findall("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
+        if joint.get("name") not in robot.arm_joints:
+            joint.set("type", "fixed")
+    return root
+
+
+@cache
+def pinocchio_model(robot: Robot) -> Any:
+    """The arm alone, within its soft limits."""
+    try:
+        model = pinocchio.buildModelFromXML(text(for_kinematics(robot)))
+    except ValueError as unexpected:
+        raise UnusableRobot(f"{robot.urdf.path}: Pinocchio cannot read it: {unexpected}") from unexpected
+    found = tuple(name for name in model.names if name != "universe")
+    if found != robot.arm_joints:
+        raise UnusableRobot(f"{robot.urdf.path}: Pinocchio orders the joints {found}")
+    model.lowerPositionLimit = robot.limits.lower.copy()
+    model.upperPositionLimit = robot.limits.upper.copy()
+    return model
+
+
+@cache
+def mujoco_model(robot: Robot) -> Any:
+    """The arm alone, for mink."""
+    return compiled(mujoco_spec(robot), robot)
+
+
+def compiled(spec: Any, robot: Robot) -> Any:
+    """The model of a MuJoCo description; `UnusableRobot` where it has none, as of a broken mesh."""
+    try:
+        return spec.compile()
+    except ValueError as unexpected:
+        raise UnusableRobot(f"{robot.urdf.path}: MuJoCo cannot read it: {unexpected}") from unexpected
+
+
+def mujoco_spec(robot: Robot) -> Any:
+    """The arm with fixed fingers as an editable MuJoCo description, joint ranges tightened.
+
+    Meshes are handed over under names of our own: MuJoCo takes two files of one name for one.
+    """
+    root = for_kinematics(robot)
+    assets: dict[str, bytes] = {}
+    for mesh in root.iter("mesh"):
+        path = Path(mesh.get("filename", ""))
+        name = f"mesh{len(assets)}{path.suffix.lower()}"
+        assets[name] = path.read_bytes()
+        mesh.set("filename", name)
+    for link in root.findall("link"):
+        for number, collision in enumerate(link.findall("collision")):
+            collision.set("name", f"{link.get('name')}/{number}")
+    options = ElementTree.Element("mujoco")
+    settings = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
+    ElementTree.SubElement(options, "compiler", settings)
+    root.insert(0, options)
+    for extra in [e for e in root if e.tag not in ("mujoco", "link", "joint", "material")]:
+        root.remove(extra)
+    try:
+        spec = mujoco.MjSpec.from_string(text(root), assets=assets)
+    except ValueError as unexpected:
+        raise UnusableRobot(f"{robot.urdf.path}: MuJoCo cannot read it: {unexpected}") from unexpected
+    for mesh in spec.meshes:  # what lies within is never asked for, and may not be well-defined
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    limits = robot.limits
+    for name, lower, upper in zip(robot.arm_joints, limits.lower, limits.upper, strict=True):
+        spec.joint(name).limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        spec.joint(name).range = [lower, upper]
+    return spec
+
+
+def _drop(root: Element, tag: str) -> None:
+    for link in root.findall("link"):
+        for element in link.findall(tag):
+            link.remove(element)
+
+
+def _end_the_endless(root: Element, robot: Robot) -> None:
+    """A joint without end would have two coordinates in Pinocchio."""
+    for joint in root.findall("joint"):
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            limit = joint.find("limit")
+            limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
+            place = robot.arm_joints.index(joint.get("name", ""))
+            limit.set("lower", f"{robot.limits.lower[place]:.12g}")
+            limit.set("upper", f"{robot.limits.upper[place]:.12g}")
+
+
+def _weigh(link: Element, mass: float) -> None:
+    for told in link.findall("inertial"):
+        link.remove(told)
+    inertial = ElementTree.SubElement(link, "inertial")
+    ElementTree.SubElement(inertial, "mass", {"value": str(mass)})
+    moments = {key: "0.1" if key[1] == key[2] else "0" for key in _MOMENTS}
+    ElementTree.SubElement(inertial, "inertia", moments)
+
+
+def _add_tool(root: Element, robot: Robot) -> None:
+    link = ElementTree.SubElement(root, "link", {"name": TOOL_LINK})
+    _weigh(link, 0.0)
+    joint = ElementTree.SubElement(root, "joint", {"name": f"{TOOL_LINK}_joint", "type": "fixed"})
+    ElementTree.SubElement(joint, "parent", {"link": robot.tool_link})
+    ElementTree.SubElement(joint, "child", {"link": TOOL_LINK})
+    numbers = {
+        "xyz": robot.tool_from_link[:3, 3].tolist(),
+        "rpy": list(rpy_from_rotation(robot.tool_from_link[:3, :3])),
+    }
+    ElementTree.SubElement(
+        joint, "origin", {key: " ".join(f"{v:.12g}" for v in value) for key, value in numbers.items()}
+    )

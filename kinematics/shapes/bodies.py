@@ -1,0 +1,58 @@
+"""What the cell holds: a shape, where it starts, how heavy it is and what it looks like."""
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from kinematics.errors import UnusableShape
+from kinematics.geometry.transforms import UPRIGHT, Pose, Quaternion, Vector, check_pose
+from kinematics.shapes.shapes import Box, Convex, Cylinder, Shape, Sphere, pieces_of, points_of
+
+Colour: TypeAlias = tuple[float, float, float, float]  # red, green, blue, opacity, each 0..1
+
+
+@dataclass(frozen=True)
+class Body:
+    """A thing of the cell. Without a mass it never moves: bins, trays, shelves."""
+
+    name: str
+    shape: Shape
+    position: Vector  # of the shape's origin, world frame [m]
+    quaternion_xyzw: Quaternion = UPRIGHT
+    mass: float = 0.1  # [kg]
+    colour: Colour = (0.7, 0.7, 0.7, 1.0)
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(self.position, self.quaternion_xyzw)
+
+    @property
+    def is_fixed(self) -> bool:
+        return self.mass == 0.0
+
+
+def check_body(body: Body) -> None:
+    """`UnusablePose`, or `UnusableShape` for what has no size or no weight that can be."""
+    check_pose(body.name, body.pose)
+    if not (math.isfinite(body.mass) and body.mass >= 0):
+        raise UnusableShape(f"'{body.name}' needs a mass of zero or more, found {body.mass}")
+    pieces = pieces_of(body.shape)
+    if not pieces or not all(_has_volume(piece.shape) for piece in pieces):
+        raise UnusableShape(f"'{body.name}' has a piece without volume, or none: {body.shape}")
+
+
+def _has_volume(shape: Convex) -> bool:
+    if isinstance(shape, Box):
+        sizes = np.array(shape.half_extents)
+    elif isinstance(shape, Cylinder):
+        sizes = np.array([shape.radius, shape.height])
+    elif isinstance(shape, Sphere):
+        sizes = np.array([shape.radius])
+    else:
+        points = points_of(shape)
+        if len(points) < 4 or not np.isfinite(points).all():
+            return False
+        sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(np.isfinite(sizes).all() and (sizes > 1e-6).all())

@@ -1,0 +1,51 @@
+"""Skills in a row, for those who have no program to call them: pick, place, put down, drop."""
+
+from collections.abc import Callable
+
+from kinematics.errors import Reason
+from kinematics.shapes import containers
+from kinematics.simulation.workcell import Workcell
+from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
+
+
+def pick(cell: Workcell, item: str, seed: int) -> Motion:
+    """Get an item into the hand, above where it was."""
+    return _in_turn(lambda: move_above(cell, item, seed), lambda: grasp(cell, item, seed))
+
+
+def place(cell: Workcell, support: str, seed: int) -> Motion:
+    """Put what is held on top of something, centred and aligned."""
+    return _in_turn(lambda: move_above(cell, support, seed), lambda: release(cell, seed))
+
+
+def put_down(cell: Workcell, seed: int) -> Motion:
+    """Put what is held on the clearest free place of the table."""
+    return _in_turn(lambda: move_above_free_place(cell, seed), lambda: release(cell, seed))
+
+
+def drop_into(cell: Workcell, container: str, seed: int) -> Motion:
+    """Let what is held fall into a bin, a tray or a bowl."""
+    body = cell.bodies.get(container)
+    if body is not None and containers.cavity_of(body.shape) is None:
+        return Motion(False, Reason.PLACEMENT_FAILED, {"message": f"'{container}' has no hollow"})
+    return place(cell, container, seed)
+
+
+def _in_turn(*skills: Callable[[], Motion]) -> Motion:
+    """One after the other, until one fails; evidence and times together."""
+    done: list[Motion] = []
+    for skill in skills:
+        done.append(skill())
+        if not done[-1].achieved:
+            break
+    evidence = {key: value for motion in done for key, value in motion.evidence.items()}
+    return Motion(
+        done[-1].achieved,
+        done[-1].reason,
+        evidence,
+        sum(motion.planning_seconds for motion in done),
+        sum(motion.moving_seconds for motion in done),
+        sum(motion.simulated_seconds for motion in done),
+        "+".join(dict.fromkeys(solver for motion in done for solver in motion.solver.split("+") if solver)),
+        done[0].planner,
+    )

@@ -1,0 +1,96 @@
+"""`ntp eval`: success over many episodes, with who is to blame for every failure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import answers, print_json, progress
+from ntp_dsl.cli.models import model_or_expert
+from ntp_dsl.cli.options import (
+    Arm,
+    Json,
+    Length,
+    Library,
+    Model,
+    Noise,
+    Pushes,
+    Scripted,
+    Seed,
+    Semantics,
+    Slips,
+    Task,
+    Topology,
+    Workers,
+    WorldName,
+    varied,
+)
+from ntp_dsl.evaluation.episodes import Plan, run_all
+from ntp_dsl.evaluation.statistics import summary
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.worlds.protocol import Disturbances
+
+
+def command(
+    library: Library,
+    task: Task,
+    model: Model = None,
+    expert: Scripted = False,
+    world: WorldName = "kinematic",
+    arm: Arm = None,
+    episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="How many.")] = 100,
+    seed: Seed = 0,
+    workers: Workers = 1,
+    slips: Slips = 0.0,
+    pushes: Pushes = 0.0,
+    noise: Noise = 0.0,
+    tasks: Annotated[
+        Path | None,
+        typer.Option(help="Goals from a file, in its order and over again: ours, or the paper's authors'."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="A folder for the traces.")] = None,
+    length: Length = "",
+    topology: Topology = "",
+    semantics: Semantics = "",
+    json: Json = False,
+) -> int:
+    """Run many episodes, each from one demonstration in another placement, and count.
+
+    `success` is strict: every placement by contact and centred, nothing else moved, the hand empty, still
+    so two seconds later. `success_authors` is the test of the paper's authors.
+
+    Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
+    """
+    path = model_or_expert(library, task, model, expert)
+    disturbances = Disturbances(slips, pushes, noise)
+    ranges = varied(length, topology, semantics)
+    if tasks and ranges:
+        raise NtpError(f"--{ranges[0][0]} is for goals that are drawn, and --tasks brings them: choose one")
+    plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges, arm=arm)
+    done = []
+    with progress("episodes", episodes) as bar:
+        for episode in run_all(plan, episodes, workers):
+            done.append(episode)
+            wins = sum(each.success for each in done)
+            bar.describe(f"{wins} of {len(done)} episodes")
+            bar.advance()
+    figures = summary(done, seed)
+    if json:
+        print_json(figures)
+        return 0
+    low, high = figures["success_interval"]
+    answers.print(f"success          {figures['success']:.3f}   (95 %: {low:.3f} to {high:.3f})")
+    answers.print(f"by the authors'  {figures['success_authors']:.3f}")
+    blamed = ", ".join(f"{kind} {count}" for kind, count in figures["failures"].items())
+    answers.print(f"failures         {blamed}")
+    answers.print(f"disturbances     {figures['disturbances']}")
+    answers.print(
+        f"an episode       {figures['seconds_per_episode']:.2f} s, "
+        f"simulated {figures['simulated_seconds_per_episode']:.1f} s, "
+        f"{figures['placements_per_episode']:.1f} placements"
+    )
+    for failure in figures["failed"]:
+        answers.print(f"episode {failure['episode']}: {failure['blame']}: {failure['reason']}")
+    return 0

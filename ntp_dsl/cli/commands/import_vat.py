@@ -1,0 +1,31 @@
+"""`ntp import-vat`: the task files of the paper's authors, as files of tasks of our own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.tasks.task_files import read_tasks, to_json, write_tasks
+
+
+def command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The authors' JSON.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to write; else standard output.")
+    ] = None,
+) -> None:
+    """Turn a task file of the paper's authors into our own format.
+
+    Example: ntp import-vat stack_unseen_500.json --out unseen.json
+    """
+    from ntp_dsl.cli.display import messages, print_json
+
+    entries = read_tasks(file)
+    if out is None:
+        print_json(to_json(entries))
+    else:
+        write_tasks(entries, out)
+        plural = "s" * (len(entries) != 1)
+        messages.print(f"{len(entries)} task{plural} written to {out}")

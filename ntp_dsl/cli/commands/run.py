@@ -1,0 +1,130 @@
+"""`ntp run`: one task, carried out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import answers, messages, print_json
+from ntp_dsl.cli.live import LiveTree
+from ntp_dsl.cli.models import model_or_expert
+from ntp_dsl.cli.options import (
+    Arm,
+    Gui,
+    Json,
+    Length,
+    Library,
+    Model,
+    Noise,
+    Pushes,
+    Scripted,
+    Seed,
+    Semantics,
+    Slips,
+    Task,
+    Topology,
+    WorldName,
+    varied,
+)
+from ntp_dsl.common.files import episode_files
+from ntp_dsl.datasets.recording import Shown
+from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.evaluation.pictures import Camera
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
+from ntp_dsl.worlds.protocol import Disturbances
+
+
+def command(
+    library: Library,
+    task: Task,
+    model: Model = None,
+    demo: Annotated[
+        Path | None,
+        typer.Option(help="A demonstration file; by default one is recorded from the seed."),
+    ] = None,
+    expert: Scripted = False,
+    world: WorldName = "bullet",
+    seed: Seed = 0,
+    slips: Slips = 0.0,
+    pushes: Pushes = 0.0,
+    noise: Noise = 0.0,
+    arm: Arm = None,
+    gui: Gui = False,
+    out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
+    length: Length = "",
+    topology: Topology = "",
+    semantics: Semantics = "",
+    json: Json = False,
+) -> int:
+    """Carry out a task: learned from one demonstration, or by the scripted expert.
+
+    What the demonstration shows is what gets built, whatever goal the seed would have drawn.
+    Exit status: 0 done, 1 the task failed, 2 misuse.
+
+    Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
+    """
+    if expert and demo:
+        raise NtpError("--expert needs no --demo: the script decides")
+    path = model_or_expert(library, task, model, expert)
+    ranges = varied(length, topology, semantics)
+    disturbances = Disturbances(slips, pushes, noise)
+    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
+    evaluator = Evaluator(plan)
+    shown = Shown(read_demonstration(demo)) if demo else None
+    if shown is None and not expert:
+        messages.print(f"no --demo: the expert shows the task once, from seed {seed}")
+    carry_out(evaluator, shown, out, json)
+    return 0
+
+
+def carry_out(evaluator: Evaluator, shown: Shown | None, out: Path | None, json: bool) -> None:
+    """One episode, shown as it unfolds. Raises `TaskFailed` with the reason where it fails."""
+    camera = _camera(evaluator, out)
+    episode = evaluator.episode(
+        0,
+        shown,
+        watch=None if json else LiveTree(evaluator.registry),
+        on_frame=camera.frame if camera else None,
+    )
+    files = []
+    if out is not None:
+        files += [path for path in episode_files(out, 0) if path.is_file()]
+    if camera is not None and out is not None:
+        camera.take()
+        for path, write in (
+            (out / "strip.png", camera.write_strip),
+            (out / "arm.gif", camera.write_animation),
+        ):
+            write(path)
+            files.append(path)
+    if json:
+        print_json(
+            {
+                "success": episode.success,
+                "success_authors": episode.success_authors,
+                "blame": episode.blame,
+                "reason": episode.reason,
+                "primitives": episode.primitives,
+                "simulated_seconds": episode.simulated_seconds,
+                "seconds": round(episode.wall_seconds, 3),
+                "files": [str(path) for path in files],
+            }
+        )
+    for path in files:
+        messages.print(f"wrote {path}")
+    if not episode.success:
+        raise TaskFailed(f"the task failed ({episode.blame}): {episode.reason}")
+    if not json:
+        answers.print(
+            f"done: {episode.placements} placements, {episode.primitives} primitives, "
+            f"{episode.simulated_seconds:.1f} s on the robot's clock"
+        )
+
+
+def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:
+    """Pictures where they are wanted and the world can render itself."""
+    render = getattr(evaluator.world, "render", None)
+    return Camera(render, out) if out is not None and render is not None else None

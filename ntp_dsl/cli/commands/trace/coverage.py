@@ -1,0 +1,121 @@
+"""`ntp trace coverage`: a library's own source, with what many traces did at each line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.text import Text
+
+from ntp_dsl.cli.display import answers, print_json, progress
+from ntp_dsl.cli.options import Json
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.loader import load
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.coverage import Coverage, Line
+from ntp_dsl.traces.reader import read_trace
+
+TRACES = "*.trace.jsonl"
+
+
+def command(
+    library: Annotated[Path, typer.Argument(help="The library that the traces are of.")],
+    files: Annotated[list[Path], typer.Argument(metavar="TRACE…", help="Traces, or folders of them.")],
+    against: Annotated[
+        Path | None,
+        typer.Option(help="A folder with the script's traces of the same names: counts first divergences."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show a library's source with what was done at each line: calls, how many went well, the mean
+    probability of the decisions, and who is to blame for those that did not go well.
+
+    A statement is counted by the calls that it made, a program's own line by its returns.
+
+    Example: ntp trace coverage block_stacking runs/learned --against runs/scripted
+    """
+    registry = load(library)
+    covered = _covered(list(_found(files)), against)
+    sources = _sources(registry)
+    unknown = sorted({place.rpartition(":")[0] for place in covered.lines} - sources.keys())
+    if unknown:
+        raise NtpError(f"the traces are of {', '.join(unknown)}, which '{registry.name}' does not use")
+    if json:
+        rows = {place: _row(line) for place, line in sorted(covered.lines.items())}
+        print_json({"library": registry.name, "traces": covered.traces, "lines": rows})
+        return
+    statements = _statements(registry)
+    for name, text in sources.items():
+        answers.print(Text(name, style="bold"))
+        answers.print(Text("  calls   well     p  ", style="dim").append("blame, divergences"))
+        for row in _listing(name, text, covered, statements):
+            answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
+    answers.print(f"{covered.traces} traces")
+
+
+def _found(files: list[Path]) -> Iterator[Path]:
+    for file in files:
+        inside = sorted(file.glob(TRACES)) if file.is_dir() else [file]
+        if not inside:
+            raise NtpError(f"{file}: holds no traces ({TRACES}); `ntp eval … --out DIR` makes them")
+        yield from inside
+
+
+def _covered(files: list[Path], against: Path | None) -> Coverage:
+    covered = Coverage()
+    with progress("reading", len(files)) as bar:
+        for file in files:
+            trace = read_trace(file)
+            covered.add(trace)
+            if against is not None:
+                covered.compare(compare(read_trace(against / file.name), trace))
+            bar.advance()
+    return covered
+
+
+def _sources(registry: Registry) -> dict[str, str]:
+    paths = {row.span.path for row in registry.programs.values() if row.span.path}
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
+
+
+def _statements(registry: Registry) -> set[str]:
+    """Places of all that could have been counted."""
+    programs = registry.programs.values()
+    spans = [row.span for row in programs]
+    spans += [each.span for row in programs for each in row.statements()]
+    return {f"{span.path.name}:{span.line}" for span in spans if span.path}
+
+
+def _listing(name: str, text: str, covered: Coverage, statements: set[str]) -> Iterator[Text]:
+    for number, source in enumerate(text.rstrip("\n").split("\n"), 1):
+        place = f"{name}:{number}"
+        line = covered.lines.get(place)
+        if line is not None:
+            row = _counted(line)
+        else:
+            row = Text("  never" if place in statements else "", style="yellow")
+        row.pad_right(max(0, 46 - len(row)))
+        yield row.append(f"{number:4} ", style="dim").append(source, style="default")
+
+
+def _counted(line: Line) -> Text:
+    well = f"{line.well / line.calls:.0%}" if line.calls else "–"
+    sure = f"{line.probability:.2f}" if line.probability is not None else "–"
+    row = Text(f"{line.calls:7} {well:>6} {sure:>5}  ", style="default")
+    for counted, style in ((line.blame, "red"), (line.parted, "magenta")):
+        told = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
+        row.append(f"{told} " if told else "", style=style)
+    return row
+
+
+def _row(line: Line) -> dict[str, Any]:
+    return {
+        "calls": line.calls,
+        "well": line.well,
+        "probability": line.probability,
+        "blame": dict(sorted(line.blame.items())),
+        "divergences": dict(sorted(line.parted.items())),
+    }

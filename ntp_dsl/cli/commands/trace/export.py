@@ -1,0 +1,58 @@
+"""`ntp trace export`: traces for other people's viewers."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import answers, print_json
+from ntp_dsl.cli.options import Json
+from ntp_dsl.common.files import written_whole
+from ntp_dsl.traces.export.chrome import document
+from ntp_dsl.traces.export.rerun_file import write_recording
+from ntp_dsl.traces.reader import read_trace
+
+
+class Format(StrEnum):
+    CHROME = "chrome"
+    RERUN = "rerun"
+
+
+ENDINGS = {Format.CHROME: ".json", Format.RERUN: ".rrd"}
+OPENED_BY = {Format.CHROME: "Perfetto or speedscope", Format.RERUN: "rerun"}
+
+
+def command(
+    first: Annotated[Path, typer.Argument(metavar="A", help="A trace.")],
+    second: Annotated[Path | None, typer.Argument(metavar="[B]", help="Another, beside it.")] = None,
+    format: Annotated[
+        Format, typer.Option(help="chrome: trace events in JSON; rerun: a recording, with the extra 'viz'.")
+    ] = Format.CHROME,
+    out: Annotated[
+        Path | None, typer.Option(help="The file to write; by default trace.json or trace.rrd.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Write one trace, or two in one file, for another viewer.
+
+    Chrome's format shows where the time went, call in call: Perfetto, speedscope and others open it. A rerun
+    recording has the scene, the calls, the probabilities and the camera's pictures over the frames.
+
+    Example: ntp trace export scripted.trace.jsonl learned.trace.jsonl --format rerun --out both.rrd
+    """
+    files = [first] if second is None else [first, second]
+    traces = [read_trace(file) for file in files]
+    path = out or Path(f"trace{ENDINGS[format]}")
+    with written_whole(path) as partial:
+        if format is Format.RERUN:
+            write_recording(traces, [file.parent for file in files], partial)
+        else:
+            partial.write_text(json.dumps(document(traces), allow_nan=False), encoding="utf-8")
+    if as_json:
+        print_json({"file": str(path), "format": str(format), "bytes": path.stat().st_size})
+    else:
+        answers.print(f"wrote {path}: open it with {OPENED_BY[format]}")

@@ -1,0 +1,170 @@
+"""`ntp trace show`: the call tree of a trace in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from ntp_dsl.cli.calls import as_json, demonstration_frames, line
+from ntp_dsl.cli.display import answers, print_json
+from ntp_dsl.cli.options import Json
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.traces.phrases import headline, in_words, plain
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.times import Times, with_all_below
+
+LINES = 160  # beyond so many, what goes well is folded away
+UNSURE = 0.5  # a decision below this is not folded away
+INDENTED = 40  # levels; what is deeper stands below one another
+
+
+def command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, whole or cut off.")],
+    depth: Annotated[int | None, typer.Option(min=1, help="Show so many levels of calls.")] = None,
+    failed: Annotated[
+        bool, typer.Option("--failed", help="Only what failed, and what it was called by.")
+    ] = False,
+    only: Annotated[
+        str | None, typer.Option(help="Only calls of this program or primitive, and their callers.")
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Fold nothing away, however long the trace is.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Show who called what, over which part of the demonstration, how surely, and what came of it.
+
+    A long trace is folded: what failed or was unsure stands, and as many levels as fit on a few pages.
+
+    Example: ntp trace show runs/episode_00000.trace.jsonl --depth 2
+    """
+    trace = read_trace(file)
+    times = with_all_below(trace)
+    chosen = _chosen(trace, failed, only)
+    if depth is not None:
+        chosen &= _levels(trace, depth)
+    elif not everything and not failed and only is None:
+        chosen = _folded(trace, chosen)
+    if json:
+        rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
+        print_json({"header": trace.header, "calls": rows, "end": trace.end})
+        return
+    answers.print(Text(headline(trace), style="bold"))
+    narrowed = failed or only is not None
+    for row in _lines(trace, times, chosen, narrowed):
+        answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
+    answers.print(_ending(trace))
+
+
+# Which calls are shown ---------------------------------------------------------------------------
+
+
+def _chosen(trace: Trace, failed: bool, only: str | None) -> set[int]:
+    calls = trace.calls
+    if failed:
+        calls = [call for call in calls if not call.went_well]
+    if only is not None:
+        names = {call.name for call in trace.calls}
+        if only not in names:
+            guess = f"; did you mean '{meant}'?" if (meant := nearest(only, names)) else ""
+            there = ", ".join(sorted(names))
+            raise NtpError(f"nothing in the trace is called '{only}'{guess} (there is: {there})")
+        calls = [call for call in calls if call.name == only]
+    return _with_callers(trace, calls)
+
+
+def _with_callers(trace: Trace, calls: list[Call]) -> set[int]:
+    kept: set[int] = set()
+    for call in calls:
+        for each in trace.ancestors(call.id):
+            if each.id in kept:
+                break
+            kept.add(each.id)
+    return kept
+
+
+def _depths(trace: Trace) -> list[int]:
+    depths: list[int] = []
+    for call in trace.calls:
+        depths.append(0 if call.parent == ROOT else depths[call.parent] + 1)
+    return depths
+
+
+def _levels(trace: Trace, depth: int) -> set[int]:
+    return {number for number, level in enumerate(_depths(trace)) if level < depth}
+
+
+def _folded(trace: Trace, chosen: set[int]) -> set[int]:
+    """What failed or was unsure, and of the rest the upper levels, as many as fit."""
+    if len(chosen) <= LINES:
+        return chosen
+    doubtful = [c for c in trace.calls if not c.went_well or (c.probability or 1.0) < UNSURE]
+    kept = _with_callers(trace, doubtful)
+    if len(kept) > LINES:
+        kept = set()
+    depths = _depths(trace)
+    for number in sorted(chosen, key=lambda number: (depths[number], number)):
+        if len(kept) >= LINES:
+            break
+        kept.add(number)
+    return kept
+
+
+# How they are shown ------------------------------------------------------------------------------
+
+
+def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -> Iterator[Text]:
+    """The tree, drawn without recursion: traces may be deeper than Python's stack."""
+    frames = demonstration_frames(trace)
+    waiting = [(each, "") for each in reversed(_siblings(trace, ROOT, chosen, narrowed))]
+    while waiting:
+        (group, hidden, is_last), stem = waiting.pop()
+        row = Text(f"{stem}{'└── ' if is_last else '├── '}", style="not bold")
+        if not group:
+            yield row.append(f"... {hidden} call{'s' * (hidden != 1)}", style="dim")
+            continue
+        call = group[0]
+        row.append_text(line(call, frames, times[call.id]))
+        if len(group) > 1:
+            row.append(f"  ×{len(group)}", style="dim not bold")
+        yield row
+        below = stem + ("    " if is_last else "│   ") if len(stem) < 4 * INDENTED else stem
+        siblings = _siblings(trace, call.id, chosen, narrowed)
+        waiting += [(each, below) for each in reversed(siblings)]
+
+
+Siblings = tuple[list[Call], int, bool]  # alike, one after another; or how many are folded away; last
+
+
+def _siblings(trace: Trace, parent: int, chosen: set[int], narrowed: bool) -> list[Siblings]:
+    children = trace.children(parent)
+    present = [call for call in children if call.id in chosen]
+    groups = [list(group) for _, group in groupby(present, lambda call: _alike(trace, call))]
+    found: list[tuple[list[Call], int]] = [(group, 0) for group in groups]
+    if not narrowed and len(present) < len(children):
+        found.append(([], len(children) - len(present)))
+    return [(group, hidden, n == len(found) - 1) for n, (group, hidden) in enumerate(found)]
+
+
+def _alike(trace: Trace, call: Call) -> object:
+    """Calls that made none themselves are one line where they are the same, one after another."""
+    if trace.children(call.id):
+        return call.id
+    return in_words(call), call.scope, call.outcome, call.disturbances
+
+
+def _ending(trace: Trace) -> Text:
+    if trace.end is None:
+        return Text("cut off: the trace ends here", style="yellow")
+    done = bool(trace.end.get("success", trace.end.get("done")))
+    counted = f" ({trace.end['primitives']} primitives)" if "primitives" in trace.end else ""
+    verdict = trace.end.get("verdict")
+    failed = f"; failed ({trace.end.get('blame')}): {verdict}" if verdict else ""
+    told = plain(f"{trace.end.get('reason', '')}{counted}{failed}")
+    return Text(told, style="green" if done else "red")

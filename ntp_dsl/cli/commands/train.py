@@ -1,0 +1,125 @@
+"""`ntp train`: a checkpoint from recorded episodes."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Any
+
+import typer
+
+from ntp_dsl.cli.display import messages, print_json, progress
+from ntp_dsl.cli.options import Json, Library, Seed
+from ntp_dsl.core.checkpoint import resume_training, save_core, save_training
+from ntp_dsl.core.config import TrainingConfig
+from ntp_dsl.core.corpus import Corpus
+from ntp_dsl.core.memory import Memory
+from ntp_dsl.core.sizing import sized
+from ntp_dsl.core.training import Trainer, use_threads
+from ntp_dsl.datasets.dataset import read_manifest, samples
+from ntp_dsl.demonstrations.queries import Sample
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.user_code.loading import load_with_python
+
+SAVE_EVERY = 200  # iterations
+SHOW_EVERY = 20
+
+
+def command(
+    library: Library,
+    data: Annotated[list[Path], typer.Option(help="A folder of `ntp record`; may be repeated.")],
+    out: Annotated[Path, typer.Option(help="The folder to write.")] = Path("runs/model"),
+    iterations: Annotated[
+        int, typer.Option(min=1, help="Steps of the optimiser.")
+    ] = TrainingConfig.iterations,
+    seed: Seed = 0,
+    threads: Annotated[int, typer.Option(min=1, help="Of the processor.")] = 1,
+    json: Json = False,
+) -> int:
+    """Train a core to dispatch over a library, from the traces of its expert.
+
+    Interrupted, it goes on from where it was when called again with the same words.
+
+    Example: ntp train block_stacking --data runs/data --out runs/model
+    """
+    use_threads(threads)
+    registry = load_with_python(library)
+    started = perf_counter()
+    manifests = [read_manifest(folder, registry) for folder in data]
+    labelled = _labelled(registry, data, manifests, seed)
+    if not labelled:
+        raise NtpError(f"{', '.join(map(str, data))}: no episode was kept, so there is nothing to learn")
+    memory = Memory.of(registry)
+    corpus = Corpus(memory, labelled, lambda name: registry.programs[name].takes_list)
+    config = TrainingConfig(seed=seed, iterations=iterations)
+    shown = {sample.query.demonstration for sample in labelled}
+    trainer = Trainer(sized(memory, shown), config, memory)
+    out.mkdir(parents=True, exist_ok=True)
+    partial = out / "training.safetensors"
+    data_facts = [_provenance(manifest) for manifest in manifests]
+    if partial.exists():
+        resume_training(trainer, partial, data_facts)
+        messages.print(f"going on from iteration {trainer.iteration} of {partial}")
+    parts = _train(trainer, corpus, partial, data_facts)
+    recipe = {
+        "command": "ntp " + " ".join(sys.argv[1:]),
+        "training": asdict(config),
+        "data": data_facts,
+        "queries": len(labelled),
+        "seconds": round(perf_counter() - started, 1),
+        "versions": {name: version(name) for name in ("ntp_dsl", "torch", "numpy")},
+    }
+    path = out / f"{registry.name}.safetensors"
+    save_core(trainer.core, recipe, path)
+    partial.unlink(missing_ok=True)
+    if json:
+        print_json({"checkpoint": str(path), "loss": parts, **recipe})
+    else:
+        messages.print(f"{path}: {len(labelled)} queries, {recipe['seconds']} s")
+    return 0
+
+
+def _labelled(
+    registry: Registry, folders: list[Path], manifests: list[dict[str, Any]], seed: int
+) -> list[Sample]:
+    found: list[Sample] = []
+    total = sum(len(manifest["episodes"]) for manifest in manifests)
+    with progress("labelling", total) as bar:
+        for folder, manifest in zip(folders, manifests, strict=True):
+            for episode in samples(registry, folder, manifest, seed):
+                found += episode
+                bar.advance()
+    return found
+
+
+def _train(trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str, Any]]) -> dict[str, float]:
+    latest: dict[str, float] = {}
+    with progress("training", trainer.config.iterations) as bar:
+        bar.advance(trainer.iteration)
+
+        def report(iteration: int, parts: dict[str, float]) -> None:
+            latest.update(parts)
+            bar.advance()
+            if iteration % SHOW_EVERY == 0:
+                bar.describe(f"training, loss {sum(parts.values()):.3f}")
+            if iteration % SAVE_EVERY == 0:
+                save_training(trainer, partial, data)
+
+        try:
+            trainer.run(corpus, report)
+        except KeyboardInterrupt:
+            save_training(trainer, partial, data)
+            raise
+    return {name: round(value, 5) for name, value in latest.items()}
+
+
+def _provenance(manifest: dict[str, Any]) -> dict[str, Any]:
+    """What the data are and where they come from, so that they can be made again."""
+    keys = "command task world seed trouble excluded excluded_files registry versions".split()
+    facts = {key: manifest[key] for key in keys if key in manifest}
+    rows = manifest["episodes"]
+    return facts | {"episodes": len(rows), "kept": sum(row["outcome"] == "done" for row in rows)}

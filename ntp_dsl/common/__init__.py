@@ -1,0 +1,1 @@
+"""Files, package data, seeds and worker processes."""

@@ -1,0 +1,1 @@
+"""Recording of demonstrations and labelled episodes, and reading them back."""

@@ -1,0 +1,215 @@
+"""Folders of recorded episodes: demonstrations, traces of labelled episodes, and a manifest of them all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl.common.files import episode_files, written_whole
+from ntp_dsl.common.seeds import derived
+from ntp_dsl.common.workers import in_order
+from ntp_dsl.datasets.labels import labelled
+from ntp_dsl.datasets.recording import TROUBLE, Shown, demonstrate, record_episode
+from ntp_dsl.demonstrations.demonstration import read_demonstration, write_demonstration
+from ntp_dsl.demonstrations.queries import Sample
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import TaskDeclaration
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.scripted import DemonstratedCall
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.value_checks import OutOfRange
+from ntp_dsl.tasks.instances import Configuration, Instance, draw, end_configuration, find_task
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.user_code.loading import load_with_python
+from ntp_dsl.worlds.catalogue import make_world
+from ntp_dsl.worlds.protocol import World
+
+FORMAT = "ntp-dataset"
+VERSION = 1
+MANIFEST = "manifest.json"
+REDRAWS = 1000  # of a goal that is excluded
+NEW_STATES = 3000  # that queries are about as well, in all,
+MOST_NEW_STATES = 60  # and for an episode
+
+
+@dataclass(frozen=True)
+class RecordingPlan:
+    """What is recorded, in a form that every worker understands."""
+
+    library: Path
+    task: str
+    out: Path
+    world: str = "kinematic"
+    seed: int = 0
+    trouble: float = TROUBLE
+    excluded: frozenset[Configuration] = frozenset()
+    command: str = ""  # as it was typed, for the manifest
+    excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
+    varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
+    arm: str | None = None  # of the bullet world; the Panda if none is told
+
+
+class RecordingStudio:
+    """One process's library, expert and world. Episode n depends on the plan and n alone."""
+
+    def __init__(self, plan: RecordingPlan) -> None:
+        self.plan = plan
+        self.registry = load_with_python(plan.library)
+        self.expert = Expert(self.registry)
+        self.task = find_task(self.registry, plan.task)
+        self.world: World = make_world(plan.world, self.registry, arm=plan.arm)
+
+    def instance(self, number: int) -> Instance:
+        """A goal drawn from the seed that is not among the excluded ones."""
+        for attempt in range(REDRAWS):
+            rng = np.random.default_rng((self.plan.seed, number, attempt))
+            drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
+            if end_configuration(drawn.goal) not in self.plan.excluded:
+                return drawn
+        raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
+
+    def record(self, number: int) -> dict[str, Any]:
+        """Writes an episode's two files; a failed one leaves only its row of the manifest."""
+        instance = self.instance(number)
+        seed = derived(self.plan.seed, number)
+        row: dict[str, Any] = {"number": number, "seed": seed}
+        row["goal"] = [dict(placement.fields) for placement in instance.goal]
+        shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
+        if not isinstance(shown, Shown):
+            return row | {"outcome": f"the demonstration failed: {shown.reason}"}
+        trace, shown_in = episode_files(self.plan.out, number)
+        try:
+            with written_whole(trace) as partial, partial.open("w") as stream:
+                run = record_episode(
+                    self.registry,
+                    self.expert,
+                    self.world,
+                    instance,
+                    shown,
+                    seed,
+                    TraceWriter(stream),
+                    self.plan.trouble,
+                    shown_in.name,
+                )
+                if not run.done:
+                    raise EpisodeFailed(run.reason)
+        except (EpisodeFailed, OutOfRange) as failure:
+            return row | {"outcome": f"the labelled episode failed: {failure}"}
+        write_demonstration(shown.demonstration, shown_in)
+        frames = len(shown.demonstration)
+        return row | {"outcome": "done", "frames": frames, "primitives": run.primitives}
+
+
+class EpisodeFailed(Exception):
+    """An episode that is not kept; its reason goes into the manifest."""
+
+
+def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
+    """The manifest's rows, in order, whatever the number of workers.
+
+    The manifest comes last, also where the recording is interrupted: what it names is whole.
+    """
+    plan.out.mkdir(parents=True, exist_ok=True)
+    left_over = plan.out.glob(".episode_*.partial")  # by a recording that was killed
+    for old in [plan.out / MANIFEST, *plan.out.glob("episode_*"), *left_over]:
+        old.unlink(missing_ok=True)
+    rows: list[dict[str, Any]] = []
+    try:
+        for row in in_order(partial(_open, plan), episodes, workers):
+            rows.append(row)
+            yield row
+    finally:
+        if rows:
+            _write_manifest(plan, rows)
+
+
+def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
+    registry = load_with_python(plan.library)
+    manifest = {
+        "format": FORMAT,
+        "version": VERSION,
+        "library": registry.name,
+        "registry": registry.hash,
+        "task": plan.task,
+        "world": plan.world,
+        "arm": plan.arm,
+        "seed": plan.seed,
+        "trouble": plan.trouble,
+        "command": plan.command,
+        "excluded": len(plan.excluded),
+        "excluded_files": dict(plan.excluded_files),
+        "varied": {name: list(bounds) for name, bounds in plan.varied},
+        "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
+        "episodes": rows,
+    }
+    with written_whole(plan.out / MANIFEST) as unfinished:
+        unfinished.write_text(json.dumps(manifest, indent=1))
+
+
+def _open(plan: RecordingPlan) -> Callable[[int], dict[str, Any]]:
+    return RecordingStudio(plan).record
+
+
+# Reading back ------------------------------------------------------------------------------------
+
+
+def read_manifest(folder: Path, registry: Registry) -> dict[str, Any]:
+    """Raises `NtpError` where the folder was not recorded by this library."""
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_text())
+    except OSError as error:
+        raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
+    except ValueError as error:
+        raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
+    missing = {"registry", "library", "version", "episodes"} - manifest.keys()
+    if missing or manifest["version"] != VERSION:
+        lack = f"lacks {', '.join(sorted(missing))}" if missing else "is of another version"
+        raise NtpError(f"{path}: the manifest {lack}; record anew")
+    if manifest["registry"] != registry.hash:
+        raise NtpError(
+            f"{folder}: was recorded with another library or version: '{manifest['library']}' "
+            f"({manifest['registry']}); expected '{registry.name}' ({registry.hash}): record anew"
+        )
+    return manifest
+
+
+def samples(registry: Registry, folder: Path, manifest: dict[str, Any], seed: int) -> Iterator[list[Sample]]:
+    """The labelled queries of each episode that was kept."""
+    expert = Expert(registry)
+    task = find_task(registry, manifest["task"])
+    kept = [row for row in manifest["episodes"] if row["outcome"] == "done"]
+    more = min(MOST_NEW_STATES, NEW_STATES // max(1, len(kept)))
+    for row in kept:
+        number = int(row["number"])
+        path, shown_in = episode_files(folder, number)
+        trace = read_trace(path)
+        if trace.end is None:
+            raise NtpError(f"{path}: was cut off; record anew")
+        demonstration = read_demonstration(shown_in)
+        shown = DemonstratedCall.from_json(trace.header["demonstration"]["calls"])
+        rng = np.random.default_rng((seed, number))
+        new_states = _new_states(registry, task, more, rng)
+        yield list(labelled(expert, demonstration, shown, trace, new_states, rng))
+
+
+def _new_states(
+    registry: Registry, task: TaskDeclaration, count: int, rng: np.random.Generator
+) -> Iterator[Observation]:
+    """Of scenes that the task draws, scrambled: an expert can tell what to do in any of them."""
+    world = make_world("kinematic", registry)
+    for _ in range(count):
+        scene = draw(registry, task, rng).scrambled(rng, world.starts_holding)
+        world.reset(scene, int(rng.integers(2**31)))
+        yield world.truth()

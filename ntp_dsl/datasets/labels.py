@@ -1,0 +1,125 @@
+"""Sample queries from recorded episodes: every decision made, and programs that were not on the stack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from math import hypot
+
+import numpy as np
+
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.queries import Answer, Query, Sample
+from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.expert import Expert, Return
+from ntp_dsl.policies.random_arguments import random_arguments
+from ntp_dsl.policies.scripted import DemonstratedCall, counterpart, shown_anywhere
+from ntp_dsl.semantics.observation import Argument, Observation, without_lists
+from ntp_dsl.semantics.state import State
+from ntp_dsl.traces.schema import ROOT, Call, Trace
+
+OFF_STACK = 2  # queries about other programs, for each state
+NEW_OFF_STACK = 8  # the same, for each state that no episode went through
+BYSTANDERS = 0.5  # how often one more thing stands there, which is for the most part of no account
+NAMED = "bystander"
+ASIDE = 0.2  # from everything else, seen from above [m]
+TABLE = ((0.15, 0.95), (-0.5, 0.5))  # where it may stand [m]
+DRAWS = 20  # of its place
+
+
+def labelled(
+    expert: Expert,
+    demonstration: Demonstration,
+    shown: DemonstratedCall,
+    trace: Trace,
+    new_states: Iterable[Observation],
+    rng: np.random.Generator,
+) -> Iterator[Sample]:
+    """Decisions of the trace, and for each of its states the expert's word on programs drawn at random.
+
+    Args:
+        new_states: of any scenes, with whatever things; nothing in the demonstration is about them.
+    """
+    yield from _on_stack(expert, demonstration, trace)
+    for observation in trace.states:
+        for _ in range(OFF_STACK):
+            yield _off_stack(expert, demonstration, shown, observation, rng)
+    for observation in new_states:
+        for _ in range(NEW_OFF_STACK):
+            yield replace(_off_stack(expert, demonstration, None, observation, rng), is_new=True)
+
+
+def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
+    calls = {call.id: call for call in trace.calls}
+    for call in trace.calls:
+        if call.parent != ROOT:
+            query = _query(calls[call.parent], trace.states[call.state], demonstration)
+            yield Sample(query, Answer(call.name, without_lists(call.arguments), call.scope))
+    for call in trace.calls:
+        if call.kind == "program" and call.outcome in ("done", "unfinished"):
+            assert call.end_state is not None
+            state = trace.states[call.end_state]
+            answer = Answer(None, done=call.outcome == "done")
+            yield Sample(_query(call, state, demonstration), answer)
+
+
+def _query(call: Call, state: Observation, demonstration: Demonstration) -> Query:
+    return Query(call.name, without_lists(call.arguments), call.scope, state, demonstration)
+
+
+def _off_stack(
+    expert: Expert,
+    demonstration: Demonstration,
+    shown: DemonstratedCall | None,
+    observation: Observation,
+    rng: np.random.Generator,
+) -> Sample:
+    program, arguments = random_call(expert, observation, shown, rng)
+    if rng.random() < BYSTANDERS:
+        observation = with_bystander(observation, rng)
+    node = shown_anywhere(shown, program.name, arguments) if shown else None
+    scope = node.scope if node else None
+    query = Query(program.name, without_lists(arguments), scope, observation, demonstration)
+    decision = expert.decide(program.name, arguments, State(expert.registry, observation))
+    if isinstance(decision, Return):
+        return Sample(query, Answer(None, done=decision.done))
+    child = counterpart(node, decision.callee, decision.arguments)
+    answer = Answer(decision.callee, without_lists(decision.arguments), child.scope if child else None)
+    return Sample(query, answer)
+
+
+def random_call(
+    expert: Expert,
+    observation: Observation,
+    shown: DemonstratedCall | None,
+    rng: np.random.Generator,
+) -> tuple[Program, tuple[Argument, ...]]:
+    """A program without lists on random objects, or (half of the time) one that the demonstration shows."""
+    programs = [p for p in expert.registry.programs.values() if not p.takes_list]
+    program = programs[int(rng.integers(len(programs)))]
+    if shown is not None and rng.random() < 0.5:
+        calls = [call for call in shown.walk() if call.name == program.name]
+        if calls:
+            return program, calls[int(rng.integers(len(calls)))].arguments
+    state = State(expert.registry, observation)
+    arguments = random_arguments(program.parameters, state, rng)
+    if arguments is None:  # the scene has nothing for it: another program
+        return random_call(expert, observation, shown, rng)
+    return program, arguments
+
+
+def with_bystander(observation: Observation, rng: np.random.Generator) -> Observation:
+    """The same moment with one more thing, like one of those there, and far from them if there is room."""
+    movable = [thing for thing in observation.things if thing.movable]
+    if not movable:
+        return observation
+    like = movable[int(rng.integers(len(movable)))]
+    names = (thing.name for thing in observation.things if not thing.roomy)
+    taken = [observation.gripper, *(observation.positions[n] for n in names if n in observation.positions)]
+    for _ in range(DRAWS):
+        x, y = (float(rng.uniform(*bounds)) for bounds in TABLE)
+        if all(hypot(x - other[0], y - other[1]) > ASIDE for other in taken):
+            extra = replace(like, name=NAMED)
+            places = {**observation.positions, NAMED: (x, y, like.size[2] / 2)}
+            return replace(observation, things=(*observation.things, extra), positions=places)
+    return observation

@@ -1,0 +1,1 @@
+"""What a learned program is shown."""

@@ -1,0 +1,1 @@
+"""Episodes, success, and the statistics of both."""

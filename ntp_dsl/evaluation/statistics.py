@@ -1,0 +1,50 @@
+"""Many episodes in numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl.evaluation.episodes import Episode
+
+
+def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
+    """The figures that `eval --json` prints."""
+    count = len(episodes)
+    wins = sum(episode.success for episode in episodes)
+    blames = Counter(episode.blame for episode in episodes if episode.blame)
+    return {
+        "episodes": count,
+        "success": wins / count,
+        "success_interval": wilson(wins, count),
+        "success_authors": sum(episode.success_authors for episode in episodes) / count,
+        "failures": {kind: blames[kind] for kind in ("decision", "planner", "grasp", "physics")},
+        "seconds_per_episode": _mean(episode.wall_seconds for episode in episodes),
+        "deciding_seconds_per_episode": _mean(episode.deciding_seconds for episode in episodes),
+        "planning_seconds_per_episode": _mean(episode.planning_seconds for episode in episodes),
+        "simulated_seconds_per_episode": _mean(e.simulated_seconds for e in episodes),
+        "placements_per_episode": _mean(float(episode.placements) for episode in episodes),
+        "disturbances": sum(episode.disturbances for episode in episodes),
+        "demonstrations_repeated": sum(max(e.demonstrations - 1, 0) for e in episodes),
+        "failed": [
+            {"episode": e.number, "task": e.name, "blame": e.blame, "reason": e.reason}
+            for e in episodes
+            if not e.success
+        ],
+        "seed": seed,
+    }
+
+
+def wilson(wins: int, count: int) -> tuple[float, float]:
+    """The 95 % interval of a proportion (Wilson, 1927)."""
+    from scipy.stats import binomtest  # half a second to import, once, at the end
+
+    interval = binomtest(wins, count).proportion_ci(0.95, method="wilson")
+    return round(float(interval.low), 4), round(float(interval.high), 4)
+
+
+def _mean(values: Iterator[float]) -> float:
+    return round(float(np.mean(list(values))), 4)

@@ -1,0 +1,1 @@
+"""The interpreter, and the replay of traces."""

@@ -1,0 +1,1 @@
+"""The static checks, one file a family."""

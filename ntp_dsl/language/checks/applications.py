@@ -1,0 +1,105 @@
+"""What is applied and what is called: it exists, and takes the arguments that it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from ntp_dsl.language.checks.arguments import Arguments, Value
+from ntp_dsl.language.diagnostics.diagnostics import Note, nearest
+from ntp_dsl.language.names.signatures import Names, head
+from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.unknown_names import report_unknown
+from ntp_dsl.language.repairs import argument_repairs
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.nodes import Expression, Span
+from ntp_dsl.language.syntax.visitors import predicates
+
+Applicable = nodes.PredicateDeclaration | nodes.ApiDeclaration | nodes.ProgramDeclaration
+
+
+class Applications:
+    """Checks predicates and calls by what `value` says of their arguments."""
+
+    def __init__(self, table: Table, value: Value) -> None:
+        self._table = table
+        self._value = value
+        self.arguments = Arguments(table, value)
+
+    def predicate(self, atom: nodes.Atom, names: Names) -> nodes.PredicateDeclaration | None:
+        declared = self._table.predicates.get(atom.predicate)
+        if declared is None:
+            self._no_predicate(atom, names)
+            self._arguments_of(atom, names)
+            return None
+        self.arguments.check(atom, declared, declared.parameters, names, wild=True)
+        return declared
+
+    def _arguments_of(self, node: nodes.Atom | nodes.Call, names: Names) -> None:
+        """What is wrong with them by themselves, where nobody knows what they are given to."""
+        for argument in node.arguments:
+            if not isinstance(argument, nodes.Wildcard):
+                self._value(argument, names, None)
+
+    def _no_predicate(self, atom: nodes.Atom, names: Names) -> None:
+        name, span = atom.predicate, head(atom.span, atom.predicate)
+        callee = self._table.callable(name)
+        if (field := argument_repairs.as_field(self.arguments.sight(names), atom)) is not None:
+            message = f"there is no predicate '{name}'; it is a field: {field.replacement}"
+            self._table.report("E102", message, span, fix=field, name=name)
+            return
+        if callee is None or nearest(name, self._table.predicates):
+            likely = self._that_take(self._table.predicates.values(), atom.arguments, names)
+            alike = [each for each in self._table.predicates.values() if _are_as_many(each, atom)]
+            known = [each.name for each in alike] or [*self._table.predicates]
+            what = "there is no predicate"
+            report_unknown(self._table, "predicate", "E102", what, name, span, known, likely=likely)
+            return
+        note = Note("declared here", callee.name_span)
+        message = f"'{name}' is something to call, not a predicate"
+        self._table.report("E102", message, span, _achieved(callee), note)
+
+    def call(self, call: nodes.Call, names: Names) -> None:
+        """The callee exists and takes these arguments."""
+        callee = self._table.callable(call.callee)
+        if callee is not None:
+            self.arguments.check(call, callee, callee.parameters, names)
+            return
+        likely = self._that_take(self._table.callables(), call.arguments, names)
+        self.callee(call.callee, head(call.span, call.callee), likely)
+        self._arguments_of(call, names)
+
+    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> None:
+        """Something of that name can be called."""
+        if self._table.callable(name) is not None:
+            return
+        predicate = self._table.predicates.get(name)
+        known = [*self._table.programs, *self._table.apis]
+        if predicate is not None:
+            note = Note("declared here", predicate.name_span)
+            message = f"'{name}' is a predicate: it can be required or achieved, not called"
+            self._table.report("E104", message, span, self._achievers(name), note)
+            return
+        what = "no program or api is called"
+        report_unknown(self._table, "call", "E104", what, name, span, known, likely=likely)
+
+    def _that_take(
+        self, declared: Iterable[Applicable], given: Sequence[Expression], names: Names
+    ) -> list[str]:
+        return [each.name for each in declared if self.arguments.takes(each.parameters, given, names)]
+
+    def _achievers(self, predicate: str) -> str:
+        """Which programs and apis make it true."""
+        callables = self._table.callables()
+        names = [c.name for c in callables if c.achieves and predicate in predicates(c.achieves)]
+        return f"what achieves it can be called: {', '.join(names)}" if names else ""
+
+
+def _are_as_many(declared: nodes.PredicateDeclaration, atom: nodes.Atom) -> bool:
+    return len(declared.parameters) == len(atom.arguments)
+
+
+def _achieved(callee: nodes.ApiDeclaration | nodes.ProgramDeclaration) -> str:
+    if callee.achieves is None:
+        return ""
+    return f"what it achieves can be asked for: {format_expression(callee.achieves)}"

@@ -1,0 +1,180 @@
+"""Whether arguments fit the parameters that they are given for: their number, types and ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.names.signatures import Names, fits, head, phrase, si
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, Table
+from ntp_dsl.language.repairs import argument_repairs
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression, format_type
+from ntp_dsl.language.syntax.nodes import Expression, Parameter, TypeName
+
+Value = Callable[[Expression, Names, TypeName | None], TypeName | None]
+GROSS = 5.0  # so far beyond its range, a number was written in another unit
+
+
+class Arguments:
+    """Checks arguments by what `value` says of each, and leaves what is wrong in the table."""
+
+    def __init__(self, table: Table, value: Value) -> None:
+        self._table = table
+        self._value = value
+
+    def check(
+        self,
+        node: nodes.Atom | nodes.Call,
+        declared: nodes.Declaration,
+        parameters: Sequence[Parameter],
+        names: Names,
+        wild: bool = False,
+    ) -> None:
+        """As many as declared, each of its parameter's type and in its range.
+
+        Args:
+            wild: whether `any` may stand for an argument.
+        """
+        given = node.arguments
+        note = Note(f"'{declared.name}' is declared here", declared.name_span)
+        sight = self.sight(names, wild)
+        if len(parameters) != len(given):
+            for argument in given:
+                if not isinstance(argument, nodes.Wildcard):
+                    self._value(argument, names, None)
+            self._wrong_number(node, declared, parameters, sight, note)
+            return
+        for index, argument in enumerate(given):
+            if wild and isinstance(argument, nodes.Wildcard):
+                continue
+            found = self._value(argument, names, parameters[index].type)
+            if found is None:
+                continue
+            if not fits(self._table, found, parameters[index].type):
+                self._wrong_type(node, declared, parameters, index, found, sight, note)
+                if argument_repairs.repair_order(sight, parameters, given) is not None:
+                    return  # they are only mixed up, which is one mistake
+            elif isinstance(argument, nodes.Number):
+                self._check_range(parameters[index], argument, note)
+
+    def sight(self, names: Names, wild: bool = True) -> argument_repairs.Sight:
+        """What can be named here, and what would fit where."""
+        return argument_repairs.Sight(self._table, names, self._accepts(names, wild))
+
+    def takes(self, parameters: Sequence[Parameter], arguments: Sequence[Expression], names: Names) -> bool:
+        """Whether they fit; says nothing aloud."""
+        accepts = self._accepts(names, wild=True)
+        return len(parameters) == len(arguments) and all(map(accepts, parameters, arguments))
+
+    def _accepts(self, names: Names, wild: bool) -> Callable[[Parameter, Expression], bool]:
+        def accepts(parameter: Parameter, argument: Expression) -> bool:
+            if isinstance(argument, nodes.Wildcard):
+                return wild
+            before = len(self._table.mistakes)
+            found = self._value(argument, names, parameter.type)
+            sound = len(self._table.mistakes) == before
+            del self._table.mistakes[before:]
+            return sound and (found is None or fits(self._table, found, parameter.type))
+
+        return accepts
+
+    def _wrong_number(
+        self,
+        node: nodes.Atom | nodes.Call,
+        declared: nodes.Declaration,
+        parameters: Sequence[Parameter],
+        sight: argument_repairs.Sight,
+        note: Note,
+    ) -> None:
+        wanted, found = len(parameters), len(node.arguments)
+        message = f"'{declared.name}' takes {_count(wanted)}, here {_are(found)}"
+        meant = argument_repairs.repair_count(sight, parameters, node.arguments)
+        fix = None if meant is None else argument_repairs.as_call(node, declared.name, meant)
+        listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
+        help = f"it is declared: {declared.name}({listing})"
+        self._table.report("E201", message, head(node.span, declared.name), help, note, fix=fix)
+
+    def _wrong_type(
+        self,
+        node: nodes.Atom | nodes.Call,
+        declared: nodes.Declaration,
+        parameters: Sequence[Parameter],
+        index: int,
+        found: TypeName,
+        sight: argument_repairs.Sight,
+        note: Note,
+    ) -> None:
+        parameter, wrong = parameters[index], node.arguments[index]
+        message = f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
+        help = self._members(parameter.type)
+        order = argument_repairs.repair_order(sight, parameters, node.arguments)
+        meant = argument_repairs.repair_argument(sight, parameters, node.arguments, index)
+        if (field := argument_repairs.as_field(sight, node)) is not None:
+            fix: Fix | None = field
+            help = f"did you mean the field: {field.replacement}?"
+        elif order is not None:
+            fix = argument_repairs.as_call(node, declared.name, order)
+            help = f"in this order they fit: {fix.replacement}" if fix else help
+        elif isinstance(wrong, nodes.Number) and parameter.type.name in NUMBER_TYPES:
+            fix = _in_its_unit(parameter, wrong)
+            help = f"did you mean {fix.replacement}?" if fix else help
+        elif meant is not None:
+            fix = Fix(wrong.span, format_expression(meant))
+            help = help or f"did you mean '{fix.replacement}'?"
+        else:
+            fix = argument_repairs.narrower(sight, parameter, wrong)
+            if fix is not None:
+                help = f"only {phrase(parameter.type)} will do: say so where it is declared"
+        self._table.report("E202", message, wrong.span, help, note, fix=fix)
+
+    def _members(self, type: TypeName) -> str:
+        enum = self._table.enums.get(type.name)
+        return f"{phrase(type)} is one of: {', '.join(enum.members)}" if enum else ""
+
+    def _check_range(self, parameter: Parameter, number: nodes.Number, note: Note) -> None:
+        value, low, high = map(si, (number, parameter.low, parameter.high))
+        if value is None or low is None or high is None or low <= value <= high:
+            return
+        unit = _unit(parameter)
+        message = f"'{parameter.name}' lies in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
+        fix = _other_unit(parameter, number, value, low, high)
+        help = f"did you mean {fix.replacement}?" if fix else ""
+        self._table.report("E203", message, number.span, help, note, fix=fix)
+
+
+def _unit(parameter: Parameter) -> str:
+    kinds = [unit for unit, (kind, size) in UNITS.items() if (kind, size) == (parameter.type.name, 1)]
+    return f" {kinds[0]}" if kinds else ""
+
+
+def _in_its_unit(parameter: Parameter, number: nodes.Number) -> Fix | None:
+    """`30 s` where a time is meant and 30 cm stand: the only unit there is, or that its range allows."""
+    low, high = si(parameter.low), si(parameter.high)
+    kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
+    if low is not None and high is not None:
+        kinds = [(size, unit) for size, unit in kinds if low <= number.value * size <= high]
+    if len(kinds) != 1:
+        return None
+    return Fix(number.span, format_expression(nodes.Number(number.value, kinds[0][1])))
+
+
+def _other_unit(
+    parameter: Parameter, number: nodes.Number, value: float, low: float, high: float
+) -> Fix | None:
+    """30 where at most 0.3 m will do: 30 cm are meant; the largest unit that fits."""
+    if number.unit and abs(value) < GROSS * max(abs(low), abs(high)):
+        return None
+    kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
+    for size, unit in sorted(kinds, reverse=True):
+        if low <= number.value * size <= high:
+            return Fix(number.span, format_expression(nodes.Number(number.value, unit)))
+    return None
+
+
+def _count(number: int) -> str:
+    return f"{number} argument{'s' * (number != 1)}" if number else "no argument"
+
+
+def _are(number: int) -> str:
+    return {0: "are none", 1: "is 1"}.get(number, f"are {number}")

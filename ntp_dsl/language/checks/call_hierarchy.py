@@ -1,0 +1,173 @@
+"""Who calls whom: recursion makes progress, calls end in apis, and nothing waits in vain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.names.signatures import head
+from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.repairs.contract_repairs import reorder
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import Expression, Name, ProgramDeclaration, Statement
+from ntp_dsl.language.syntax.visitors import atoms, callees, innermost, loops, mentions, predicates, union
+
+# Names of relations that hold both ways, along which recursion would go to and fro.
+MUTUAL = frozenset(
+    "adjacent adjacent_to aligned aligned_with beside close close_to connected equal facing linked near"
+    " near_to nearby next_to same same_as similar touches touching".split()
+)
+
+
+def check_hierarchy(table: Table, own: Iterable[nodes.Declaration]) -> None:
+    """Compositions are made of others, and chains of calls end in apis.
+
+    Args:
+        own: whom to judge.
+    """
+    judged = list(own)
+    _check_compositions(table, [each for each in judged if isinstance(each, nodes.PredicateDeclaration)])
+    grounded = _grounded(table)
+    for program in (each for each in judged if isinstance(each, ProgramDeclaration)):
+        if program.name not in grounded:
+            message = f"'{program.name}' never comes to an api: the robot would do nothing"
+            help = "call an api, or a program that does"
+            table.report("E406", message, program.name_span, help)
+
+
+def check_calls(program: ProgramDeclaration, table: Table) -> None:
+    """Recursion is guarded, and an api without a promise stands last."""
+    _check_promises(program, table)
+    for statement in program.body:
+        _check_recursion(statement, program, table)
+
+
+def _check_promises(program: ProgramDeclaration, table: Table) -> None:
+    for index, statement in enumerate(program.body[:-1]):
+        call = innermost(statement)
+        api = table.apis.get(call.callee)
+        if api is not None and api.achieves is None:
+            message = f"'{api.name}' achieves nothing, so what follows it would never be called"
+            help = "make it the last call, or say in its declaration what it achieves"
+            note = Note(f"'{api.name}' is declared here", api.name_span)
+            order = (*program.body[:index], *program.body[index + 1 :], statement)
+            fix = reorder(program.body, order)
+            table.report("E402", message, head(call.span, call.callee), help, note, fix=fix)
+
+
+# Recursion ---------------------------------------------------------------------------------------
+
+
+def _check_recursion(statement: Statement, program: ProgramDeclaration, table: Table) -> None:
+    call = innermost(statement)
+    if not _is_guarded(statement, program, table):
+        if _reaches(call.callee, program.name, table):
+            _unguarded(statement, program, table)
+        return
+    mutual = [atom for atom in _relations(statement, program, table) if atom.predicate in MUTUAL]
+    if mutual and call.callee == program.name:
+        name = mutual[0].predicate
+        message = f"'{name}' seems to hold both ways: the recursion would go to and fro along it"
+        help = "recursion needs a relation that comes to an end, such as on(b, item)"
+        note = Note(f"'{name}' is declared here", table.predicates[name].name_span)
+        table.report("W405", message, head(call.span, call.callee), help, note)
+
+
+def _is_guarded(statement: Statement, program: ProgramDeclaration, table: Table) -> bool:
+    """`for x in T if r(x, p): call(x)`: each step goes on along r, from the program's p to x."""
+    given = union(map(mentions, innermost(statement).arguments))
+    return any(
+        mentions(atom) & {loop.variable for loop in loops(statement)} & given
+        for atom in _relations(statement, program, table)
+    )
+
+
+def _relations(statement: Statement, program: ProgramDeclaration, table: Table) -> list[nodes.Atom]:
+    """What loops over the scene say of their variable and the program's parameters."""
+    parameters = {each.name for each in program.parameters}
+    return [
+        atom
+        for loop in loops(statement)
+        if loop.iterable.id in table.types
+        for atom in atoms(loop.condition)
+        if loop.variable in mentions(atom) and mentions(atom) & parameters
+    ]
+
+
+def _reaches(start: str, goal: str, table: Table) -> bool:
+    """Whether calls that no loop guards lead from one program to another."""
+    seen, waiting = set(), [start]
+    while waiting:
+        name = waiting.pop()
+        if name == goal:
+            return True
+        program = table.programs.get(name)
+        if name in seen or program is None:
+            continue
+        seen.add(name)
+        waiting += [innermost(each).callee for each in program.body if not _is_guarded(each, program, table)]
+    return False
+
+
+def _unguarded(statement: Statement, program: ProgramDeclaration, table: Table) -> None:
+    call = innermost(statement)
+    through = "itself" if call.callee == program.name else f"itself again, through '{call.callee}'"
+    message = f"'{program.name}' calls {through}, and nothing says that this comes to an end"
+    help = "recursion goes along a relation: for b in Object if on(b, item): ..."
+    fix = _step(statement, program, table)
+    if fix is not None:
+        help = f"pass '{fix.replacement}' on, so that each call takes a step"
+    table.report("E404", message, head(call.span, call.callee), help, fix=fix)
+
+
+def _step(statement: Statement, program: ProgramDeclaration, table: Table) -> Fix | None:
+    """`for b in T if on(b, x): go(x)`, where go(b) is meant."""
+    call = innermost(statement)
+    for atom in _relations(statement, program, table):
+        related = mentions(atom)
+        variables = {loop.variable for loop in loops(statement)} & related
+        stuck = [each for each in call.arguments if _is_named(each, related - variables)]
+        if len(stuck) == 1 and len(variables) == 1:
+            return Fix(stuck[0].span, variables.pop())
+    return None
+
+
+def _is_named(argument: Expression, names: set[str]) -> bool:
+    return isinstance(argument, Name) and argument.id in names
+
+
+# Who comes to an api -----------------------------------------------------------------------------
+
+
+def _grounded(table: Table) -> set[str]:
+    """Programs from which some chain of calls ends in an api, or in what was found fault with."""
+    callers: dict[str, list[str]] = {}
+    waiting = list(table.apis)
+    for program in table.programs.values():
+        named = callees(program)
+        for name in named:
+            callers.setdefault(name, []).append(program.name)
+        if not named or any(table.callable(name) is None for name in named):
+            waiting.append(program.name)
+    grounded = set(waiting)
+    while waiting:
+        more = set(callers.get(waiting.pop(), ())) - grounded
+        grounded |= more
+        waiting += more
+    return grounded
+
+
+def _check_compositions(table: Table, own: Iterable[nodes.PredicateDeclaration]) -> None:
+    """A composed predicate is not made of itself."""
+    parts = {each.name: predicates(each.body) for each in table.predicates.values()}
+    for name in (each.name for each in own):
+        seen: set[str] = set()
+        waiting = set(parts[name])
+        while waiting:
+            part = waiting.pop()
+            seen.add(part)
+            waiting |= parts.get(part, set()) - seen
+        if name in seen:
+            span = table.predicates[name].name_span
+            help = "say it in terms of other predicates, or leave it to the world: without a body"
+            table.report("E407", f"predicate '{name}' is made of itself", span, help)

@@ -1,0 +1,361 @@
+"""What an expression stands for: a thing, a number, a member of an enumeration, or a truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ntp_dsl.language.checks.applications import Applications
+from ntp_dsl.language.diagnostics.diagnostics import Fix, nearest, unknown
+from ntp_dsl.language.names.signatures import Names, fits, measure, phrase, tail
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, Table
+from ntp_dsl.language.names.unknown_names import report_unknown
+from ntp_dsl.language.repairs import argument_repairs
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.nodes import Expression, TypeName
+
+CONDITIONS = (nodes.Compare, nodes.Not, nodes.And, nodes.Or, nodes.Quantified)
+ORDERED = {"<", "<=", ">", ">="}
+TRUTHS = {"true": True, "false": False}  # what other languages call them
+
+
+class Typing:
+    """Checks expressions against the table, and leaves what is wrong in its `mistakes`."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+        self._applications = Applications(table, self.value)
+        self.call = self._applications.call
+        self.callee = self._applications.callee
+
+    # Truths
+
+    def condition(self, expression: Expression, names: Names) -> None:
+        """The expression must be true or false."""
+        match expression:
+            case nodes.Atom():
+                declared = self._applications.predicate(expression, names)
+                if declared is not None and declared.result is not None:
+                    self._not_a_truth(expression, phrase(declared.result))
+            case nodes.Compare():
+                self._compare(expression, names)
+            case nodes.Not(value):
+                self.condition(value, names)
+            case nodes.And(values) | nodes.Or(values):
+                for before, value in zip((None, *values), values, strict=False):
+                    if not self._lacks_left(value, before, names):
+                        self.condition(value, names)
+            case nodes.Quantified(_, body, generators):
+                inner = names
+                for generator in generators:
+                    inner = self.generator(generator, inner, expression)
+                self.condition(body, inner)
+            case nodes.Name(id) if id not in names and id in self._table.predicates:
+                self._bare_predicate(expression, self._table.predicates[id], names)
+            case _:
+                found = self.value(expression, names, None)
+                if found is not None:
+                    self._not_a_truth(expression, f"{phrase(found)}")
+
+    def _lacks_left(self, value: Expression, before: Expression | None, names: Names) -> bool:
+        """`zone(c) == north or south`: what is compared is said again."""
+        if not isinstance(before, nodes.Compare) or not isinstance(value, nodes.Name | nodes.Number):
+            return False
+        ahead = len(self._table.mistakes)
+        left, found = self.value(before.left, names, None), self.value(value, names, None)
+        del self._table.mistakes[ahead:]
+        if left is None or found is None or not fits(self._table, found, left):
+            return False
+        meant = format_expression(replace(before, right=value))
+        message = f"this is {phrase(found)}, where something true or false is meant"
+        fix = Fix(value.span, meant)
+        self._table.report("E205", message, value.span, f"did you mean '{meant}'?", fix=fix)
+        return True
+
+    def _not_a_truth(self, expression: Expression, what: str) -> None:
+        message = f"this is {what}, where something true or false is meant"
+        help = "a condition is a predicate, a comparison, or several joined with and, or, not"
+        self._table.report("E205", message, expression.span, help)
+
+    def _bare_predicate(self, node: Expression, declared: nodes.PredicateDeclaration, names: Names) -> None:
+        atom = nodes.Atom(declared.name, (), span=node.span)
+        self._applications.arguments.check(atom, declared, declared.parameters, names)
+        if not declared.parameters:
+            message = f"'{declared.name}' is a predicate, and is written with brackets"
+            fix = Fix(node.span, f"{declared.name}()")
+            self._table.report("E201", message, node.span, fix=fix)
+
+    def generator(
+        self, generator: nodes.Generator, names: Names, scope: nodes.Quantified | nodes.For
+    ) -> Names:
+        """The names in sight inside the loop that the generator belongs to."""
+        domain = generator.iterable
+        element = self._element(domain, names)
+        if generator.variable in names or generator.variable in self._table.constants:
+            message = f"'{generator.variable}' has a meaning here already"
+            taken = {*names, *self._table.constants}
+            fix = argument_repairs.rename(generator, scope, taken)
+            help = "choose another name for the variable"
+            self._table.report("E306", message, generator.span, help, fix=fix)
+        inner = {**names, generator.variable: element}
+        if generator.condition is not None:
+            self.condition(generator.condition, inner)
+        return inner
+
+    def _element(self, domain: nodes.Name, names: Names) -> TypeName:
+        found = names.get(domain.id)
+        if found is None and domain.id in self._table.types:
+            return TypeName(domain.id, span=domain.span)
+        if found is not None and found.is_list:
+            return TypeName(found.name)
+        lists = [name for name, type in names.items() if type.is_list]
+        of_records = [name for name in lists if names[name].name in self._table.records]
+        if found is None and domain.id not in self._table.constants and len(of_records) == 1:
+            known = [*lists, *self._table.types]
+            if nearest(domain.id, known) is None and not domain.id[0].isupper():
+                message = f"no list is called '{domain.id}'; did you mean '{of_records[0]}'?"
+                only = Fix(domain.span, of_records[0])
+                self._table.report("E101", message, domain.span, fix=only, name=domain.id)
+                return TypeName("")
+        if found is None and domain.id not in self._table.constants:
+            what, known = "no list or type is called", [*lists, *self._table.types]
+            report_unknown(self._table, "type", "E101", what, domain.id, domain.span, known, likely=lists)
+        elif found is None or found.name:
+            one = found or self._table.constants[domain.id].type
+            message = f"'{domain.id}' is one {one.name}, not a list to go through"
+            fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
+            if one.name in self._table.records and one.span.line:
+                fix = Fix(one.span, f"list[{one.name}]")  # declared so, and gone through
+            if any(each.code == "E206" and each.fix == fix for each in self._table.mistakes if fix):
+                return TypeName("")
+            help = "a loop goes through a list, or through the things of a type: for b in Object"
+            self._table.report("E206", message, domain.span, help, fix=fix)
+        return TypeName("")  # stands for "said already": it fits everything
+
+    # Values
+
+    def value(self, expression: Expression, names: Names, expected: TypeName | None) -> TypeName | None:
+        """A value's type; None where a mistake was reported or anything would do."""
+        match expression:
+            case nodes.Name(id):
+                return self._name(expression, id, names, expected)
+            case nodes.Field():
+                return self._field(expression, names, expected)
+            case nodes.Number():
+                return measure(self._table, expression, expected)
+            case nodes.Arithmetic(_, left, right):
+                return self._arithmetic(expression, left, right, names, expected)
+            case nodes.Atom():
+                declared = self._applications.predicate(expression, names)
+                if declared is None or declared.result is not None:
+                    result = declared.result if declared else None
+                    return result if result and result.name in self._table.type_names() else None
+                if self._is_mistaken(declared):
+                    return None
+                message = f"'{declared.name}' is true or false; here a value is meant"
+                help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
+                fix = self._inside(expression, names, expected)
+                self._table.report("E205", message, expression.span, help, fix=fix)
+                return None
+            case nodes.Wildcard():
+                help = "'any' stands in a predicate's argument, as in holding(any)"
+                self._table.report("E207", "'any' names no particular thing", expression.span, help,
+                                   fix=self._only(expression, names, expected))  # fmt: skip
+                return None
+        self._table.report("E205", "this is true or false; here a value is meant", expression.span)
+        return None
+
+    def _inside(self, atom: nodes.Atom, names: Names, expected: TypeName | None) -> Fix | None:
+        """`x` where `clear(x)` stands and a thing is meant."""
+        if expected is None or len(atom.arguments) != 1:
+            return None
+        parameter = nodes.Parameter("", expected)
+        is_meant = self._applications.arguments.takes([parameter], atom.arguments, names)
+        return Fix(atom.span, format_expression(atom.arguments[0])) if is_meant else None
+
+    def _name(self, node: Expression, name: str, names: Names, expected: TypeName | None) -> TypeName | None:
+        if name in names:
+            return names[name] if names[name].name else None
+        if name in self._table.constants:
+            return self._table.constants[name].type
+        enums = self._table.enum_of(name)
+        if enums:
+            return TypeName(expected.name if expected and expected.name in enums else enums[0])
+        self._no_name(node, name, names, expected)
+        return None
+
+    def _no_name(self, node: Expression, name: str, names: Names, expected: TypeName | None) -> None:
+        members = [member for enum in self._table.enums.values() for member in enum.members]
+        known = [*names, *self._table.constants, *members]
+        help = ""
+        if name in self._table.types:
+            help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
+        likely = [] if expected is None else self._of_type(expected, names)
+        if (declared := self._table.predicates.get(name)) is not None:
+            sight = self._applications.arguments.sight(names)
+            meant = argument_repairs.repair_count(sight, declared.parameters, ())
+            text = f"{name}({', '.join(map(format_expression, meant or ()))})"
+            applied = Fix(node.span, text) if meant is not None else None
+            message = f"'{name}' is a predicate, and is written with brackets"
+            self._table.report("E101", message, node.span, f"for example: {text}" if applied else "",
+                               fix=applied)  # fmt: skip
+            return
+        if (owner := self._field_called(node, name, names)) is not None:
+            message = f"nothing is called '{name}'; it is a field: {owner}"
+            self._table.report("E101", message, node.span, fix=Fix(node.span, owner), name=name)
+            return
+        fix = self._only(node, names, expected)
+        if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
+            help = help or f"'{fix.replacement}' would fit here"
+            message = f"nothing is called '{name}'"
+            self._table.report("E101", message, node.span, help, fix=fix, name=name)
+            return
+        what = "nothing is called"
+        report_unknown(self._table, "value", "E101", what, name, node.span, known, help, likely)
+
+    def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
+        """`p.item` where `item` is written, if only one record in sight has such a field."""
+        owners = [
+            variable
+            for variable, type in names.items()
+            if type.name in self._table.records and not type.is_list
+            if name in {each.name for each in self._table.records[type.name].fields}
+        ]
+        return f"{owners[0]}.{name}" if len(owners) == 1 else None
+
+    def _of_type(self, type: TypeName, names: Names) -> list[str]:
+        """Whatever has a name of its own and fits."""
+        found = {**names, **{c.name: c.type for c in self._table.constants.values()}}
+        enum = self._table.enums.get(type.name)
+        fitting = [name for name, each in found.items() if fits(self._table, each, type)]
+        return [*fitting, *(enum.members if enum else ())]
+
+    def _only(self, node: Expression, names: Names, expected: TypeName | None) -> Fix | None:
+        """The only thing in sight that is of the expected type, in place of what stands there."""
+        if expected is None:
+            return None
+        sight = argument_repairs.Sight(self._table, names, lambda _, __: True)
+        meant = sight.only(nodes.Parameter("", expected), ())
+        return Fix(node.span, format_expression(meant)) if meant is not None else None
+
+    def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> TypeName | None:
+        if self._names_member(node, names):
+            return None
+        type = self._name(node.value, node.value.id, names, None)
+        if type is None:
+            return None
+        record = self._table.records.get(type.name)
+        if record is None or type.is_list:
+            message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
+            help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
+            fix = self._applied(node, names) or self._owner(node, names)
+            self._table.report("E105", message, node.span, help, fix=fix)
+            return None
+        fields = {each.name: each.type for each in record.fields}
+        if node.name not in fields:
+            what = f"a {record.name} has no field"
+            span = tail(node.span, node.name)
+            likely = [
+                field for field, each in fields.items() if expected and fits(self._table, each, expected)
+            ]
+            wrong = unknown("E105", what, node.name, span, fields, likely=likely)
+            if wrong.fix is None and len(likely) == 1:
+                wrong = replace(wrong, fix=Fix(span, likely[0]))
+            self._table.mistakes.append(wrong)
+        return fields.get(node.name)
+
+    def _names_member(self, node: nodes.Field, names: Names) -> bool:
+        """`Side.left`: a member stands by itself."""
+        enum = self._table.enums.get(node.value.id)
+        if enum is None or node.value.id in names or node.name not in enum.members:
+            return False
+        message = f"a member of an enumeration stands by itself: {node.name}"
+        self._table.report("E101", message, node.span, fix=Fix(node.span, node.name))
+        return True
+
+    def _applied(self, node: nodes.Field, names: Names) -> Fix | None:
+        """`drink(cup)` where `cup.drink` is written."""
+        declared = self._table.predicates.get(node.name)
+        takes = self._applications.arguments.takes
+        if declared is None or not takes(declared.parameters, [node.value], names):
+            return None
+        return Fix(node.span, f"{node.name}({node.value.id})")
+
+    def _owner(self, node: nodes.Field, names: Names) -> Fix | None:
+        """The only thing in sight that has such a field: `p.item` where `goal.item` is written."""
+        owners = [
+            name
+            for name, type in names.items()
+            if not type.is_list and type.name in self._table.records
+            if node.name in {each.name for each in self._table.records[type.name].fields}
+        ]
+        return Fix(node.value.span, owners[0]) if len(owners) == 1 else None
+
+    def _arithmetic(
+        self,
+        node: nodes.Arithmetic,
+        left: Expression,
+        right: Expression,
+        names: Names,
+        expected: TypeName | None,
+    ) -> TypeName | None:
+        types = [self.value(side, names, expected) for side in (left, right)]
+        for side, type in zip((left, right), types, strict=True):
+            if type is not None and (type.name not in NUMBER_TYPES or type.is_list):
+                message = f"'{node.operator}' takes numbers, and this is {phrase(type)}"
+                self._table.report("E204", message, side.span)
+                return None
+        return self._measure(node, types[0], types[1])
+
+    def _measure(
+        self, node: nodes.Arithmetic, left: TypeName | None, right: TypeName | None
+    ) -> TypeName | None:
+        if left is None or right is None or node.operator in "*/":
+            return None  # what a product measures is left to the reader
+        if left != right and "number" not in (left.name, right.name):
+            message = f"'{node.operator}' cannot join {phrase(left)} with {phrase(right)}"
+            self._table.report("E204", message, node.span)
+            return None
+        return right if left.name == "number" else left
+
+    def _compare(self, node: nodes.Compare, names: Names) -> None:
+        if self._compares_truth(node, names):
+            return
+        left = self.value(node.left, names, None)
+        right = self.value(node.right, names, left)
+        if left is None or right is None:
+            return
+        if not (fits(self._table, left, right) or fits(self._table, right, left)):
+            message = f"{phrase(left)} is never compared with {phrase(right)}"
+            self._table.report("E208", message, node.span)
+        elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
+            message = f"'{node.operator}' orders numbers, and these are each {phrase(left)}"
+            self._table.report("E208", message, node.span)
+
+    def _compares_truth(self, node: nodes.Compare, names: Names) -> bool:
+        """`clear(x) == True`: a predicate needs no such comparison."""
+        truths = [side for side in (node.left, node.right) if self._is_truth(side)]
+        if not truths:
+            return False
+        for truth in truths:
+            self.condition(truth, names)
+        other = node.right if truths[0] is node.left else node.left
+        word = TRUTHS.get(other.id.lower()) if isinstance(other, nodes.Name) else None
+        message = "what is true or false is not compared; it stands by itself, or after 'not'"
+        fix = None
+        if word is not None and node.operator in {"==", "!="}:
+            same = word == (node.operator == "==")
+            meant = truths[0] if same else nodes.Not(truths[0])
+            fix = Fix(node.span, format_expression(meant))
+        self._table.report("E205", message, node.span, fix=fix)
+        return True
+
+    def _is_truth(self, side: Expression) -> bool:
+        if isinstance(side, nodes.Atom):
+            declared = self._table.predicates.get(side.predicate)
+            return declared is not None and declared.result is None and not self._is_mistaken(declared)
+        return isinstance(side, CONDITIONS)
+
+    def _is_mistaken(self, declared: nodes.PredicateDeclaration) -> bool:
+        """`predicate drink(cup: Cup): Drink`, of which is said already that it is a reading."""
+        return isinstance(declared.body, nodes.Name) and declared.body.id in self._table.type_names()

@@ -1,0 +1,49 @@
+"""From a text and what is wrong with it to the text with every fix applied that does not meet another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
+
+
+def mend(text: str, diagnostics: Iterable[Diagnostic], path: Path | None = None) -> str:
+    """The text of the file at `path` with the diagnostics' fixes applied.
+
+    A fix is applied whole or not at all. Of two that touch the same characters the first stands, and
+    the next `check` finds what is left.
+    """
+    taken: list[tuple[int, int, str]] = []
+    for fix in _fixes(diagnostics, path):
+        edits = [_offsets(text, edit) for edit in fix.edits]
+        if not any(_meet(edit, other) for edit in edits for other in taken):
+            taken += edits
+    for start, end, replacement in sorted(taken, key=lambda edit: edit[:2], reverse=True):
+        text = text[:start] + replacement + text[end:]
+    return text
+
+
+def _fixes(diagnostics: Iterable[Diagnostic], path: Path | None) -> list[Fix]:
+    """Each once: several mistakes may have the same cure (the same missing `use`)."""
+    fixes = [each.fix for each in diagnostics if each.fix is not None]
+    here = [fix for fix in fixes if all(edit.span.path == path for edit in fix.edits)]
+    return list(dict.fromkeys(here))
+
+
+def _offsets(text: str, edit: Edit) -> tuple[int, int, str]:
+    rows = text.split("\n")
+    starts = [0]
+    for row in rows:
+        starts.append(starts[-1] + len(row) + 1)
+    span = edit.span
+    start = starts[span.line - 1] + span.column - 1
+    end = starts[span.end_line - 1] + span.end_column - 1
+    return min(start, len(text)), min(end, len(text)), edit.replacement
+
+
+def _meet(edit: tuple[int, int, str], other: tuple[int, int, str]) -> bool:
+    """Whether two edits touch: share characters, or insert at the same place."""
+    if edit[:2] == other[:2]:
+        return True
+    return edit[0] < other[1] and other[0] < edit[1]

@@ -1,0 +1,161 @@
+"""What can be said about a text: a mistake is a `Diagnostic`, and all travel in one `SourceError`.
+
+NtpError                   anything a user did that cannot work; the message is for them
++-- SourceError            the text of a library is at fault; carries every diagnostic
++-- TaskFailed             all was as it should be, and the answer is still no
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher, get_close_matches
+from pathlib import Path
+
+from ntp_dsl.language.syntax.nodes import NOWHERE, Span
+
+SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Replace what stands at `span` (nothing, where it is empty) by `replacement`."""
+
+    span: Span
+    replacement: str
+
+
+@dataclass(frozen=True)
+class Fix(Edit):
+    """An edit that mends a mistake, with those that it takes elsewhere; apply all `edits` or none."""
+
+    also: tuple[Edit, ...] = ()
+
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        return Edit(self.span, self.replacement), *self.also
+
+
+@dataclass(frozen=True)
+class Note:
+    """A related place: "declared here"."""
+
+    message: str
+    span: Span = NOWHERE
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One mistake, with a stable code.
+
+    E0 is syntax, E1 names, E2 types, E3 duplicates and circles, E4 contracts, E5 tasks.
+    """
+
+    code: str
+    message: str
+    span: Span
+    notes: tuple[Note, ...] = ()
+    help: str = ""
+    fix: Fix | None = None
+    name: str = ""  # the name at fault, where it is one that nobody declared
+
+    @property
+    def severity(self) -> str:
+        return SEVERITIES[self.code[0]]
+
+    def __str__(self) -> str:
+        return f"{self.span}: {self.severity}[{self.code}]: {self.message}"
+
+
+class NtpError(Exception):
+    """The root of every error that is meant for the user: a plain sentence, never a traceback."""
+
+
+class TaskFailed(NtpError):
+    """The question was sound and the answer is no: the tower does not stand, nothing was recorded."""
+
+
+class SourceError(NtpError):
+    """A library's text does not stand; `diagnostics` says everything that is wrong with it."""
+
+    def __init__(
+        self, diagnostics: Sequence[Diagnostic], sources: Mapping[Path | None, str] | None = None
+    ) -> None:
+        self.diagnostics = tuple(sorted(diagnostics, key=_place))
+        self.sources = dict(sources or {})
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        """A line each; `rendering.render` shows the source as well."""
+        return "\n".join(map(str, self.diagnostics))
+
+
+def _place(diagnostic: Diagnostic) -> tuple[str, int, int, str]:
+    span = diagnostic.span
+    return str(span.path or ""), span.line, span.column, diagnostic.code
+
+
+def nearest(name: str, candidates: Iterable[str]) -> str | None:
+    """What was probably meant, if anything comes near: another case, a slip or two, a part of it."""
+    known = sorted(set(candidates))
+    alike = [each for each in known if _folded(each) == _folded(name)]
+    if len(alike) == 1:
+        return alike[0]
+    slips = {
+        each: count
+        for each in known
+        if (count := _slips(name.lower(), each.lower(), max(len(name), len(each)) // 3)) is not None
+    }
+    if slips:
+        return min(slips, key=lambda each: (slips[each], -_ratio(name, each)))
+    found = get_close_matches(name, known, n=1, cutoff=0.6)
+    return found[0] if found else None
+
+
+def _folded(name: str) -> str:
+    return name.lower().replace("_", "")
+
+
+def _ratio(name: str, other: str) -> float:
+    return SequenceMatcher(None, name, other).ratio()
+
+
+def _slips(name: str, other: str, most: int) -> int | None:
+    """Letters to add, drop, replace, or swap with a neighbour (optimal string alignment)."""
+    if abs(len(name) - len(other)) > most or len(set(name) ^ set(other)) > 2 * most:
+        return None  # soon told, for libraries of thousands of names
+    before: list[int] = []
+    above = list(range(len(other) + 1))
+    for i, letter in enumerate(name, start=1):
+        row = [i]
+        for j, wanted in enumerate(other, start=1):
+            cost = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != wanted))
+            if i > 1 and j > 1 and letter == other[j - 2] and name[i - 2] == wanted:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+        before, above = above, row
+    return above[-1] if above[-1] <= most else None
+
+
+def unknown(
+    code: str,
+    what: str,
+    name: str,
+    span: Span,
+    candidates: Iterable[str],
+    help: str = "",
+    likely: Iterable[str] = (),
+) -> Diagnostic:
+    """The diagnostic for a name that nobody declared, with the nearest one that somebody did.
+
+    Args:
+        likely: those candidates that would fit at the place; one of them is meant if it is near.
+    """
+    known = sorted(set(candidates))
+    meant = nearest(name, likely) or nearest(name, known)
+    if meant is not None:
+        message = f"{what} '{name}'; did you mean '{meant}'?"
+        return Diagnostic(code, message, span, (), help, Fix(span, meant), name)
+    listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    help = help or (listing and f"there is: {listing}")
+    return Diagnostic(code, f"{what} '{name}'", span, (), help, None, name)

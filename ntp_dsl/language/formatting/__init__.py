@@ -1,0 +1,1 @@
+"""The canonical layout, with comments kept, and the Pygments lexer."""

@@ -1,0 +1,245 @@
+"""Whether what a call requires can hold when its turn comes, as far as that can be decided."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass
+from typing import Any
+
+from ntp_dsl.language.logic.facts import (
+    ANY,
+    EVERY,
+    bind,
+    facts,
+    implies,
+    negated,
+    readable,
+    substitute,
+    value_of,
+)
+from ntp_dsl.language.names.poisoned_spans import Faults
+from ntp_dsl.language.names.symbol_table import Table, Watched
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import (
+    Atom,
+    Compare,
+    Expression,
+    Name,
+    Not,
+    Or,
+    ProgramDeclaration,
+    Statement,
+)
+from ntp_dsl.language.syntax.visitors import everything, guards, innermost, loops, mentions
+
+Kind = tuple[bool, str]  # a predicate that holds or does not; or that something is said of a reading
+DEEPEST = 8  # of predicates composed of predicates
+
+
+@dataclass(frozen=True)
+class Lack:
+    """A call requires a fact that nothing before it provides."""
+
+    program: ProgramDeclaration
+    index: int  # of the statement
+    call: nodes.Call
+    fact: Expression
+    certain: bool = True  # nothing else than a contract can provide it
+
+
+class Contracts:
+    """What calls require and achieve, by what declarations say."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self.members = table.members
+        self._faults = Faults(table.mistakes)
+        self._achievers: Watched[Kind, list[str]] = Watched()
+        for each in table.callables():
+            for kind in self._kinds(each.achieves):
+                self._achievers.setdefault(kind, []).append(each.name)
+        self._opposites = self._find_opposites()
+
+    def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
+        """All in which something is looked up; with `outlook`, all that a judgement rests on."""
+        return (*self.table.dictionaries(), self._achievers)
+
+    @property
+    def outlook(self) -> object:
+        """What is concluded from all contracts together."""
+        return self._opposites
+
+    def is_faulty(self, node: nodes.Node | None) -> bool:
+        """Whether something inside is wrong already, so that nothing can be concluded from it."""
+        return self._faults.within(node)
+
+    def _kinds(self, condition: Expression | None) -> Set[Kind]:
+        return {kind for fact in self.expand(facts(condition)) for kind in _kinds(fact)}
+
+    def _find_opposites(self) -> Set[tuple[Kind, Kind]]:
+        """Facts that apis turn into one another (grasp: empty to holding, release: back) exclude
+        one another: a call that provides one is due only while the other holds."""
+        turns = {
+            (before, after)
+            for api in self.table.apis.values()
+            for before in self._kinds(api.requires)
+            for after in self._kinds(api.achieves)
+        }
+        return {(before, after) for before, after in turns if (after, before) in turns}
+
+    def expand(self, said: Iterable[Expression], depth: int = DEEPEST) -> Iterator[Expression]:
+        """The facts, and what composed predicates among them say."""
+        for fact in said:
+            yield fact
+            yield from self.expand(self.parts(fact), depth - 1) if depth else ()
+
+    def parts(self, fact: Expression) -> list[Expression]:
+        """What a composed predicate says when it holds, or does not."""
+        holds, atom = (True, fact) if isinstance(fact, Atom) else (False, getattr(fact, "value", None))
+        if not isinstance(atom, Atom):
+            return []
+        declared = self.table.predicates.get(atom.predicate)
+        if declared is None or declared.body is None:
+            return []
+        values = bind(declared.parameters, atom.arguments)
+        return [substitute(part, values) for part in facts(declared.body, holds)]
+
+    def achievers(self, fact: Expression) -> list[str]:
+        """Programs and apis that promise such a fact, if perhaps of other things."""
+        names = [name for kind in _kinds(fact) for name in self._achievers.get(kind, ())]
+        return list(dict.fromkeys(names))
+
+    def contract(self, call: nodes.Call, side: str) -> list[Expression]:
+        """What the callee requires or achieves, in the caller's terms."""
+        callee = self.table.callable(call.callee)
+        if callee is None:
+            return []
+        values = bind(callee.parameters, call.arguments)
+        return [substitute(fact, values) for fact in facts(getattr(callee, side))]
+
+    def lacks(self, program: ProgramDeclaration) -> Iterator[Lack]:
+        """Every fact that a call of the program requires and nothing before it provides.
+
+        Where names or types are wrong nothing is concluded: not from a contract that has a mistake,
+        nor from what comes after a statement that has one.
+        """
+        if self._faults.within(program.requires):
+            return
+        known = list(self.expand(facts(program.requires)))
+        for index, statement in enumerate(program.body):
+            call = innermost(statement)
+            callee = self.table.callable(call.callee)
+            if callee is None or self._faults.within(statement):
+                return
+            here = [*known, *self._guarded(statement)]
+            variables = {generator.variable for generator in loops(statement)}
+            if not self._faults.within(callee.requires):
+                for fact in self.contract(call, "requires"):
+                    if not self._holds(fact, here, call, variables):
+                        yield Lack(program, index, call, fact, self._is_certain(fact))
+                        if not mentions(fact) & variables:
+                            known.append(fact)  # whatever mends this, mends it for later calls too
+            if self._faults.within(callee.achieves) or _is_silent(callee):
+                return
+            known += self.promised(statement)
+
+    def promised(self, statement: Statement) -> list[Expression]:
+        """What holds once the statement has done its work, of every element that it loops over."""
+        call = innermost(statement)
+        every: dict[str, Expression] = {each.variable: EVERY for each in loops(statement)}
+        achieved = self.expand(self.contract(call, "achieves"))
+        return [substitute(fact, every) for fact in achieved]
+
+    def _guarded(self, statement: Statement) -> Iterator[Expression]:
+        for guard in guards(statement):
+            yield from self.expand(facts(guard))
+
+    def _holds(
+        self,
+        fact: Expression,
+        known: Sequence[Expression],
+        call: nodes.Call,
+        variables: Set[str],
+        depth: int = DEEPEST,
+    ) -> bool:
+        if any(implies(have, fact, self.members) for have in known) or self._is_excused(fact, call):
+            return True
+        if isinstance(fact, Or | nodes.And):
+            some = any if isinstance(fact, Or) else all
+            return some(self._holds(each, known, call, variables, depth) for each in fact.values)
+        if isinstance(fact, Compare) and not self._is_reading(fact):
+            return True  # of numbers that a caller gives: its own affair
+        parts = self.parts(fact) if depth else []
+        if not parts:
+            return self._is_given(fact, variables)
+        return all(self._holds(part, known, call, variables, depth - 1) for part in parts)
+
+    def _is_given(self, fact: Expression, variables: Set[str]) -> bool:
+        """What nobody achieves is taken as given of what every scene has; and a loop passes over the
+        elements that lack it. What no api turns, such as that the table is clear, is given alike."""
+        achievers = self.achievers(fact)
+        subjects = mentions(fact) - set(self.members)
+        if not achievers:
+            return subjects <= set(self.table.constants) or bool(subjects & variables)
+        turned = any(name in self.table.apis for name in achievers)
+        return not turned and subjects <= set(self.table.constants) and not _is_vague(fact)
+
+    def _is_excused(self, fact: Expression, call: nodes.Call) -> bool:
+        """`put_down` requires holding(any), and is due only while empty(gripper) does not hold.
+
+        The two must speak of the same things: that x is not held does not make the hand empty.
+        """
+        for achieved in self.expand(self.contract(call, "achieves")):
+            if negated(achieved) == fact or self._same_reading(achieved, fact):
+                return True
+            turned = any(
+                (kind, other) in self._opposites for kind in _kinds(fact) for other in _kinds(achieved)
+            )
+            if turned and self._subjects(achieved) == self._subjects(fact):
+                return True
+        return False
+
+    def _subjects(self, fact: Expression) -> Set[str]:
+        return mentions(fact) - set(self.table.constants) - set(self.members)
+
+    def _same_reading(self, achieved: Expression, fact: Expression) -> bool:
+        """It is achieved by moving what the requirement reads."""
+        if not isinstance(achieved, Compare) or not isinstance(fact, Compare):
+            return False
+        return readable(achieved).left == readable(fact).left
+
+    def _is_reading(self, fact: Compare) -> bool:
+        side = readable(fact)
+        written = value_of(side.right) is not None or isinstance(side.right, Name)
+        return isinstance(side.left, Atom) and written
+
+    def _is_certain(self, fact: Expression) -> bool:
+        """A number may change by itself; a member of an enumeration is what a contract says."""
+        return not any(
+            isinstance(each, Compare) and not isinstance(readable(each).right, Name)
+            for each in everything(fact)
+        ) or bool(self.achievers(fact))
+
+
+def _kinds(fact: Expression) -> Iterator[Kind]:
+    match fact:
+        case Atom(predicate, _):
+            yield True, predicate
+        case Not(Atom(predicate, _)):
+            yield False, predicate
+        case Compare(_, left, right):
+            for side in (left, right):
+                if isinstance(side, Atom):
+                    yield True, side.predicate
+        case Or(values) | nodes.And(values):
+            for value in values:
+                yield from _kinds(value)
+
+
+def _is_silent(callee: nodes.ApiDeclaration | ProgramDeclaration) -> bool:
+    """A program that forgot to say what it achieves (reported elsewhere) may achieve anything."""
+    return isinstance(callee, ProgramDeclaration) and callee.achieves is None
+
+
+def _is_vague(fact: Expression) -> bool:
+    return any(each == ANY for each in everything(fact))

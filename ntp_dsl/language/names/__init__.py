@@ -1,0 +1,1 @@
+"""Symbol table, visibility, references and signatures."""

@@ -1,0 +1,30 @@
+"""Where names and types are wrong already, so that nothing more is concluded from what stands there."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.syntax.nodes import Node, Span
+
+
+class Faults:
+    """The places of all errors so far."""
+
+    def __init__(self, mistakes: Iterable[Diagnostic]) -> None:
+        errors = [each.span for each in mistakes if each.severity == "error"]
+        self._places = sorted(map(_start, errors))
+
+    def within(self, node: Node | None) -> bool:
+        """Whether an error begins inside the node."""
+        if node is None or not node.span.line:
+            return False
+        span = node.span
+        index = bisect_left(self._places, _start(span))
+        end = str(span.path), span.end_line, span.end_column
+        return index < len(self._places) and self._places[index] < end
+
+
+def _start(span: Span) -> tuple[str, int, int]:
+    return str(span.path), span.line, span.column

@@ -1,0 +1,129 @@
+"""The ways in which a task may draw its goals, their knobs, and which settings nothing can meet.
+
+Each goal is three choices: its length, its topology (what the elements are to one another: which towers,
+who shares a support) and its semantics (which things take which part). The first is a sampler's own knob;
+`topology=0..9` and `semantics=0..99` say which of the possible choices may be made, so that a task can be
+trained on some and tested on others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from ntp_dsl.language.syntax.nodes import Option
+
+Range = tuple[int, int]
+# The option at fault, or nothing for the sampler itself; what is wrong; and the nearest range that would do.
+Flaw = tuple[str, str, Range | None]
+VARIED = ("topology", "semantics")
+
+
+@dataclass(frozen=True)
+class SamplerKind:
+    """A sampler: what it draws from, the knob that is its length, its others, and their test.
+
+    `sources` says what each argument stands for; the last may be given several times where
+    `many_sources` is set. `flaws` takes the knobs and how many things each source has at least.
+    """
+
+    sources: tuple[str, ...]
+    length: str
+    needed: tuple[str, ...]
+    optional: tuple[str, ...]
+    flaws: Callable[[Mapping[str, Option], Sequence[int]], Iterator[Flaw]]
+    many_sources: bool = False
+    record: str = "Placement"  # where the goal does not say `-> list[...]`
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        return (*self.needed, *self.optional, *VARIED)
+
+
+def blocks_needed(placements: int, height: int) -> int:
+    """The fewest blocks that so many placements take, in towers no higher than `height`."""
+    return placements + -(-placements // (height - 1))
+
+
+def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
+    """`height` is the highest tower's: height=4 means that one has four blocks and none more."""
+    placements, height = options["placements"], options["height"]
+    blocks = sum(counts)
+    if placements.low < 1:
+        message = "a goal without a placement is empty: nothing would have to be done"
+        yield "placements", message, _from(placements, 1)
+    elif height.low < 2:
+        heights = (
+            each
+            for each in range(2, blocks + 1)
+            if blocks_needed(placements.high, max(each, height.high)) <= blocks
+        )
+        yield "height", "a tower has at least two blocks", _from(height, next(heights, 2))
+    elif height.low > blocks:
+        message = f"a tower of {height.low} takes as many blocks; the scene has {blocks}"
+        highest = min(blocks, placements.low + 1)
+        is_enough = highest > 1 and blocks_needed(placements.high, highest) <= blocks
+        yield "height", message, (highest, highest) if is_enough else None
+    elif placements.low < height.low - 1:
+        need = height.low - 1
+        message = f"a tower of {height.low} takes {need} placements, not {placements.low}"
+        yield "placements", message, _from(placements, need)
+    elif (need := _needed(placements.high, height)) > blocks:
+        message = (
+            f"{placements.high} placements in towers of at most {height.high} take {need} blocks;"
+            f" the scene has {blocks}"
+        )
+        most = max(each for each in range(blocks) if not each or _needed(each, height) <= blocks)
+        yield "placements", message, _up_to(placements, most)
+
+
+def _needed(placements: int, height: Option) -> int:
+    return blocks_needed(placements, min(height.high, placements + 1))
+
+
+def _from(option: Option, low: int) -> Range:
+    return low, max(low, option.high)
+
+
+def _up_to(option: Option, high: int) -> Range | None:
+    """None where nothing at all is possible."""
+    return (min(option.low, high), high) if high > 0 else None
+
+
+def _matching_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
+    pairs, each = options["pairs"], options.get("each")
+    items, supports = counts
+    if pairs.low < 1:
+        message = "a goal without a pair is empty: nothing would have to be done"
+        yield "pairs", message, _from(pairs, 1)
+    elif pairs.high > items:
+        yield "pairs", f"{pairs.high} pairs take as many items; there are {items}", _up_to(pairs, items)
+    elif each is not None and each.low < 1:
+        yield "each", "a support that takes nothing is no support", _from(each, 1)
+    elif each is not None and pairs.high > supports * each.high:
+        most = supports * each.high
+        message = f"{supports} supports take {most} items at most, not {pairs.high}"
+        yield "pairs", message, _up_to(pairs, most)
+
+
+def _permutation_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
+    items, places = counts
+    length = options.get("length")
+    if length is not None and length.low < 1:
+        message = "a goal of no things is empty: nothing would have to be done"
+        yield "length", message, _from(length, 1)
+    elif length is not None and length.high > items:
+        message = f"so many things are not in the scene; there are {items}"
+        yield "length", message, _up_to(length, items)
+    elif (length.high if length else items) > places:
+        message = f"{length.high if length else items} things do not fit on {places} places"
+        yield "length" if length else "", message, _up_to(length, places) if length else None
+
+
+SAMPLERS: Mapping[str, SamplerKind] = {
+    "towers": SamplerKind(
+        ("things",), "placements", ("placements", "height"), (), _tower_flaws, many_sources=True
+    ),
+    "matchings": SamplerKind(("items", "supports"), "pairs", ("pairs",), ("each",), _matching_flaws),
+    "permutations": SamplerKind(("items", "places"), "length", (), ("length",), _permutation_flaws),
+}

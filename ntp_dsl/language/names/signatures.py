@@ -1,0 +1,126 @@
+"""Parameters and what fits them: types, units and ranges, and the places of names within a text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix, unknown
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, Table, check_type
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.nodes import Span, TypeName
+
+WRITTEN_OUT: Mapping[str, tuple[str, ...]] = {
+    "m": ("meter", "metre"),
+    "cm": ("centimeter", "centimetre"),
+    "mm": ("millimeter", "millimetre"),
+    "rad": ("radian",),
+    "deg": ("degree", "°"),
+    "s": ("sec", "second"),
+    "ms": ("msec", "millisecond"),
+    "N": ("newton",),
+    "kg": ("kilogram", "kilo"),
+}
+Names = Mapping[str, TypeName]  # parameters and loop variables in sight
+
+
+def head(span: Span, name: str) -> Span:
+    """The name with which a stretch of text begins."""
+    return Span(span.path, span.line, span.column, span.line, span.column + len(name))
+
+
+def tail(span: Span, name: str) -> Span:
+    """The name with which a stretch of text ends."""
+    return Span(span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column)
+
+
+def phrase(type: TypeName) -> str:
+    """A type as a reader would say it."""
+    text = f"list[{type.name}]" if type.is_list else type.name
+    return f"{'an' if text[:1].lower() in 'aeiou' else 'a'} {text}"
+
+
+def si(number: nodes.Number | None) -> float | None:
+    """The number in SI units."""
+    if number is None:
+        return None
+    return number.value * UNITS.get(number.unit, ("", 1.0))[1]
+
+
+def fits(table: Table, actual: TypeName, expected: TypeName) -> bool:
+    """Whether a value of one type may stand where the other is declared."""
+    if not actual.name or not expected.name or expected.name not in table.type_names():
+        return True
+    if actual.is_list != expected.is_list:
+        return False
+    if actual.name in NUMBER_TYPES and expected.name in NUMBER_TYPES:
+        return actual.name == expected.name or "number" in (actual.name, expected.name)
+    return table.is_a(actual.name, expected.name)
+
+
+def measure(table: Table, number: nodes.Number, expected: TypeName | None = None) -> TypeName | None:
+    """What the number measures; without a unit, whatever number is expected, in SI."""
+    if not number.unit:
+        fits = expected is not None and expected.name in NUMBER_TYPES
+        return expected if fits else TypeName("number")
+    if number.unit in UNITS:
+        return TypeName(UNITS[number.unit][0])
+    span = tail(number.span, number.unit)
+    meant = [each for each, words in WRITTEN_OUT.items() if number.unit.lower().rstrip("s") in words]
+    if meant:
+        message = f"there is no unit '{number.unit}'; it is written '{meant[0]}'"
+        table.report("E107", message, span, fix=Fix(span, meant[0]))
+        return TypeName(UNITS[meant[0]][0])
+    kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
+    table.mistakes.append(
+        unknown("E107", "there is no unit", number.unit, span, kinds or UNITS, likely=kinds)
+    )
+    return None
+
+
+def check_parameters(table: Table, parameters: Sequence[nodes.Parameter]) -> Names:
+    """The names that a signature declares, each once and of a type that exists."""
+    names: dict[str, TypeName] = {}
+    for parameter in parameters:
+        if parameter.name in names:
+            message = f"two parameters are called '{parameter.name}'"
+            table.report("E305", message, parameter.span)
+        known = check_type(table, parameter.type)
+        names[parameter.name] = parameter.type if known else TypeName("")
+        if known:
+            _check_range(table, parameter)
+    return names
+
+
+def _check_range(table: Table, parameter: nodes.Parameter) -> None:
+    low, high, type = parameter.low, parameter.high, parameter.type
+    if low is None or high is None:
+        return
+    if type.name not in NUMBER_TYPES or type.is_list:
+        message = f"only a number has a range, and '{parameter.name}' is {phrase(type)}"
+        table.report("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
+        return
+    before = len(table.mistakes)
+    for bound in (low, high):
+        measured = measure(table, bound, type)
+        if measured is not None and not fits(table, measured, type):
+            message = f"'{parameter.name}' is {phrase(type)}, and this {phrase(measured)}"
+            table.report("E204", message, bound.span)
+    if len(table.mistakes) == before:
+        check_order(table, low, high, low.span)
+
+
+def check_order(table: Table, low: nodes.Number, high: nodes.Number, span: Span) -> None:
+    """A range ends where it began, or above."""
+    start, end = si(low), si(high)
+    if start is None or end is None or start <= end:
+        return
+    turned = Edit(high.span, format_expression(low))
+    fix = Fix(low.span, format_expression(high), (turned,))
+    help = "the lower bound comes first"
+    table.report("E203", "this range is empty: it ends below its start", span, help, fix=fix)
+
+
+def _between(before: Span, last: Span) -> Span:
+    """From the end of one stretch to the end of another."""
+    return Span(last.path, before.end_line, before.end_column, last.end_line, last.end_column)

@@ -1,0 +1,123 @@
+"""What to say of a name that nobody declared: nothing, if it may be in what cannot be read; or who has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from ntp_dsl.common.resources import library_folder
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
+from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.visibility import Unit, below, key
+from ntp_dsl.language.parsing.blocks import DECLARES, SPACES
+from ntp_dsl.language.parsing.partial_library import Draft, Key
+from ntp_dsl.language.syntax.nodes import EnumDeclaration, Span
+
+Shelf = Callable[[], Mapping[Key, str]]  # which library that is at hand declares a name
+
+# The namespaces in which a name was looked for, by the code that says it is not there.
+SOUGHT: Mapping[str, tuple[str, ...]] = {
+    "E101": ("value", "type"),
+    "E102": ("predicate",),
+    "E103": ("type",),
+    "E104": ("call",),
+    "E106": ("value", "type"),
+    "E108": ("type",),
+    "E111": ("predicate",),
+}
+
+
+def report_unknown(
+    table: Table,
+    space: str,
+    code: str,
+    what: str,
+    name: str,
+    span: Span,
+    candidates: Iterable[str],
+    help: str = "",
+    likely: Iterable[str] = (),
+) -> None:
+    """Leave it in the table that a name is not in sight; `settle` decides what is said of it."""
+    table.mistakes.append(unknown(code, what, name, span, candidates, help, likely))
+
+
+def settle(
+    mistakes: Iterable[Diagnostic], units: Sequence[Unit], index: int, shelf: Shelf
+) -> Iterator[Diagnostic]:
+    """What is to be said of a library, now that all libraries are known.
+
+    A name that a broken declaration may declare is passed over, and so is what stands in a line that is only
+    guessed at; of a library that ought to be used it is said once.
+    """
+    home = units[index].draft
+    inside = [*below(units, index), index]
+    drafts = [units[each].draft for each in inside]
+    lost = frozenset[Key]().union(*(draft.lost for draft in drafts))
+    is_open = any(units[each].draft.lacks_uses or None in units[each].uses for each in inside)
+    missing: set[str] = set()
+    for mistake in mistakes:
+        if mistake.span.line in home.guessed and mistake.span.path == home.path:
+            continue
+        keys = [(space, mistake.name) for space in SOUGHT.get(mistake.code, ()) if mistake.name]
+        if keys and (is_open or not lost.isdisjoint(keys)):
+            continue
+        library = _owner(keys, units, inside, shelf) if keys else None
+        if library is None:
+            yield mistake
+        elif library not in missing:
+            missing.add(library)
+            yield _unused(mistake, library, home)
+
+
+def _owner(keys: Sequence[Key], units: Sequence[Unit], inside: Sequence[int], shelf: Shelf) -> str | None:
+    """The library that declares it and is not in sight."""
+    for each, unit in enumerate(units):
+        if each not in inside and not _declared(unit.draft).isdisjoint(keys):
+            return unit.draft.name
+    names = {unit.draft.name for unit in units}
+    known = shelf()
+    return next((known[each] for each in keys if known.get(each, "") not in {"", *names}), None)
+
+
+def _declared(draft: Draft) -> set[Key]:
+    enums = (each for each in draft.declarations if isinstance(each, EnumDeclaration))
+    members = {("value", member) for enum in enums for member in enum.members}
+    return members.union(map(key, draft.declarations))
+
+
+def _unused(mistake: Diagnostic, library: str, home: Draft) -> Diagnostic:
+    message = f"'{mistake.name}' is declared by library '{library}', which is not used here"
+    help = f"write 'use {library}' above; whatever else it declares is known then, too"
+    return replace(mistake, message=message, help=help, fix=_use(library, home))
+
+
+def _use(library: str, home: Draft) -> Fix | None:
+    """With the other uses, or above the first declaration."""
+    nodes = [*home.uses, *home.declarations]
+    if not nodes:
+        return None
+    first = nodes[0].span
+    ending = "\n" if home.uses else "\n\n"
+    return Fix(Span(first.path, first.line, 1, first.line, 1), f"use {library}{ending}")
+
+
+def names_in(paths: Iterable[Path]) -> Mapping[Key, str]:
+    """Which of the library files declares a name, as far as the first words of lines tell."""
+    found: dict[Key, str] = {}
+    for path in paths:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            continue
+        for keyword, name in DECLARES.findall(text):
+            found.setdefault((SPACES[keyword], name), path.stem)
+    return found
+
+
+@cache
+def standard_names() -> Mapping[Key, str]:
+    """What the standard libraries declare."""
+    return names_in(sorted(library_folder().glob("*.ntp")))

@@ -1,0 +1,163 @@
+"""What the parser stumbled over, in a user's words: expected, found, and perhaps meant."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.parsing.blocks import WORD, Piece
+from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS
+from ntp_dsl.language.syntax.nodes import Span
+
+LINE_END = "the end of the line"
+BLOCK_END = "the end of the block"
+INDENTED = "an indented line"
+OPERATOR = "an operator"
+
+TERMINALS = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "COMPARISON": OPERATOR,
+    "SIGN": OPERATOR,
+    "FACTOR": OPERATOR,
+    "MINUS": "'-'",
+    "DOCSTRING": "a docstring",
+    "STRING": "a text in quotes",
+    "_NEWLINE": LINE_END,
+    "_INDENT": INDENTED,
+    "_DEDENT": BLOCK_END,
+    "$END": BLOCK_END,
+}
+# What can begin an expression is one idea for the reader, and eight terminals for the parser.
+EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'"}
+LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "goal", "run", "success"}
+
+
+def expectation(expected: Set[str]) -> str:
+    """The expected words as one phrase, the likeliest first."""
+    words = set(expected)
+    if {"'not'", "'all'"} <= words:
+        words = words - EXPRESSION | {"a condition"}
+    elif {"a number", "'any'"} <= words:
+        words = words - EXPRESSION | {"a value"}
+    if len(words) > 1:
+        words -= {BLOCK_END, "a docstring"}
+    if len(words) > 3:
+        words -= {OPERATOR, "'.'", "'and'", "'or'"}
+    listing = sorted(words, key=lambda word: (not word.startswith("'"), word))
+    if len(listing) <= 1:
+        return "".join(listing) or "nothing more"
+    return f"{', '.join(listing[:-1])} or {listing[-1]}"
+
+
+def _found(kind: str, text: str) -> str:
+    named = {"_NEWLINE": LINE_END, "_INDENT": "a line that is indented further"}
+    if kind in {"_DEDENT", "$END"}:
+        return "the end of the declaration"
+    if kind == "DOCSTRING":
+        return "a docstring"
+    return named.get(kind, f"'{text}'")
+
+
+def unexpected(piece: Piece, line: int, column: int, text: str, kind: str, expected: Set[str]) -> Diagnostic:
+    """A word stands where the grammar has no place for it."""
+    visible = not kind.startswith(("_", "$")) and "\n" not in text
+    span = piece.span(line, column, len(text) if visible else 1)
+    misspelt = _misspelt_line(piece, line, column, expected)
+    if misspelt is not None:
+        return misspelt
+    message = f"expected {expectation(expected)}, found {_found(kind, text)}"
+    fix = None
+    untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", piece.text.split("\n")[line - 1][: column - 1])
+    if expected == {"':'"} and text in {")", ","} and untyped:
+        name = untyped.group(1)
+        message = f"'{name}' does not say of which type it is"
+        return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
+    if kind == "_INDENT":
+        message = "this line is indented further than the one above it, to which nothing belongs"
+        span = _next_line(piece, line)
+    if kind == "_NEWLINE" and "':'" in expected and _opens_block(piece, line):
+        message = "a ':' is missing at the end of this line"
+        fix = Fix(piece.span(line, column, 0), ":")
+    return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
+
+
+def _next_line(piece: Piece, line: int) -> Span:
+    """Where the next line that has text begins."""
+    rows = piece.text.split("\n")
+    for number, row in enumerate(rows[line:], start=line + 1):
+        if row.strip() and not row.lstrip().startswith("#"):
+            return piece.span(number, len(row) - len(row.lstrip()) + 1)
+    return piece.span(line, len(rows[line - 1]) + 1)
+
+
+def _advice(kind: str, expected: Set[str]) -> str:
+    if kind in {"_DEDENT", "$END", "_NEWLINE"} and INDENTED in expected:
+        return "what belongs to this declaration is indented below it"
+    if kind == "_INDENT":
+        return "only expressions in brackets run over several lines"
+    return ""
+
+
+def _opens_block(piece: Piece, line: int) -> bool:
+    words = piece.text.split("\n")[line - 1].split()
+    return bool(words) and words[0] in {"program", "task", "for", "when"}
+
+
+def _misspelt_line(piece: Piece, line: int, column: int, expected: Set[str]) -> Diagnostic | None:
+    """A line such as `require present(x)` fails at its second word; the first one is to blame."""
+    row = piece.text.split("\n")[line - 1]
+    first = WORD.match(row.strip())
+    start = len(row) - len(row.lstrip()) + 1
+    if first is None or first.group() in LINE_WORDS or (line == 1 and start == 1):
+        return None
+    end = start + len(first.group())
+    between = row[end - 1 : column - 1].strip()
+    allowed = {word.strip("'") for word in expected} & LINE_WORDS if column == start else LINE_WORDS
+    meant = SYNONYMS.get(first.group().lower())
+    if meant not in allowed:
+        meant = nearest(first.group(), allowed)
+    if meant is None or between or "(" in row[end - 1 : end]:
+        return None
+    span = piece.span(line, start, len(first.group()))
+    message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
+    is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
+    taken = piece.span(line, start, len(first.group()) + is_clause)
+    return Diagnostic("E001", message, span, fix=Fix(taken, meant))
+
+
+def unreadable(piece: Piece, line: int, column: int, letter: str) -> Diagnostic:
+    """A character that occurs nowhere in the language."""
+    message = f"the character {letter!r} does not belong to the language"
+    help = "text in quotes is a docstring only: three double quotes" if letter in "\"'" else ""
+    return Diagnostic("E001", message, piece.span(line, column), help=help)
+
+
+def dedent(piece: Piece) -> Diagnostic:
+    """A line that is indented less than the block above it, but more than the block around."""
+    rows = [
+        (number, row)
+        for number, row in enumerate(piece.text.split("\n"), start=1)
+        if row.strip() and not row.lstrip().startswith("#")
+    ]
+    levels, above = [0], 0
+    number, row = rows[-1]  # where none is found; brackets may hide it
+    for candidate, text in rows:
+        indent = _indent(text)
+        while levels and indent < levels[-1]:
+            levels.pop()
+        if indent not in levels and levels and above > indent:
+            number, row = candidate, text
+            break
+        levels.append(indent)
+        above = indent
+    column = len(row) - len(row.lstrip()) + 1
+    message = "this line is indented unlike every line above that it could belong to"
+    return Diagnostic("E001", message, piece.span(number, column))
+
+
+def _indent(row: str) -> int:
+    """As the parser counts it: blanks, and tabs for eight; a form feed counts for nothing."""
+    margin = row[: len(row) - len(row.lstrip())]
+    return margin.count(" ") + 8 * margin.count("\t")

@@ -1,0 +1,123 @@
+"""From text to syntax tree. Says nothing about meaning: see `check`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import cast
+
+from lark import Lark, Token
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+from lark.indenter import DedentError
+from lark.lexer import PatternStr
+from lark.tree import Meta
+from lark.visitors import Transformer_NonRecursive
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.parsing import blocks, parse_messages, parser_tables, tree_builder
+from ntp_dsl.language.parsing.blocks import KEYWORDS, Piece
+from ntp_dsl.language.parsing.error_recovery import Parsed, recover
+from ntp_dsl.language.parsing.partial_library import Draft, draft
+from ntp_dsl.language.parsing.term_builder import Word
+from ntp_dsl.language.syntax.nodes import NOWHERE, Library, Span
+
+
+@cache
+def _lark() -> Lark:
+    return parser_tables.parser()
+
+
+@cache
+def _words() -> dict[str, str]:
+    """What a user calls each of the grammar's terminals."""
+    words = {
+        terminal.name: f"'{terminal.pattern.value}'"
+        for terminal in _lark().terminals
+        if isinstance(terminal.pattern, PatternStr)
+    }
+    return words | parse_messages.TERMINALS
+
+
+def parse(text: str, path: Path | str | None = None) -> Library:
+    """Read a library; `SourceError` carries every mistake of the text.
+
+    Args:
+        path: where the text comes from, for the spans; the file is not opened.
+    """
+    where = None if path is None else Path(path)
+    draft = read(text, where)
+    if draft.mistakes:
+        raise SourceError(draft.mistakes, {where: lines(text)})
+    return draft.whole()
+
+
+def read(text: str, path: Path | None, read_piece: Callable[[Piece], Parsed] | None = None) -> Draft:
+    """Read what can be read of a library; the draft says what cannot.
+
+    Args:
+        read_piece: reads one declaration, where the caller knows a quicker way than to parse it.
+    """
+    found = [(read_piece or parse_piece)(piece) for piece in blocks.cut(lines(text), path)]
+    return draft(found, path)
+
+
+def lines(text: str) -> str:
+    """The text with line ends of one kind, as all spans count them."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def parse_piece(piece: Piece) -> Parsed:
+    """Read one declaration, and on where it is broken."""
+    return recover(piece, _attempt)
+
+
+def _attempt(piece: Piece) -> tuple[tree_builder.Item | None, Sequence[Diagnostic]]:
+    mistakes = [blocks.misspelt(piece)] if piece.keyword not in KEYWORDS else []
+    mistakes += blocks.unbalanced(piece)
+    if mistakes:
+        return None, mistakes
+    try:
+        tree = _lark().parse(piece.text, start=piece.keyword)
+    except UnexpectedInput as unexpected:
+        return None, [_explain(unexpected, piece)]
+    except DedentError:
+        return None, [parse_messages.dedent(piece)]
+    builder = tree_builder.Builder()
+    return _Transformer(builder, piece).transform(tree), builder.mistakes
+
+
+def _explain(unexpected: UnexpectedInput, piece: Piece) -> Diagnostic:
+    line, column = unexpected.line, unexpected.column
+    if isinstance(unexpected, UnexpectedToken):
+        accepted = unexpected.accepts or unexpected.expected
+        token = unexpected.token
+        expected = {_words().get(name, name) for name in accepted}
+        if token.type == "$END":
+            line, column = piece.text.count("\n"), len(piece.text.rstrip("\n").split("\n")[-1]) + 1
+        return parse_messages.unexpected(piece, line, column, str(token), token.type, expected)
+    assert isinstance(unexpected, UnexpectedCharacters)
+    return parse_messages.unreadable(piece, line, column, piece.text[unexpected.pos_in_stream or 0])
+
+
+class _Transformer(Transformer_NonRecursive[Token, tree_builder.Item]):
+    """Hands every rule of the grammar to the builder's method of the same name, with its place."""
+
+    def __init__(self, builder: tree_builder.Builder, piece: Piece) -> None:
+        super().__init__(visit_tokens=False)
+        self._builder = builder
+        self._piece = piece
+
+    def __default__(self, data: str, children: list[object], meta: Meta | Token) -> tree_builder.Item:
+        words = [self._word(child) if isinstance(child, Token) else child for child in children]
+        return cast(tree_builder.Item, getattr(self._builder, str(data))(self._span(meta), *words))
+
+    def _word(self, token: Token) -> Word:
+        return Word(str(token), self._span(token))
+
+    def _span(self, place: Meta | Token) -> Span:
+        if getattr(place, "line", None) is None:
+            return NOWHERE
+        return self._piece.stretch(
+            place.line or 0, place.column or 0, place.end_line or 0, place.end_column or 0
+        )

@@ -1,0 +1,92 @@
+"""From pieces to a draft: a library as far as it could be read, which may have holes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
+from ntp_dsl.language.parsing import blocks
+from ntp_dsl.language.parsing.error_recovery import Parsed
+from ntp_dsl.language.parsing.tree_builder import Header
+from ntp_dsl.language.syntax.nodes import Declaration, Library, Span, Use
+
+Key = tuple[str, str]  # a namespace and a name in it
+UNNAMED = "NAME"
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A text as far as it could be read: enough to look for more mistakes, no proof of anything.
+
+    Of `holed` declarations the signature stands, but lines are missing; of `lost` ones only the name.
+    """
+
+    name: str
+    uses: tuple[Use, ...]
+    declarations: tuple[Declaration, ...]
+    docstring: str = ""
+    path: Path | None = None
+    mistakes: tuple[Diagnostic, ...] = ()
+    holed: frozenset[Key] = frozenset()
+    lost: frozenset[Key] = frozenset()
+    guessed: frozenset[int] = frozenset()  # lines that are read as they were probably meant
+    lacks_uses: bool = False  # a `use` could not be read: any name may come from there
+
+    def whole(self) -> Library:
+        """The library, of a text without mistakes."""
+        assert not self.mistakes
+        return Library(self.name, self.uses, self.declarations, self.docstring, self.path)
+
+    @staticmethod
+    def of(library: Library) -> Draft:
+        """A library is a draft that lacks nothing."""
+        return Draft(library.name, library.uses, library.declarations, library.docstring, library.path)
+
+
+def draft(found: Sequence[Parsed], path: Path | None) -> Draft:
+    """Join what was read of a text's pieces, in their order."""
+    items = [parsed.item for parsed in found]
+    headers = [item for item in items if isinstance(item, Header)]
+    mistakes = [mistake for parsed in found for mistake in parsed.mistakes]
+    broken = [parsed for parsed in found if parsed.item is None]
+    stem = path.stem if path and path.stem.isidentifier() else UNNAMED
+    return Draft(
+        headers[0].name if headers else stem,
+        tuple(item for item in items if isinstance(item, Use)),
+        tuple(item for item in items if isinstance(item, Declaration)),
+        headers[0].docstring if headers else "",
+        path,
+        (*mistakes, *_header_mistakes(headers, found, stem, path)),
+        frozenset(_holed(found)),
+        frozenset(key for parsed in found for key in parsed.lost),
+        frozenset(line for parsed in found for line in parsed.guessed),
+        any(parsed.piece.keyword == "use" for parsed in broken),
+    )
+
+
+def _holed(found: Sequence[Parsed]) -> Iterator[Key]:
+    after = [parsed.piece.keyword for parsed in found[1:]]
+    for parsed, following in zip_longest(found, after, fillvalue=None):
+        assert parsed is not None
+        # A line at the margin that begins nothing may belong to what stands above it.
+        is_cut = following is not None and following not in blocks.KEYWORDS
+        if isinstance(parsed.item, Declaration) and (is_cut or not parsed.is_whole):
+            yield blocks.SPACES[parsed.piece.keyword], parsed.item.name
+
+
+def _header_mistakes(
+    headers: Sequence[Header], found: Sequence[Parsed], stem: str, path: Path | None
+) -> Iterator[Diagnostic]:
+    top = Span(path, 1, 1, 1, 1)
+    if not headers and not any(parsed.item is None for parsed in found):
+        help = f"write 'library {stem}' above everything else"
+        fix = Fix(top, f"library {stem}\n\n")
+        message = "the text does not say which library it is"
+        yield Diagnostic("E005", message, top, help=help, fix=fix)
+    for header in headers[1:]:
+        yield Diagnostic("E005", "a text is one library; this is another header", header.span)
+    if headers and found[0].item is not headers[0] and found[0].item is not None:
+        yield Diagnostic("E005", "'library' comes before everything else", headers[0].span)

@@ -1,0 +1,251 @@
+"""What was probably meant where a piece does not parse: the first guess that reads on is offered.
+
+Guesses are words of other languages, slips of the pen, and marks that are missing, too many or taken from
+elsewhere. A guess is offered only if the text then parses as far as the next line at least.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.parsing.blocks import PARTNERS, Piece
+from ntp_dsl.language.parsing.foreign_syntax import FILLERS, SYNONYMS, bracketed, rewritten
+from ntp_dsl.language.syntax.nodes import Span
+
+Attempt = Callable[[Piece], tuple[object, Sequence[Diagnostic]]]
+Guess = tuple[int, str]  # a row, and what it should say
+
+MOST_LETTERS = 12_000  # to be read anew for all guesses at one mistake
+MOST_TRIES = 60
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
+TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
+APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
+JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
+OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
+INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
+         "requires", "achieves")  # fmt: skip
+MARKS: Mapping[str, str] = {
+    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": "->", "<>": "!=", "=": "==", "!": "not ",
+    "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
+    "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
+    "–": "-", "×": "*", ">": "->", "..": "=", "--": "#", "…": "..", ":=": "==",
+}  # fmt: skip
+MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ", " on table ", " on ", " is ",
+           "..", "=", " and ", " == ")  # fmt: skip
+FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
+
+
+def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
+    """The mistake with a fix, if a guess proves right."""
+    row = mistake.span.line - piece.line
+    rows = piece.text.rstrip("\n").split("\n")
+    if piece.shifts or not 0 <= row < len(rows):
+        return mistake
+    if mistake.code == "E001" and row and (word := WORD.match(rows[row].strip())) and word.group() in FOREIGN:
+        return _foreign(mistake, piece, rows, row, word.group(), attempt)
+    if mistake.fix is not None or mistake.code not in {"E001", "E003", "E004"}:
+        return mistake
+    better: tuple[int, str] | None = None
+    tried: set[tuple[int, str]] = set()
+    for guess in _guesses(rows, row, mistake.span.column - 1):
+        if guess in tried or guess == (guess[0], rows[guess[0]]) or _stutters(guess, rows):
+            continue
+        tried.add(guess)
+        if len(tried) > min(MOST_TRIES, MOST_LETTERS // len(piece.text)):
+            break
+        left = attempt(replace(piece, text="\n".join(_with(rows, guess)) + "\n"))[1]
+        if not left:
+            return _fixed(mistake, piece, rows, guess)
+        if better is None and min(each.span.line for each in left) - piece.line > max(row, guess[0]):
+            better = guess
+    return mistake if better is None else _fixed(mistake, piece, rows, better)
+
+
+def _foreign(
+    mistake: Diagnostic, piece: Piece, rows: list[str], row: int, word: str, attempt: Attempt
+) -> Diagnostic:
+    """Of a line that begins with a word such as `return`, what follows it may stand by itself."""
+    column = rows[row].index(word) + 1
+    span = piece.span(row + 1, column, len(word))
+    rest = rows[row][column - 1 + len(word) :].lstrip()
+    fix = None
+    if not rest.strip(" :;"):
+        others = [*rows[:row], *rows[row + 1 :]]
+        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
+            line = piece.line + row
+            fix = Fix(Span(piece.path, line, 1, line + 1, 1), "")
+    else:
+        others = _with(rows, (row, rows[row][: column - 1] + rest))
+        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
+            fix = Fix(piece.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
+    message = f"there is no '{word}' in the language"
+    help = "a body is calls, 'for' and 'when'"
+    return replace(mistake, message=message, span=span, help=help, fix=fix)
+
+
+def _stutters(guess: Guess, rows: Sequence[str]) -> bool:
+    """Whether it says a word twice that was said once, or two that never follow one another."""
+    index, new = guess
+    return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART))
+
+
+def is_word(mistake: Diagnostic) -> bool:
+    """Whether its fix is another word in place of one: then it is sure what was meant."""
+    fix = mistake.fix
+    return fix is not None and mistake.span == fix.span and WORD.fullmatch(fix.replacement) is not None
+
+
+def _with(rows: list[str], guess: Guess) -> list[str]:
+    return [guess[1] if index == guess[0] else row for index, row in enumerate(rows)]
+
+
+def _fixed(mistake: Diagnostic, piece: Piece, rows: list[str], guess: Guess) -> Diagnostic:
+    """With the smallest edit of whole words that makes the guess."""
+    index, new = guess
+    old = rows[index]
+    start = _same(old, new)
+    end = _same(old[start:][::-1], new[start:][::-1])
+    while start and _joins(old, start, new, start):
+        start -= 1
+    while end and _joins(old, len(old) - end, new, len(new) - end):
+        end -= 1
+    span = piece.span(index + 1, start + 1, len(old) - end - start)
+    replacement = new[start : len(new) - end]
+    fix = Fix(span, replacement)
+    taken = old[start : len(old) - end]
+    help = f"did you mean '{new.strip()}'?"
+    is_here = WORD.search(taken) is not None and index == mistake.span.line - piece.line
+    if is_here and WORD.fullmatch(taken) and WORD.fullmatch(replacement):
+        message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
+        return replace(mistake, message=message, span=span, fix=fix, help="")
+    if is_here and taken.strip().lower() in FILLERS and not replacement.strip():
+        message = f"'{taken.strip()}' has no place here"
+        return replace(mistake, message=message, span=span, fix=fix, help=help)
+    return replace(mistake, fix=fix, help=help)
+
+
+def _same(one: str, other: str) -> int:
+    """How many letters the two begin with alike."""
+    pairs = enumerate(zip(one, other, strict=False))
+    return next((index for index, (a, b) in pairs if a != b), min(len(one), len(other)))
+
+
+def _joins(old: str, at: int, new: str, there: int) -> bool:
+    """Whether an edit would begin or end within a word."""
+    return any(
+        0 < place < len(text) and JOINED.fullmatch(text[place - 1 : place + 1]) is not None
+        for text, place in ((old, at), (new, there))
+    )
+
+
+def _put(text: str, place: int, mark: str) -> str:
+    return text[:place] + mark + text[place:]
+
+
+# Guesses, the likeliest first ---------------------------------------------------------------------
+
+
+def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
+    text = rows[row]
+    if text.count('"""') == 1:
+        yield row, text.rstrip() + '"""'
+        return
+    for new in rewritten(rows, row, column):
+        yield row, new
+    twice = TWICE.search(text)
+    if twice:
+        yield row, text[: twice.end("word")] + text[twice.end() :]
+    if text[column : column + 1] in PARTNERS:
+        for match in re.finditer(r"[\w)\]](?!\w)", text[column:]):
+            yield row, _put(text, column + match.end(), PARTNERS[text[column]])
+    others = _other_words(text, column), _other_marks(text, column), _missing(text, column)
+    for new in chain(*others, bracketed(text, column)):
+        yield row, new
+    yield from _other_margins(rows, row)
+    head, rest = text[:column], text[column + 1 :]
+    if not WORD.match(text, column) and not (head[-1:].isalnum() and rest[:1].isalnum()):
+        yield row, head.rstrip() + rest
+
+
+def _other_words(text: str, column: int) -> Iterator[str]:
+    """The word at the place, the one before it, and the line's first, as the language has them."""
+    words = list(WORD.finditer(text))
+    here = [each for each in words if each.start() <= column < each.end()]
+    before = [each for each in words if each.end() <= column][-1:]
+    for match in [*here, *before, *words[:1]]:
+        is_first = match is words[0]
+        known = OPENING if is_first else INNER
+        found = match.group()
+        near = [each for each in known if nearest(found, [each])] if found not in known else []
+        for guess in (SYNONYMS.get(found), SYNONYMS.get(found.lower()), *near):
+            if guess is not None and guess != found:
+                yield text[: match.start()] + guess + text[match.end() :]
+                yield text[: match.start()] + guess + text[match.end() :].replace(":", "", 1)
+
+
+def _other_marks(text: str, column: int) -> Iterator[str]:
+    """Signs that other languages use."""
+    for mark, ours in MARKS.items():
+        for start in {column, column - 1}:
+            if start >= 0 and text.startswith(mark, start):
+                rest = text[start + len(mark) :]
+                yield text[:start] + ours + rest
+                if mark == ":":
+                    yield f"{text[:start].rstrip()} with {rest.lstrip()}"
+                if mark == ",":
+                    yield f"{text[:start].rstrip()} and {rest.lstrip()}"
+                if mark in {"-", ":"}:
+                    yield text[:start] + "->" + rest
+                    yield text[:start].rstrip() + ":" + rest
+                if mark == ";":
+                    yield text[:start] + "#" + rest
+                if mark == "!":
+                    yield text[:start] + ours + rest.lstrip()
+                if mark in {"=", ":"}:
+                    yield text[:start] + {"=": ":", ":": "="}[mark] + rest
+                    yield text[:start] + {"=": "=", ":": " in"}[mark] + rest
+    for quote in "\"'":
+        if text.startswith(quote, column) and text.count(quote) > 1:
+            yield text[:column] + text[column:].replace(quote, "", 2)
+    if "<" in text[max(0, column - 1) :] and ">" in text[column:]:
+        yield text[:column] + text[column:].replace("<", "[", 1).replace(">", "]", 1)
+
+
+def _missing(text: str, column: int) -> Iterator[str]:
+    """Marks that are left out at the place, or at the line's end."""
+    head, rest = text[:column], text[column:]
+    bare = head.rstrip()
+    word = WORD.match(rest)
+    if word and bare.endswith("list"):
+        yield f"{bare}[{word.group()}]{rest[word.end() :]}"
+    before = WORD_BEFORE.search(bare)
+    if word and before:  # `Drawer d`, as other languages have it
+        yield f"{bare[: before.start()]}{word.group()}: {before.group()}{rest[word.end() :]}"
+    for mark in MISSING:
+        if mark == "(goal)" and not bare.lstrip().startswith("run"):
+            continue
+        yield bare + mark + (rest.lstrip() if mark.endswith((" ", ".", "(", "[", "=")) else rest)
+    if word:
+        for mark in (")", "]"):
+            yield head + word.group() + mark + rest[word.end() :]
+    code = text.split("#")[0].rstrip()
+    for ending in (")", "))", "]", "):", "])", "]):", ":"):
+        yield code.removesuffix(":") + ending if ":" in ending else code + ending
+    if text[column : column + 1] in {")", "]", ","}:
+        yield text[:column] + text[column + 1 :]
+
+
+def _other_margins(rows: list[str], row: int) -> Iterator[Guess]:
+    """The line, or the next one, stands as far in as others do."""
+    for index in (row, row + 1):
+        if not 0 < index < len(rows) or not rows[index].strip():
+            continue
+        bare = rows[index].lstrip()
+        indents = [len(each) - len(each.lstrip()) for each in rows[1:index] if each.strip()]
+        for indent in dict.fromkeys([*indents[-1:], *(each + 4 for each in indents[-1:]), *indents, 4]):
+            yield index, " " * indent + bare

@@ -1,0 +1,105 @@
+"""From the grammar's rules for conditions and values to their syntax nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import Expression, Number, Span
+
+# Words that open or join an expression; a thing of that name could never be mentioned.
+RESERVED = frozenset("all some any not and or for if when requires achieves calls".split())
+MAX_DEPTH = 60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
+MAX_NUMBER = 1e9  # as written; counts and metres alike stay far below
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Word:
+    """A name, a number or an operator as it stands in the text."""
+
+    text: str
+    span: Span
+
+
+class Terms:
+    """One method a rule; what is wrong beyond the grammar is left in `mistakes`."""
+
+    def __init__(self) -> None:
+        self.mistakes: list[Diagnostic] = []
+        self._depths: dict[int, int] = {}  # of the nodes built so far, by identity
+
+    def disjunction(self, span: Span, *values: Expression) -> nodes.Or:
+        return self._nested(nodes.Or(values, span=span), *values)
+
+    def conjunction(self, span: Span, *values: Expression) -> nodes.And:
+        return self._nested(nodes.And(values, span=span), *values)
+
+    def negation(self, span: Span, value: Expression) -> nodes.Not:
+        return self._nested(nodes.Not(value, span=span), value)
+
+    def all(self, span: Span, body: Expression, *generators: nodes.Generator) -> nodes.Quantified:
+        return self._nested(nodes.Quantified("all", body, generators, span=span), body, *generators)
+
+    def some(self, span: Span, body: Expression, *generators: nodes.Generator) -> nodes.Quantified:
+        return self._nested(nodes.Quantified("some", body, generators, span=span), body, *generators)
+
+    def generator(
+        self, span: Span, variable: Word, iterable: Word, condition: Expression | None
+    ) -> nodes.Generator:
+        domain = nodes.Name(iterable.text, span=iterable.span)
+        node = nodes.Generator(self._declare(variable), domain, condition, span=variable.span)
+        return self._nested(node, *([condition] if condition else []))
+
+    def comparison(self, span: Span, left: Expression, operator: Word, right: Expression) -> nodes.Compare:
+        return self._nested(nodes.Compare(operator.text, left, right, span=span), left, right)
+
+    def sum(self, span: Span, left: Expression, operator: Word, right: Expression) -> nodes.Arithmetic:
+        return self._nested(nodes.Arithmetic(operator.text, left, right, span=span), left, right)
+
+    product = sum
+
+    def number(self, span: Span, minus: Word | None, digits: Word, unit: Word | None) -> Number:
+        value = self._value(digits)
+        return Number(-value if minus and value else value, unit.text if unit else "", span=span)
+
+    def wildcard(self, span: Span) -> nodes.Wildcard:
+        return nodes.Wildcard(span=span)
+
+    def name(self, span: Span, name: Word) -> nodes.Name:
+        return nodes.Name(name.text, span=span)
+
+    def field(self, span: Span, value: Word, name: Word) -> nodes.Field:
+        return nodes.Field(nodes.Name(value.text, span=value.span), name.text, span=span)
+
+    def atom(self, span: Span, predicate: Word, *arguments: Expression | None) -> nodes.Atom:
+        given = tuple(argument for argument in arguments if argument is not None)
+        return self._nested(nodes.Atom(predicate.text, given, span=span), *given)
+
+    # What the grammar cannot say
+
+    def _declare(self, name: Word) -> str:
+        if name.text in RESERVED:
+            message = f"'{name.text}' is a word of the language; nothing else can be called that"
+            self.mistakes.append(Diagnostic("E009", message, name.span))
+        return name.text
+
+    def _value(self, digits: Word) -> float:
+        value = float(digits.text)
+        if value > MAX_NUMBER:
+            self.mistakes.append(Diagnostic("E007", "this number is too large", digits.span))
+            return 0.0
+        return value
+
+    def _nested(self, node: T, *children: object) -> T:
+        depth = 1 + max((self._depths.get(id(child), 0) for child in children), default=0)
+        self._depths[id(node)] = depth
+        if depth == MAX_DEPTH:
+            assert isinstance(node, nodes.Node)
+            message = "this is nested too deeply to be read; give its parts names of their own"
+            self.mistakes.append(Diagnostic("E010", message, node.span))
+        return node

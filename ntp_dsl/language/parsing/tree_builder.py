@@ -1,0 +1,332 @@
+"""From the grammar's rules for declarations to their syntax nodes, in the grammar's order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from inspect import cleandoc
+from typing import Any, TypeVar
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.parsing.clause_merging import join_clauses
+from ntp_dsl.language.parsing.term_builder import Terms, Word
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import Expression, Number, Span
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Header:
+    """`library NAME` and what is said about it."""
+
+    name: str
+    docstring: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One line of a contract or one section of a task."""
+
+    kind: str
+    value: object
+    span: Span
+
+
+@dataclass(frozen=True)
+class Docstring:
+    text: str
+
+
+@dataclass(frozen=True)
+class DrawnFrom:
+    """A group of the scene that a sampler draws from."""
+
+    name: Word
+
+
+@dataclass(frozen=True)
+class Calls:
+    """What an expert in Python may call."""
+
+    names: tuple[nodes.Name, ...]
+
+
+Item = nodes.Node | Header | Clause | Docstring | DrawnFrom | Calls | tuple[object, ...] | int
+
+
+def clean(docstring: str) -> str:
+    """A docstring's text without its indentation, nor blanks at any line's end."""
+    return "\n".join(line.rstrip() for line in cleandoc(docstring).split("\n")).strip("\n")
+
+
+def _text(docstring: Docstring | None) -> str:
+    return docstring.text if docstring else ""
+
+
+def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
+    return tuple(item for item in items if isinstance(item, kind))
+
+
+class Builder(Terms):
+    """Builds one declaration; what is wrong beyond the grammar is left in `mistakes`."""
+
+    # Libraries
+
+    def library(self, span: Span, name: Word, docstring: Docstring | None = None) -> Header:
+        return Header(name.text, _text(docstring), name.span)
+
+    def use(self, span: Span, library: Word) -> nodes.Use:
+        return nodes.Use(library.text, span=library.span)
+
+    # What there is
+
+    def type(
+        self, span: Span, name: Word, parent: nodes.TypeName | None, docstring: Docstring | None
+    ) -> nodes.TypeDeclaration:
+        return nodes.TypeDeclaration(parent=parent, **self._declared(span, name, docstring))
+
+    def enum(self, span: Span, name: Word, *rest: Word | Docstring | None) -> nodes.EnumDeclaration:
+        members = _only(Word, rest)
+        return nodes.EnumDeclaration(
+            members=tuple(self._declare(member) for member in members),
+            member_spans=tuple(member.span for member in members),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def record(
+        self,
+        span: Span,
+        name: Word,
+        fields: tuple[nodes.Parameter, ...],
+        docstring: Docstring | None,
+    ) -> nodes.RecordDeclaration:
+        return nodes.RecordDeclaration(fields=fields, **self._declared(span, name, docstring))
+
+    def constant(
+        self, span: Span, name: Word, type: nodes.TypeName, docstring: Docstring | None
+    ) -> nodes.ConstantDeclaration:
+        return nodes.ConstantDeclaration(type=type, **self._declared(span, name, docstring))
+
+    # What can be true
+
+    def predicate(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[nodes.Parameter, ...],
+        result: nodes.TypeName | None,
+        by: nodes.Name | None,
+        docstring: Docstring | None,
+    ) -> nodes.PredicateDeclaration:
+        return nodes.PredicateDeclaration(
+            parameters=parameters, result=result, by=by, **self._declared(span, name, docstring)
+        )
+
+    def composition(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[nodes.Parameter, ...],
+        docstring: Docstring | None,
+        body: Expression,
+    ) -> nodes.PredicateDeclaration:
+        return nodes.PredicateDeclaration(
+            parameters=parameters, body=body, **self._declared(span, name, docstring)
+        )
+
+    # What can be done
+
+    def api(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[nodes.Parameter, ...],
+        by: nodes.Name | None,
+        *rest: object,
+    ) -> nodes.ApiDeclaration:
+        return nodes.ApiDeclaration(
+            parameters=parameters,
+            by=by,
+            **self._contract(rest),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def program(
+        self,
+        span: Span,
+        name: Word,
+        parameters: tuple[nodes.Parameter, ...],
+        by: nodes.Name | None,
+        *rest: object,
+    ) -> nodes.ProgramDeclaration:
+        return nodes.ProgramDeclaration(
+            parameters=parameters,
+            by=by,
+            calls=tuple(name for calls in _only(Calls, rest) for name in calls.names),
+            body=tuple(item for item in rest if isinstance(item, nodes.Statement)),
+            **self._contract(rest),
+            **self._declared(span, name, *_only(Docstring, rest)),
+        )
+
+    def provider(self, span: Span, name: Word) -> nodes.Name:
+        return self.name(span, name)
+
+    def calls(self, span: Span, *callees: Word) -> Calls:
+        return Calls(tuple(nodes.Name(callee.text, span=callee.span) for callee in callees))
+
+    def docstring(self, span: Span, text: Word) -> Docstring:
+        return Docstring(clean(text.text[3:-3]))
+
+    def parameters(self, span: Span, *parameters: nodes.Parameter | None) -> tuple[nodes.Parameter, ...]:
+        return _only(nodes.Parameter, parameters)
+
+    def parameter(
+        self,
+        span: Span,
+        name: Word,
+        type: nodes.TypeName,
+        low: Number | None,
+        high: Number | None,
+    ) -> nodes.Parameter:
+        return nodes.Parameter(self._declare(name), type, low, high, span=name.span)
+
+    def list_type(self, span: Span, name: Word) -> nodes.TypeName:
+        return nodes.TypeName(name.text, is_list=True, span=name.span)
+
+    def type_name(self, span: Span, name: Word) -> nodes.TypeName:
+        return nodes.TypeName(name.text, span=name.span)
+
+    def clauses(self, span: Span, *clauses: Clause) -> tuple[Clause, ...]:
+        return clauses
+
+    def requires(self, span: Span, condition: Expression) -> Clause:
+        return Clause("requires", condition, span)
+
+    def achieves(self, span: Span, condition: Expression) -> Clause:
+        return Clause("achieves", condition, span)
+
+    def statement(self, span: Span, call: nodes.Call) -> nodes.Call:
+        return call
+
+    def loop(self, span: Span, generator: nodes.Generator, body: nodes.Statement) -> nodes.For:
+        return self._nested(nodes.For(generator, body, span=span), generator, body)
+
+    def when(self, span: Span, condition: Expression, body: nodes.Statement) -> nodes.When:
+        return self._nested(nodes.When(condition, body, span=span), condition, body)
+
+    def block(self, span: Span, *statements: nodes.Statement) -> nodes.Statement:
+        for extra in statements[1:2]:
+            message = "a 'for' or 'when' holds one call; this is another"
+            help = "move them into a program of their own, or indent this one less"
+            self.mistakes.append(Diagnostic("E006", message, extra.span, help=help))
+        return statements[0]
+
+    def call(self, span: Span, callee: Word, *arguments: Expression | None) -> nodes.Call:
+        given = tuple(argument for argument in arguments if argument is not None)
+        return self._nested(nodes.Call(callee.text, given, span=span), *given)
+
+    # What to try
+
+    def task(self, span: Span, name: Word, *rest: object) -> nodes.TaskDeclaration:
+        sections = self._once(_only(Clause, rest))
+        return nodes.TaskDeclaration(**sections, **self._declared(span, name, *_only(Docstring, rest)))
+
+    def scene(self, span: Span, *groups: nodes.SceneGroup) -> Clause:
+        return Clause("scene", groups, span)
+
+    def goal(self, span: Span, sampler: nodes.Sampler) -> Clause:
+        return Clause("goal", sampler, span)
+
+    def run(self, span: Span, call: nodes.Call) -> Clause:
+        return Clause("run", call, span)
+
+    def success(self, span: Span, condition: Expression) -> Clause:
+        return Clause("success", condition, span)
+
+    def group(
+        self,
+        span: Span,
+        name: Word,
+        count: int,
+        most: int | None,
+        type: nodes.TypeName,
+        place: Word,
+        details: tuple[nodes.Detail, ...] | None,
+    ) -> nodes.SceneGroup:
+        return nodes.SceneGroup(
+            self._declare(name),
+            count,
+            type,
+            place.text,
+            most,
+            details or (),
+            place_span=place.span,
+            span=span,
+        )
+
+    def details(self, span: Span, *details: nodes.Detail) -> tuple[nodes.Detail, ...]:
+        return details
+
+    def detail(self, span: Span, name: Word, *settings: nodes.Setting | None) -> nodes.Detail:
+        given = tuple(setting for setting in settings if setting is not None)
+        return nodes.Detail(name.text, given, span=span)
+
+    def interval(self, span: Span, low: Number, high: Number) -> nodes.Interval:
+        return nodes.Interval(low, high, span=span)
+
+    def text(self, span: Span, quoted: Word) -> nodes.Text:
+        return nodes.Text(quoted.text[1:-1], span=quoted.span)
+
+    def sampler(
+        self, span: Span, name: Word, *rest: DrawnFrom | nodes.Option | nodes.Node | None
+    ) -> nodes.Sampler:
+        groups = [drawn.name for drawn in _only(DrawnFrom, rest)]
+        return nodes.Sampler(
+            name.text,
+            tuple(group.text for group in groups),
+            _only(nodes.Option, rest),
+            next(iter(_only(nodes.TypeName, rest)), None),
+            next(iter(_only(nodes.Name, rest)), None),
+            group_spans=tuple(group.span for group in groups),
+            span=span,
+        )
+
+    def drawn_from(self, span: Span, name: Word) -> DrawnFrom:
+        return DrawnFrom(name)
+
+    def option(self, span: Span, name: Word, low: int, high: int | None) -> nodes.Option:
+        return nodes.Option(name.text, low, low if high is None else high, span=span)
+
+    def count(self, span: Span, digits: Word) -> int:
+        value = self._value(digits)
+        if value != int(value):
+            self.mistakes.append(
+                Diagnostic("E007", f"a whole number belongs here, not {digits.text}", digits.span)
+            )
+        return int(value)
+
+    # What the grammar cannot say
+
+    def _declared(self, span: Span, name: Word, docstring: Docstring | None = None) -> dict[str, Any]:
+        return {
+            "name": self._declare(name),
+            "docstring": _text(docstring),
+            "name_span": name.span,
+            "span": span,
+        }
+
+    def _contract(self, rest: tuple[object, ...]) -> dict[str, Any]:
+        lines = [item for item in rest if isinstance(item, tuple)]
+        clauses = _only(Clause, rest) + tuple(each for line in lines for each in line)
+        return self._once(_only(Clause, clauses))
+
+    def _once(self, clauses: tuple[Clause, ...]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for before, clause in zip((None, *clauses), clauses, strict=False):
+            if before is not None and clause.kind in found:
+                message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"
+                fix = join_clauses(found[clause.kind], clause.value, before.span, clause.span)
+                self.mistakes.append(Diagnostic("E008", message, clause.span, fix=fix))
+            found.setdefault(clause.kind, clause.value)
+        return found

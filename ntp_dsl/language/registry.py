@@ -1,0 +1,138 @@
+"""A checked library: what it declares, by name; who may call whom; and each declaration's hash."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from inspect import unwrap
+from typing import Any
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.syntax import nodes
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A typed parameter; of a list, `type` is the elements', which only a demonstration shows."""
+
+    name: str
+    type: str
+    is_list: bool = False
+    low: float | None = None
+    high: float | None = None
+
+
+UNBOUNDED = (0.0, 1.0)  # taken for the range of a number that declares none, in SI units
+
+
+def bounds(parameter: Parameter) -> tuple[float, float]:
+    """Between what a number lies."""
+    if parameter.low is None or parameter.high is None:
+        return UNBOUNDED
+    return parameter.low, parameter.high
+
+
+@dataclass(frozen=True)
+class Callable:
+    """What programs and apis share: a signature and a contract."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    requires: nodes.Expression | None
+    achieves: nodes.Expression | None
+    hash: str
+    docstring: str = ""
+    span: nodes.Span = field(default=nodes.NOWHERE, compare=False, repr=False)
+
+    @property
+    def takes_list(self) -> bool:
+        return any(parameter.is_list for parameter in self.parameters)
+
+
+@dataclass(frozen=True)
+class Api(Callable):
+    """A primitive: carried out by the world's `skill`, or by a function in Python."""
+
+    skill: str = ""
+
+
+@dataclass(frozen=True)
+class Program(Callable):
+    """A reactive program. `callees` are those that it may call, each once, in its body's order."""
+
+    body: tuple[nodes.Statement, ...] = ()
+    callees: tuple[str, ...] = ()
+    in_python: bool = False
+
+    def statements(self) -> Iterator[nodes.Call]:
+        """The calls of its body, without the loops and conditions around them."""
+        for statement in self.body:
+            while not isinstance(statement, nodes.Call):
+                statement = statement.body
+            yield statement
+
+    def line(self, callee: str | None = None) -> str:
+        """Where it first calls something, as `file:line`; else where it is declared."""
+        calls = (each.span for each in self.statements() if each.callee == callee)
+        span = next(calls, self.span)
+        return f"{span.path.name}:{span.line}" if span.path else ""
+
+
+@dataclass
+class PythonCode:
+    """The functions that a library leaves to Python; none until `python_code` has imported them."""
+
+    functions: dict[tuple[str, str], Any] = field(default_factory=dict)  # by kind and name
+
+    def get(self, kind: str, name: str) -> Any:
+        """Raises `NtpError` where the user's file was not imported."""
+        if (kind, name) not in self.functions:
+            raise NtpError(f"the {kind} '{name}' is left to Python, and that was not imported")
+        return self.functions[kind, name]
+
+
+def place_of(function: Any) -> str:
+    """Where a function in Python stands, as `file:line`."""
+    code = getattr(unwrap(function), "__code__", None)
+    return f"{code.co_filename}:{code.co_firstlineno}" if code else "?"
+
+
+@dataclass(frozen=True)
+class Registry:
+    """A checked library. Holding one is the proof: whatever runs it takes nothing less."""
+
+    name: str
+    parents: Mapping[str, str | None]  # type -> its parent
+    enums: Mapping[str, tuple[str, ...]]
+    records: Mapping[str, tuple[Parameter, ...]]
+    constants: Mapping[str, str]  # name -> type
+    predicates: Mapping[str, nodes.PredicateDeclaration]
+    apis: Mapping[str, Api]
+    programs: Mapping[str, Program]
+    tasks: Mapping[str, nodes.TaskDeclaration]
+    python: PythonCode = field(default_factory=PythonCode, compare=False, repr=False)
+
+    def __getitem__(self, name: str) -> Program | Api:
+        return self.programs.get(name) or self.apis[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.programs or name in self.apis
+
+    def ancestors(self, type_name: str) -> Iterator[str]:
+        """The type itself, then its parent, and so on to the root."""
+        current: str | None = type_name
+        while current is not None:
+            yield current
+            current = self.parents.get(current)
+
+    def is_a(self, type_name: str, ancestor: str) -> bool:
+        return ancestor in self.ancestors(type_name)
+
+    @cached_property
+    def hash(self) -> str:
+        """Of every program and api; scenes, tasks, goals, comments and layout do not count."""
+        from hashlib import sha256
+
+        rows = sorted([*self.programs.values(), *self.apis.values()], key=lambda row: row.name)
+        return sha256("".join(f"{row.name}={row.hash};" for row in rows).encode()).hexdigest()[:16]

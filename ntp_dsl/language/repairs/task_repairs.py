@@ -1,0 +1,285 @@
+"""What a task that lacks something probably means, by what the rest of it says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import permutations
+
+from ntp_dsl.language.diagnostics.diagnostics import Fix
+from ntp_dsl.language.logic.facts import substitute
+from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind, blocks_needed
+from ntp_dsl.language.names.signatures import fits
+from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression, format_group, format_sampler
+from ntp_dsl.language.syntax.nodes import (
+    Option,
+    ProgramDeclaration,
+    RecordDeclaration,
+    Sampler,
+    SceneGroup,
+    Span,
+    TaskDeclaration,
+    TypeName,
+)
+from ntp_dsl.language.syntax.visitors import predicates
+
+ORDER = ("scene", "goal", "run", "success")
+MANY, SOME = 8, 3  # things in a scene, and elements of a goal, where nothing is said
+HIGHEST = 4
+
+
+def missing_section(task: TaskDeclaration, section: str, goal: str, table: Table) -> Fix | None:
+    """The line that is missing, where it belongs."""
+    text = {"scene": _scene, "goal": _goal, "run": _run, "success": _success}[section](task, goal, table)
+    if text is None:
+        return None
+    line = f"{section}:".ljust(9) + text
+    before = [span for name in ORDER[: ORDER.index(section)] for span in _spans(task, name)]
+    after = [span for name in ORDER for span in _spans(task, name)]
+    if before:
+        last = max(before, key=lambda span: (span.end_line, span.end_column))
+        place = Span(last.path, last.end_line, last.end_column, last.end_line, last.end_column)
+        return Fix(place, f"\n    {line}")
+    if after:
+        first = min(after, key=lambda span: span.line)
+        return Fix(Span(first.path, first.line, 1, first.line, 1), f"    {line}\n")
+    return None
+
+
+def _spans(task: TaskDeclaration, section: str) -> list[Span]:
+    value = getattr(task, section)
+    found: Sequence[nodes.Node] = value if isinstance(value, tuple) else [value] if value else []
+    return [node.span for node in found]
+
+
+def _scene(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+    """As many things as usual of the types that the goal's record takes."""
+    sampler = task.goal
+    if sampler is None or not sampler.groups or "table" not in table.constants:
+        return None
+    record = _record(sampler, table)
+    kind = SAMPLERS.get(sampler.name)
+    if record is None or kind is None or len(record.fields) != 2:
+        return None
+    types = [field.type.name for field in record.fields]
+    if kind.many_sources:
+        narrowest = types[0] if table.is_a(types[0], types[1]) else types[1]
+        types = [narrowest] * len(sampler.groups)
+    pairs = zip(sampler.groups, types, strict=False)
+    groups = [SceneGroup(name, MANY, TypeName(type)) for name, type in pairs if type in table.types]
+    return ", ".join(map(format_group, groups)) or None
+
+
+def _record(sampler: Sampler, table: Table) -> nodes.RecordDeclaration | None:
+    kind = SAMPLERS.get(sampler.name)
+    name = sampler.result.name if sampler.result else kind.record if kind else ""
+    return table.records.get(name)
+
+
+def _goal(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+    """Towers of the first group, if the program that runs takes such a list."""
+    program = table.programs.get(task.run.callee) if task.run else None
+    lists = [each.type.name for each in program.parameters if each.type.is_list] if program else []
+    record = table.records.get(lists[0]) if len(lists) == 1 else None
+    if record is None or not task.scene or len(record.fields) != 2:
+        return None
+    name = "towers" if len(task.scene) == 1 else "matchings"
+    groups = task.scene[: len(SAMPLERS[name].sources)]
+    result = None if record.name == SAMPLERS[name].record else TypeName(record.name, is_list=True)
+    sampler = Sampler(name, tuple(each.name for each in groups), (), result)
+    return format_sampler(with_options(sampler, SAMPLERS[name], [each.count for each in groups]))
+
+
+def with_options(sampler: Sampler, kind: SamplerKind, counts: Sequence[int]) -> Sampler:
+    """With each knob that it needs, set to what the scene allows."""
+    height = min(HIGHEST, max(2, sum(counts)))
+    most = max((n for n in range(1, SOME + 1) if blocks_needed(n, min(height, n + 1)) <= sum(counts)),
+               default=1)  # fmt: skip
+    usual: Mapping[str, tuple[int, int]] = {
+        "placements": (1, most),
+        "height": (2, height),
+        "pairs": (1, min(SOME, *counts) if counts else SOME),
+    }
+    said = {each.name for each in sampler.options}
+    more = tuple(Option(name, *usual[name]) for name in kind.needed if name not in said)
+    return replace(sampler, options=(*sampler.options, *more))
+
+
+def _run(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+    """The only program that takes such a goal, and, if there are more, achieves what success asks."""
+    record = _record(task.goal, table) if task.goal else None
+    if record is None:
+        return None
+    wanted = TypeName(record.name, is_list=True)
+    fitting = [each for each in table.programs.values() if [p.type for p in each.parameters] == [wanted]]
+    asked = predicates(task.success)
+    exact = [each for each in fitting if predicates(each.achieves) == asked]
+    chosen = fitting if len(fitting) == 1 else exact
+    return f"{chosen[0].name}({goal})" if len(chosen) == 1 else None
+
+
+def _success(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+    """What the program that runs achieves, said of what it is given."""
+    meant = promised(task, table)
+    return format_expression(meant) if meant is not None else None
+
+
+def promised(task: TaskDeclaration, table: Table) -> nodes.Expression | None:
+    """What the program that runs achieves, in the task's terms."""
+    program = table.programs.get(task.run.callee) if task.run else None
+    if program is None or program.achieves is None or task.run is None:
+        return None
+    return said_of(program, task.run)
+
+
+def other_run(task: TaskDeclaration, goal: str, table: Table) -> Fix | None:
+    """The program that takes such a goal, where another one is told to run."""
+    text = _run(task, goal, table)
+    return Fix(task.run.span, text) if task.run is not None and text is not None else None
+
+
+def typed_goal(task: TaskDeclaration, table: Table) -> Fix | None:
+    """`-> list[RECORD]`, of what the program that runs takes, where the goal does not say what it draws."""
+    goal, program = task.goal, table.programs.get(task.run.callee) if task.run else None
+    kind = SAMPLERS.get(goal.name) if goal else None
+    asked = [each.type for each in program.parameters if each.type.is_list] if program else []
+    if goal is None or goal.result is not None or kind is None or len(asked) != 1:
+        return None
+    groups = {each.name: each.type for each in task.scene}
+    types = [groups.get(name, TypeName(name)) for name in goal.groups]
+    record = table.records.get(asked[0].name)
+    if record is None or record.name == kind.record or not fills(kind, types, record, table):
+        return None
+    end = goal.span
+    place = Span(end.path, end.end_line, end.end_column, end.end_line, end.end_column)
+    return Fix(place, f" -> list[{record.name}]")
+
+
+def said_of(program: ProgramDeclaration, call: nodes.Call) -> nodes.Expression | None:
+    """What the program achieves, in the terms of one call; None where lists are not named."""
+    assert program.achieves is not None
+    given = dict(zip([each.name for each in program.parameters], call.arguments, strict=False))
+    return _renamed(program.achieves, given)
+
+
+def _renamed(condition: nodes.Expression, given: Mapping[str, nodes.Expression]) -> nodes.Expression | None:
+    match condition:
+        case nodes.And(values) | nodes.Or(values):
+            parts = [_renamed(each, given) for each in values]
+            whole = tuple(each for each in parts if each is not None)
+            return replace(condition, values=whole) if len(whole) == len(parts) else None
+        case nodes.Not(value):
+            inner = _renamed(value, given)
+            return nodes.Not(inner) if inner is not None else None
+        case nodes.Quantified(_, body, generators):
+            inner = _renamed(body, given)
+            moved: list[nodes.Generator] = []
+            for each in generators:
+                domain = given.get(each.iterable.id, each.iterable)
+                filter = _renamed(each.condition, given) if each.condition is not None else None
+                if not isinstance(domain, nodes.Name):
+                    return None
+                moved.append(replace(each, iterable=domain, condition=filter))
+            return replace(condition, body=inner, generators=tuple(moved)) if inner else None
+    return substitute(condition, given)
+
+
+def other_range(option: Option, better: tuple[int, int] | None) -> Fix | None:
+    """The option with another range."""
+    if better is None:
+        return None
+    low, high = better
+    text = f"{option.name}={low}" + (f"..{high}" if high != low else "")
+    return Fix(option.span, text)
+
+
+def without(option: Option, sampler: Sampler) -> Fix | None:
+    """The sampler with an option less, and the comma before it."""
+    places = [*sampler.group_spans, *(each.span for each in sampler.options)]
+    before = [span for span in places if (span.line, span.column) < (option.span.line, option.span.column)]
+    if not before:
+        return None
+    last = before[-1]
+    end = option.span
+    return Fix(Span(end.path, last.end_line, last.end_column, end.end_line, end.end_column), "")
+
+
+def with_groups(
+    goal: Sampler, kind: SamplerKind, record: RecordDeclaration | None, task: TaskDeclaration, table: Table
+) -> Fix | None:
+    """The groups of the scene, where it is clear which are meant: those that are named, and what fits."""
+    wanted = len(kind.sources)
+    types = {each.name: each.type for each in task.scene}
+    types |= {name: TypeName(name) for name in goal.groups if name in table.enums}
+    if kind.many_sources:
+        fitting = [
+            each.name for each in task.scene if record is None or fills(kind, [each.type], record, table)
+        ]
+        choices = [tuple(fitting)] if fitting else []
+    else:
+        choices = [
+            each
+            for each in permutations(types, wanted)
+            if set(goal.groups) <= set(each) or set(each) <= set(goal.groups)
+            if record is None or fills(kind, [types[name] for name in each], record, table)
+        ]
+    if len(choices) != 1:
+        return None
+    return Fix(goal.span, format_sampler(replace(goal, groups=choices[0])))
+
+
+def filled(
+    kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration
+) -> list[tuple[TypeName, nodes.Parameter]]:
+    """What becomes which field: of a tower, each thing may be either."""
+    first, second = record.fields
+    if kind.many_sources:
+        return [(type, field) for type in types for field in (first, second)]
+    return [*zip(types, (first, second), strict=False)]
+
+
+def fills(kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration, table: Table) -> bool:
+    """Whether a record can be made of such things."""
+    return len(record.fields) == 2 and all(
+        fits(table, type, field.type) for type, field in filled(kind, types, record)
+    )
+
+
+def other_groups(
+    goal: Sampler,
+    kind: SamplerKind,
+    index: int,
+    record: RecordDeclaration,
+    task: TaskDeclaration,
+    table: Table,
+) -> list[str]:
+    """The groups that would fit where one stands that does not."""
+    fields = record.fields if kind.many_sources else (record.fields[index],)
+    return [
+        each.name
+        for each in task.scene
+        if each.name not in goal.groups and all(fits(table, each.type, field.type) for field in fields)
+    ]
+
+
+def other_record(
+    goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: Table
+) -> Fix | None:
+    """The list that the program which runs takes, or else the only one that the things can fill."""
+    if goal.result is None:
+        return None
+    program = table.programs.get(task.run.callee) if task.run else None
+    asked = [each.type.name for each in program.parameters if each.type.is_list] if program else []
+    fitting = [each.name for each in table.records.values() if fills(kind, types, each, table)]
+    meant = [name for name in fitting if name in asked] or fitting
+    text = meant[0] if len(meant) == 1 else ""
+    return Fix(goal.result.span, text if goal.result.is_list else f"list[{text}]") if text else None
+
+
+def reversed_count(group: SceneGroup) -> Fix | None:
+    """`3..6` where `6..3` stands."""
+    assert group.most is not None
+    turned = replace(group, count=group.most, most=group.count)
+    return Fix(group.span, format_group(turned))

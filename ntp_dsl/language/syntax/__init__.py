@@ -1,0 +1,1 @@
+"""The syntax tree, visitors over it, and the formatter."""

@@ -1,0 +1,276 @@
+"""From syntax tree to canonical lines: equal trees have equal lines, and they read back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from hashlib import sha256
+
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.line_wrapping import STEP, Row
+from ntp_dsl.language.syntax.nodes import Expression, Number
+
+INDENT = " " * STEP
+
+
+def hash_declaration(declaration: nodes.Declaration) -> str:
+    """What the declaration means, in 16 hexadecimal digits; docstrings and layout do not count."""
+    rows = declaration_rows(replace(declaration, docstring=""))
+    text = "\n".join(" " * row.indent + row.text for row in rows)
+    return sha256(text.encode()).hexdigest()[:16]
+
+
+def header_rows(library: nodes.Library) -> list[Row]:
+    """`library NAME`, and what is said about it."""
+    return [Row(0, f"library {library.name}"), *_docstring(library.docstring, 0)]
+
+
+def use_row(use: nodes.Use) -> Row:
+    return Row(0, f"use {use.library}")
+
+
+def declaration_rows(declaration: nodes.Declaration) -> list[Row]:
+    """One declaration, a row for each clause, section, loop and call."""
+    for kind, formatter in FORMATTERS.items():
+        if isinstance(declaration, kind):
+            first, *rest = formatter(declaration)
+            below = [Row(STEP + len(line) - len(line.lstrip()), line.lstrip()) for line in rest]
+            return [Row(0, first), *_docstring(declaration.docstring, STEP), *below]
+    raise AssertionError(f"no layout for a {type(declaration).__name__}")
+
+
+def _docstring(text: str, indent: int) -> list[Row]:
+    if not text:
+        return []
+    first, *rest = text.split("\n")
+    lines = [f'"""{first}', *rest]
+    if rest or text.endswith('"'):
+        lines.append('"""')
+    else:
+        lines[0] += '"""'
+    return [Row(indent, "\n".join(lines))]
+
+
+# Declarations: the first line stands at the margin, the others are indented below it ------------
+
+
+def _type(declaration: nodes.TypeDeclaration) -> list[str]:
+    parent = f" is {format_type(declaration.parent)}" if declaration.parent else ""
+    return [f"type {declaration.name}{parent}"]
+
+
+def _enum(declaration: nodes.EnumDeclaration) -> list[str]:
+    return [f"enum {declaration.name}: {', '.join(declaration.members)}"]
+
+
+def _record(declaration: nodes.RecordDeclaration) -> list[str]:
+    return [f"record {declaration.name}{_parameters(declaration.fields)}"]
+
+
+def _constant(declaration: nodes.ConstantDeclaration) -> list[str]:
+    return [f"constant {declaration.name}: {format_type(declaration.type)}"]
+
+
+def _predicate(declaration: nodes.PredicateDeclaration) -> list[str]:
+    head = f"predicate {declaration.name}{_parameters(declaration.parameters)}"
+    if declaration.body is not None:
+        return [f"{head}:", format_expression(declaration.body)]
+    return [f"{head}{_result(declaration.result)}{_by(declaration.by)}"]
+
+
+def format_signature(declaration: nodes.PredicateDeclaration) -> str:
+    """`drink(cup: Cup) -> Drink`."""
+    return f"{declaration.name}{_parameters(declaration.parameters)}{_result(declaration.result)}"
+
+
+def _api(declaration: nodes.ApiDeclaration) -> list[str]:
+    head = f"api {declaration.name}{_parameters(declaration.parameters)}{_by(declaration.by)}"
+    return [head, *_contract(declaration)]
+
+
+def _program(declaration: nodes.ProgramDeclaration) -> list[str]:
+    by = _by(declaration.by)
+    head = f"program {declaration.name}{_parameters(declaration.parameters)}{by}:"
+    calls = [f"calls {', '.join(each.id for each in declaration.calls)}"] if declaration.calls else []
+    statements = [line for statement in declaration.body for line in format_statement(statement)]
+    return [head, *_contract(declaration), *calls, *statements]
+
+
+def _task(declaration: nodes.TaskDeclaration) -> list[str]:
+    return [
+        f"task {declaration.name}:",
+        *_scene(declaration.scene),
+        *([f"goal:    {format_sampler(declaration.goal)}"] if declaration.goal else []),
+        *([f"run:     {_call(declaration.run)}"] if declaration.run else []),
+        *([f"success: {format_expression(declaration.success)}"] if declaration.success else []),
+    ]
+
+
+def _scene(groups: Sequence[nodes.SceneGroup]) -> list[str]:
+    if len(groups) <= 1:
+        return [f"scene:   {format_group(group)}" for group in groups]
+    widest = max(len(group.name) for group in groups)
+    return ["scene:", *(INDENT + format_group(group, widest) for group in groups)]
+
+
+FORMATTERS: dict[type[nodes.Declaration], Callable[..., list[str]]] = {
+    nodes.TypeDeclaration: _type,
+    nodes.EnumDeclaration: _enum,
+    nodes.RecordDeclaration: _record,
+    nodes.ConstantDeclaration: _constant,
+    nodes.PredicateDeclaration: _predicate,
+    nodes.ApiDeclaration: _api,
+    nodes.ProgramDeclaration: _program,
+    nodes.TaskDeclaration: _task,
+}
+
+
+def _contract(declaration: nodes.ApiDeclaration | nodes.ProgramDeclaration) -> list[str]:
+    clauses = {"requires": declaration.requires, "achieves": declaration.achieves}
+    return [f"{word} {format_expression(value)}" for word, value in clauses.items() if value]
+
+
+def _parameters(parameters: Iterable[nodes.Parameter]) -> str:
+    return f"({', '.join(map(_parameter, parameters))})"
+
+
+def _parameter(parameter: nodes.Parameter) -> str:
+    text = f"{parameter.name}: {format_type(parameter.type)}"
+    if parameter.low is None or parameter.high is None:
+        return text
+    return f"{text} in {_number(parameter.low)} .. {_number(parameter.high)}"
+
+
+def format_type(name: nodes.TypeName) -> str:
+    """`Block`, or `list[Placement]`."""
+    return f"list[{name.name}]" if name.is_list else name.name
+
+
+def format_sampler(sampler: nodes.Sampler) -> str:
+    """`towers(blocks, placements=1..6, height=2..4)`."""
+    options = [
+        f"{each.name}={each.low}" + (f"..{each.high}" if each.high != each.low else "")
+        for each in sampler.options
+    ]
+    knobs = ", ".join([*sampler.groups, *options])
+    return f"{sampler.name}({knobs}){_result(sampler.result)}{_by(sampler.by)}"
+
+
+def _result(type: nodes.TypeName | None) -> str:
+    return f" -> {format_type(type)}" if type else ""
+
+
+def _by(provider: nodes.Name | None) -> str:
+    return f" by {provider.id}" if provider else ""
+
+
+def format_group(group: nodes.SceneGroup, width: int = 0) -> str:
+    """`blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
+    count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
+    head = f"{group.name}:".ljust(width + 1)
+    text = f"{head} {count} {format_type(group.type)} on {group.place}"
+    return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text
+
+
+def _detail(detail: nodes.Detail) -> str:
+    return f"{detail.name}({', '.join(map(_setting, detail.settings))})"
+
+
+def _setting(setting: nodes.Setting) -> str:
+    match setting:
+        case nodes.Interval(low, high):
+            return f"{_number(low)} .. {_number(high)}"
+        case nodes.Text(value):
+            return f'"{value}"'
+        case Number():
+            return _number(setting)
+        case nodes.Name(id):
+            return id
+
+
+# Statements -------------------------------------------------------------------------------------
+
+
+def format_statement(statement: nodes.Statement) -> list[str]:
+    """The lines of a statement, without the indentation of the body that it stands in."""
+    if isinstance(statement, nodes.Call):
+        return [_call(statement)]
+    if isinstance(statement, nodes.When):
+        head = f"when {format_expression(statement.condition)}:"
+    else:
+        head = f"for {_generator(statement.generator)}:"
+    return [head, *(INDENT + line for line in format_statement(statement.body))]
+
+
+def _call(call: nodes.Call) -> str:
+    return f"{call.callee}({', '.join(_expression(each, SUM) for each in call.arguments)})"
+
+
+# Expressions ------------------------------------------------------------------------------------
+
+# How tightly a node holds its parts together. What is not listed never needs brackets.
+TIGHTNESS: dict[type[nodes.Node], int] = {
+    nodes.Quantified: 0,  # reaches as far as it can: bracketed wherever something may follow
+    nodes.Or: 1,
+    nodes.And: 2,
+    nodes.Not: 3,
+    nodes.Compare: 4,
+}
+SUM, PRODUCT, TERM = 5, 6, 7
+
+
+def format_expression(expression: Expression) -> str:
+    """An expression on one line, with no more brackets than it takes to read it back."""
+    return _expression(expression, 0)
+
+
+def _tightness(expression: Expression) -> int:
+    if isinstance(expression, nodes.Arithmetic):
+        return SUM if expression.operator in "+-" else PRODUCT
+    return TIGHTNESS.get(type(expression), TERM)
+
+
+def _expression(expression: Expression, needed: int) -> str:
+    text = _bare(expression)
+    return f"({text})" if _tightness(expression) < needed else text
+
+
+def _bare(expression: Expression) -> str:
+    match expression:
+        case nodes.Name(id):
+            return id
+        case nodes.Field(value, name):
+            return f"{value.id}.{name}"
+        case nodes.Wildcard():
+            return "any"
+        case Number():
+            return _number(expression)
+        case nodes.Arithmetic(operator, left, right):
+            own = _tightness(expression)
+            return f"{_expression(left, own)} {operator} {_expression(right, own + 1)}"
+        case nodes.Atom(predicate, arguments):
+            return f"{predicate}({', '.join(_expression(each, SUM) for each in arguments)})"
+        case nodes.Compare(operator, left, right):
+            return f"{_expression(left, SUM)} {operator} {_expression(right, SUM)}"
+        case nodes.Not(value):
+            return f"not {_expression(value, 3)}"
+        case nodes.And(values):
+            return " and ".join(_expression(value, 3) for value in values)
+        case nodes.Or(values):
+            return " or ".join(_expression(value, 2) for value in values)
+        case nodes.Quantified(quantifier, body, generators):
+            heads = " ".join(f"for {_generator(each, 1)}" for each in generators)
+            return f"{quantifier} {_expression(body, 1)} {heads}"
+    raise AssertionError(f"no text for a {type(expression).__name__}")
+
+
+def _generator(generator: nodes.Generator, needed: int = 0) -> str:
+    head = f"{generator.variable} in {generator.iterable.id}"
+    if generator.condition is None:
+        return head
+    return f"{head} if {_expression(generator.condition, needed)}"
+
+
+def _number(number: Number) -> str:
+    digits = repr(number.value).removesuffix(".0")
+    return f"{digits} {number.unit}" if number.unit else digits

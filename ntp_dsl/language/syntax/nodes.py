@@ -1,0 +1,330 @@
+"""The syntax tree of a task library. Nodes compare by what they mean, not by where they stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of source text; lines and columns count from one, the end is exclusive."""
+
+    path: Path | None
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+    def __str__(self) -> str:
+        return f"{self.path or '<text>'}:{self.line}:{self.column}"
+
+
+NOWHERE = Span(None, 0, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Node:
+    span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+# Expressions -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Name(Node):
+    """A parameter, a loop variable, a constant, an enumeration's member or a type."""
+
+    id: str
+
+
+@dataclass(frozen=True)
+class Field(Node):
+    """`p.item`: a field of a record."""
+
+    value: Name
+    name: str
+
+
+@dataclass(frozen=True)
+class Wildcard(Node):
+    """`any`, as in `holding(any)`: some object, no matter which."""
+
+
+@dataclass(frozen=True)
+class Number(Node):
+    """A number as written, with its unit (`0.25 m`) or none."""
+
+    value: float
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Arithmetic(Node):
+    operator: str  # + - * /
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Atom(Node):
+    """A predicate applied to terms: `on(item, support)`; also a numeric reading, `opening(d)`."""
+
+    predicate: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True)
+class Compare(Node):
+    operator: str  # == != < <= > >=
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Not(Node):
+    value: Expression
+
+
+@dataclass(frozen=True)
+class And(Node):
+    values: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Or(Node):
+    values: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Generator(Node):
+    """`for p in goal if c`: elements of a list, or of the scene where `iterable` names a type."""
+
+    variable: str
+    iterable: Name
+    condition: Expression | None = None
+
+
+@dataclass(frozen=True)
+class Quantified(Node):
+    """`all BODY for …` or `some BODY for …`; over nothing, `all` is true and `some` false."""
+
+    quantifier: str  # all, some
+    body: Expression
+    generators: tuple[Generator, ...]
+
+
+Expression = Name | Field | Wildcard | Number | Arithmetic | Atom | Compare | Not | And | Or | Quantified
+
+
+# Statements ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Call(Node):
+    callee: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True)
+class When(Node):
+    """`when c: call`: as if not written where c is false."""
+
+    condition: Expression
+    body: Statement
+
+
+@dataclass(frozen=True)
+class For(Node):
+    """One call per element; nested loops (`for m in goal: for o in T if c:`) are nested nodes."""
+
+    generator: Generator
+    body: Statement
+
+
+Statement = Call | When | For
+
+
+# Declarations ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TypeName(Node):
+    """`Block`, or `list[Placement]`."""
+
+    name: str
+    is_list: bool = False
+
+
+@dataclass(frozen=True)
+class Parameter(Node):
+    """`item: Object`, or a number with its range: `distance: length in 0 .. 0.3 m`."""
+
+    name: str
+    type: TypeName
+    low: Number | None = None
+    high: Number | None = None
+
+
+@dataclass(frozen=True)
+class Declaration(Node):
+    name: str
+    docstring: str = field(default="", kw_only=True)
+    name_span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class TypeDeclaration(Declaration):
+    """`type Block is Movable`; a type without a parent stands by itself."""
+
+    parent: TypeName | None = None
+
+
+@dataclass(frozen=True)
+class EnumDeclaration(Declaration):
+    """`enum Side: left, right`."""
+
+    members: tuple[str, ...] = ()
+    member_spans: tuple[Span, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class RecordDeclaration(Declaration):
+    """`record Placement(item: Object, support: Place)`: what the lists of goals are made of."""
+
+    fields: tuple[Parameter, ...] = ()
+
+
+@dataclass(frozen=True)
+class ConstantDeclaration(Declaration):
+    """`constant table: Table`: a thing that every scene has."""
+
+    type: TypeName = TypeName("")
+
+
+PYTHON = "python"  # `by python`: a function of the same name in the file beside the library
+
+
+@dataclass(frozen=True)
+class PredicateDeclaration(Declaration):
+    """`predicate on(item: Object, support: Place)`: the world's to decide, or composed, by a body.
+
+    With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number, or a member
+    of an enumeration. `by` names the world's predicate, if it is called otherwise there, or Python.
+    """
+
+    parameters: tuple[Parameter, ...] = ()
+    body: Expression | None = None
+    result: TypeName | None = None
+    by: Name | None = None
+
+
+@dataclass(frozen=True)
+class ApiDeclaration(Declaration):
+    """`by` names the world's skill, if it is called otherwise there, or Python."""
+
+    parameters: tuple[Parameter, ...] = ()
+    requires: Expression | None = None
+    achieves: Expression | None = None
+    by: Name | None = None
+
+
+@dataclass(frozen=True)
+class ProgramDeclaration(Declaration):
+    """With `by python` an expert in Python decides, and `calls` says what it may call."""
+
+    parameters: tuple[Parameter, ...] = ()
+    requires: Expression | None = None
+    achieves: Expression | None = None
+    body: tuple[Statement, ...] = ()
+    by: Name | None = None
+    calls: tuple[Name, ...] = ()
+
+
+@dataclass(frozen=True)
+class Interval(Node):
+    """`0.3 .. 0.7 m`: what is drawn lies in between."""
+
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True)
+class Text(Node):
+    """`"bowl.urdf"`: a file, beside the library."""
+
+    value: str
+
+
+Setting = Number | Interval | Name | Text
+
+
+@dataclass(frozen=True)
+class Detail(Node):
+    """`box(5 cm, 5 cm, 5 cm)`, `colour(red, green)`: what the things of a group look like."""
+
+    name: str
+    settings: tuple[Setting, ...] = ()
+
+
+@dataclass(frozen=True)
+class SceneGroup(Node):
+    """`blocks: 4..8 Block on table with cube(5 cm)`: things of a type, and where they start."""
+
+    name: str
+    count: int
+    type: TypeName
+    place: str = "table"
+    most: int | None = None  # where the count is a range
+    details: tuple[Detail, ...] = ()
+    place_span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Option(Node):
+    """`placements=1..6`, `height=4`: a sampler's knob; a single number is a range of one."""
+
+    name: str
+    low: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Sampler(Node):
+    """`towers(blocks, placements=1..6, height=2..4)`: how a task draws its goals.
+
+    `-> list[Mapping]` says what the goal is a list of; `by python` that a function draws it.
+    """
+
+    name: str
+    groups: tuple[str, ...] = ()
+    options: tuple[Option, ...] = ()
+    result: TypeName | None = None
+    by: Name | None = None
+    group_spans: tuple[Span, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class TaskDeclaration(Declaration):
+    scene: tuple[SceneGroup, ...] = ()
+    goal: Sampler | None = None
+    run: Call | None = None
+    success: Expression | None = None
+
+
+@dataclass(frozen=True)
+class Use(Node):
+    """`use tabletop`: another library's declarations."""
+
+    library: str
+
+
+@dataclass(frozen=True)
+class Library:
+    """What a text says, not yet checked. `check` turns it into a `Registry`."""
+
+    name: str
+    uses: tuple[Use, ...] = ()
+    declarations: tuple[Declaration, ...] = ()
+    docstring: str = ""
+    path: Path | None = field(default=None, compare=False)

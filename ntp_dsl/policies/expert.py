@@ -1,0 +1,259 @@
+"""Experts: pure functions from (program, arguments, state) to the next call, or to a return.
+
+The rules are the language's own: a program returns when what it achieves holds, or when what it requires
+does not; else it calls the first due statement of its body. See "What can be done" in `grammar/README.md`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Api, Program, Registry, place_of
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import Bindings, Fact, State
+from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
+
+
+@dataclass(frozen=True)
+class NextCall:
+    """The call that a program makes now, and the statement that says so."""
+
+    callee: str
+    arguments: tuple[Argument, ...]
+    span: nodes.Span = field(default=nodes.NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Return:
+    """The end of a program: done, or unfinished and in need of another look."""
+
+    done: bool
+    reason: str = field(default="", compare=False)
+
+
+Decision = NextCall | Return
+PythonExpert = Callable[..., "NextCall | Iterable[NextCall] | None"]
+
+
+@dataclass
+class Instance:
+    """A statement in a state: the call it stands for, what it provides, and what it lacks."""
+
+    call: NextCall | None
+    achieved: bool
+    provides: frozenset[Fact]
+    lacks: frozenset[Fact]
+    names: frozenset[Fact]
+
+
+class Expert:
+    """The scripted policy of a registry: declared bodies, and functions where it leaves them to Python.
+
+    Args:
+        functions: experts by program, in place of what the registry has; for tests.
+    """
+
+    def __init__(self, registry: Registry, functions: Mapping[str, PythonExpert] | None = None):
+        self.registry = registry
+        self._functions = dict(functions or {})
+
+    def decide(self, program: str, arguments: tuple[Argument, ...], state: State) -> Decision:
+        """The first due call, or a return. Asking twice gives the same answer."""
+        row = self.registry.programs[program]
+        answer = self._step(row, arguments, state)
+        if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
+            return Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
+        return answer
+
+    def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
+        scope = dict(zip((p.name for p in row.parameters), arguments, strict=True))
+        needed = {literal for literal in state.literals(row.achieves, scope) if not state.holds(literal)}
+        if not needed:
+            return Return(True)
+        if lacking := _first_lacking(row, scope, state):
+            return Return(False, f"{lacking} does not hold")
+        if row.in_python or row.name in self._functions:
+            return self._ask_python(row, arguments, state)
+        return self._first_due(row, scope, needed, state)
+
+    # The body, read from its end ----------------------------------------------------------------
+
+    def _first_due(self, row: Program, scope: Bindings, needed: set[Fact], state: State) -> Decision:
+        due = [each for _, each, is_due in self.read_body(row, scope, needed, state) if each and is_due]
+        for instance in reversed(due):
+            if not instance.lacks and instance.call is not None:
+                return instance.call
+        return Return(False, "no statement is due")
+
+    def read_body(
+        self, row: Program, scope: Bindings, needed: set[Fact], state: State
+    ) -> Iterator[tuple[nodes.Statement, Instance | None, bool]]:
+        """Each statement from the last, what it stands for, and whether it is due; adds to what is needed."""
+        named = set(state.literals(row.achieves, scope))
+        for index in range(len(row.body) - 1, -1, -1):
+            instance = self._instantiate(row.body[index], row.body[:index], scope, state)
+            if instance is None:
+                yield row.body[index], None, False
+                continue
+            wanted = _provides_any(instance.provides, needed)
+            loops = isinstance(row.body[index], nodes.For)
+            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
+            is_due = not instance.achieved and (wanted or unnamed)
+            if is_due:
+                needed |= instance.lacks
+            yield row.body[index], instance, is_due
+            named |= instance.names
+
+    def _instantiate(
+        self,
+        statement: nodes.Statement,
+        earlier: tuple[nodes.Statement, ...],
+        scope: Bindings,
+        state: State,
+    ) -> Instance | None:
+        match statement:
+            case nodes.Call():
+                return self._call_instance(statement, scope, state)
+            case nodes.When(condition=condition, body=body):
+                if not state.true(condition, scope):
+                    return None
+                return self._instantiate(body, earlier, scope, state)
+            case nodes.For():
+                return self._loop_instance(statement, earlier, scope, state)
+
+    def _call_instance(self, statement: nodes.Call, scope: Bindings, state: State) -> Instance:
+        callee = self.registry[statement.callee]
+        arguments = tuple(state.value(term, scope) for term in statement.arguments)
+        inner = dict(zip((p.name for p in callee.parameters), arguments, strict=True))
+        provides = state.literals(callee.achieves, inner)
+        requires = state.literals(callee.requires, inner)
+        return Instance(
+            NextCall(callee.name, arguments, statement.span),
+            callee.achieves is not None and all(state.holds(x) for x in provides),
+            frozenset(provides),
+            frozenset(x for x in requires if not state.holds(x)),
+            frozenset(requires),
+        )
+
+    def _loop_instance(
+        self,
+        loop: nodes.For,
+        earlier: tuple[nodes.Statement, ...],
+        scope: Bindings,
+        state: State,
+    ) -> Instance:
+        elements = [
+            instance
+            for inner in state.elements(loop.generator, scope)
+            if (instance := self._instantiate(loop.body, earlier, inner, state)) is not None
+        ]
+        provides = frozenset[Fact]().union(*(e.provides for e in elements))
+        names = frozenset[Fact]().union(*(e.names for e in elements))
+        pending = [element for element in elements if not element.achieved]
+        if not pending:
+            return Instance(None, True, provides, frozenset(), names)
+        helped = self._provided_by(earlier, scope, state) if earlier else frozenset[Fact]()
+        for element in pending:
+            hopeless = any(not _provides_any(helped, {lack}) for lack in element.lacks)
+            if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
+                return Instance(element.call, False, provides, element.lacks, names)
+        return Instance(None, False, provides, frozenset(), names)
+
+    def _provided_by(
+        self, statements: tuple[nodes.Statement, ...], scope: Bindings, state: State
+    ) -> frozenset[Fact]:
+        instances = (self._instantiate(s, (), scope, state) for s in statements)
+        return frozenset[Fact]().union(*(i.provides for i in instances if i is not None))
+
+    # Calls that would return at once ------------------------------------------------------------
+
+    def _is_empty(self, call: NextCall | None, state: State) -> bool:
+        """Whether the callee's own first step would be a return."""
+        return call is not None and self._end_at_once(call, state) is not None
+
+    def _end_at_once(self, call: NextCall, state: State) -> Return | None:
+        """The callee's own first step, if that is a return."""
+        callee = self.registry[call.callee]
+        if isinstance(callee, Api):
+            inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
+            lacking = _first_lacking(callee, inner, state)
+            return Return(False, f"{lacking} does not hold") if lacking else None
+        answer = self._step(callee, call.arguments, state)
+        return answer if isinstance(answer, Return) else None
+
+    def _ask_python(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
+        function = self._functions.get(row.name) or self.registry.python.get("expert", row.name)
+        answer = function(View(self.registry, state), *arguments)
+        offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
+        types = types_of(self.registry, state.observation) if offers else {}
+        for offer in offers:
+            if offer.callee not in row.callees:
+                declared = f"it declares {', '.join(row.callees) or 'nothing'}"
+                raise UndeclaredCall(function, row.name, f"'{offer.callee}'; {declared}")
+            if wrong := unfit_call(self.registry, self.registry[offer.callee], offer.arguments, types):
+                raise UndeclaredCall(function, row.name, f"{offer.callee}{offer.arguments!r}; {wrong}")
+            if not self._is_empty(offer, state):
+                return replace(offer, span=row.span)  # the declaration that leaves it to Python
+        return Return(False, "the Python expert offers no call")
+
+
+class UndeclaredCall(NtpError):
+    """A Python expert calls something that its program does not declare, or not as it is declared.
+
+    `name` is the program's.
+    """
+
+    def __init__(self, function: PythonExpert, name: str, called: str) -> None:
+        self.name = name
+        super().__init__(f"{place_of(function)}: the expert of '{name}' calls {called}")
+
+
+class View:
+    """The read-only state of a Python expert: declared predicates as methods, things by type."""
+
+    def __init__(self, registry: Registry, state: State) -> None:
+        self._registry, self._state = registry, state
+
+    def things(self, type_name: str) -> list[str]:
+        """Raises `NtpError` for a type that the library does not have."""
+        if type_name not in self._registry.parents:
+            raise NtpError(f"no type is called '{type_name}'{guess(type_name, self._registry.parents)}")
+        return self._state.things(type_name)
+
+    def __getattr__(self, predicate: str) -> Callable[..., Any]:
+        declared = self._registry.predicates.get(predicate)
+        if declared is None:
+            known = self._registry.predicates
+            raise AttributeError(f"no predicate is called '{predicate}'{guess(predicate, known)}")
+        count = len(declared.parameters)
+
+        def ask(*arguments: Any) -> Any:
+            if len(arguments) != count:
+                raise TypeError(f"{predicate} takes {count} arguments, here are {len(arguments)}")
+            return self._state.reading(predicate, tuple(arguments))
+
+        return ask
+
+
+def call(callee: str, *arguments: Argument) -> NextCall:
+    """For Python experts: the call of an api or program by name."""
+    return NextCall(callee, plain(arguments))
+
+
+def first(calls: Iterable[NextCall]) -> list[NextCall]:
+    """For Python experts: candidates in order; the first that would not return at once is made."""
+    return list(calls)
+
+
+def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
+    """Of what it requires, the first that does not hold."""
+    return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
+
+
+def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:
+    wanted = list(wanted)
+    return any(literal.provides(other) for literal in provided for other in wanted)

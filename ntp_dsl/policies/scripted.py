@@ -1,0 +1,149 @@
+"""The scripted policy: an expert that also says which part of a demonstration each call corresponds to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.protocol import Barred, Choice, Frame
+from ntp_dsl.semantics.observation import Argument, Record, without_lists
+from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.value_checks import check_ranges
+from ntp_dsl.traces.schema import Call, Trace, from_json, to_json
+from ntp_dsl.worlds.protocol import World
+
+
+@dataclass
+class DemonstratedCall:
+    """A call that a demonstration shows, and its frames [begin, end)."""
+
+    name: str
+    arguments: tuple[Argument, ...]
+    scope: Scope
+    done: bool
+    children: list[DemonstratedCall] = field(default_factory=list)
+
+    def walk(self) -> Iterator[DemonstratedCall]:
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "arguments": [to_json(argument) for argument in self.arguments],
+            "scope": self.scope,
+            "done": self.done,
+            "children": [child.to_json() for child in self.children],
+        }
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> DemonstratedCall:
+        begin, end = data["scope"]
+        arguments = tuple(from_json(argument) for argument in data["arguments"])
+        children = [cls.from_json(child) for child in data["children"]]
+        return cls(data["name"], arguments, (begin, end), data["done"], children)
+
+
+def demonstrated(trace: Trace) -> DemonstratedCall:
+    """The tree of a demonstration's own trace: its last root, over all of its frames."""
+    nodes: dict[int, DemonstratedCall] = {}
+    roots = []
+    for call in trace.calls:
+        node = _node(call)
+        nodes[call.id] = node
+        if call.parent in nodes:
+            nodes[call.parent].children.append(node)
+        else:
+            roots.append(node)
+    busiest = max(roots, key=lambda root: len(root.children))
+    last = max(node.scope[1] for node in nodes.values())
+    busiest.scope = (0, last)
+    return busiest
+
+
+def _node(call: Call) -> DemonstratedCall:
+    end = call.end_frame if call.end_frame is not None else call.frame
+    done = call.outcome in ("done", "achieved")
+    return DemonstratedCall(call.name, call.arguments, (call.frame, end), done)
+
+
+def counterpart(
+    caller: DemonstratedCall | None, callee: str, arguments: tuple[Argument, ...]
+) -> DemonstratedCall | None:
+    """The caller's last child of the same program and the same objects that returned done."""
+    if caller is None:
+        return None
+    same = [c for c in caller.children if c.name == callee and alike(c.arguments, arguments) and c.done]
+    return same[-1] if same else _hull(caller, callee, arguments)
+
+
+def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
+    """The same but for numbers, which depend on where things are."""
+    return _named(some) == _named(others)
+
+
+def _named(arguments: tuple[Argument, ...]) -> list[Argument]:
+    """Things and members, those of records too, and lists as they are."""
+    flat = [argument for argument in arguments if isinstance(argument, tuple)]
+    return [*flat, *(value for value in without_lists(arguments) if not isinstance(value, float))]
+
+
+def shown_anywhere(
+    root: DemonstratedCall, program: str, arguments: tuple[Argument, ...]
+) -> DemonstratedCall | None:
+    """For a program that is not on the stack: the last done call of it, wherever it was made."""
+    same = [c for c in root.walk() if c.name == program and alike(c.arguments, arguments) and c.done]
+    return same[-1] if same else None
+
+
+def _hull(caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]) -> DemonstratedCall | None:
+    """For a callee that takes a list: all frames in which its elements were dealt with."""
+    elements = [e for a in arguments if isinstance(a, tuple) for e in a]
+    wanted = {tuple(v for _, v in e.fields) for e in elements if isinstance(e, Record)}
+    calls = [call for call in caller.walk() if without_lists(call.arguments) in wanted and call.done]
+    if not calls:
+        return None
+    scope = (min(c.scope[0] for c in calls), max(c.scope[1] for c in calls))
+    return DemonstratedCall(callee, arguments, scope, True, calls)
+
+
+def check_numbers(registry: Registry, decision: NextCall) -> None:
+    """Raises `OutOfRange` where an api would be called with a number that it does not take."""
+    if decision.callee in registry.apis:
+        check_ranges(registry.apis[decision.callee], decision.arguments, decision.span)
+
+
+class ScriptedPolicy:
+    """Decides by the expert, from the true state; scopes follow from the demonstration, if there is one."""
+
+    def __init__(self, expert: Expert, demonstration: DemonstratedCall | None = None) -> None:
+        self.expert = expert
+        self.demonstration = demonstration
+
+    def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame:
+        shown = self.demonstration
+        return Frame(program, arguments, shown.scope if shown else None, shown)
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        """An expert makes no call that the language forbids, so it need not be told."""
+        seen = world.truth()
+        state = State(self.expert.registry, seen)
+        decision = self.expert.decide(frame.program, frame.arguments, state)
+        if isinstance(decision, Return):
+            return Choice(None, done=decision.done, details={"reason": decision.reason}, seen=seen)
+        check_numbers(self.expert.registry, decision)
+        shown = counterpart(frame.matched, decision.callee, decision.arguments)
+        span = decision.span
+        return Choice(
+            decision.callee,
+            decision.arguments,
+            shown.scope if shown else None,
+            matched=shown,
+            details={"source": f"{span.path.name}:{span.line}"} if span.path else {},
+            seen=seen,
+        )

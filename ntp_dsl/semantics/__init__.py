@@ -1,0 +1,1 @@
+"""What a library means at one moment: observations, predicates, states."""

@@ -1,0 +1,165 @@
+"""What can be observed at one moment: the objects of a scene, their poses and the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import hypot, inf, sqrt
+from typing import Any, NamedTuple
+
+Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record of the language at run time, such as a `Placement`."""
+
+    type: str
+    fields: tuple[tuple[str, str | float], ...]  # things, members and numbers [SI]
+
+    def __getitem__(self, name: str) -> str | float:
+        return dict(self.fields)[name]
+
+    def __str__(self) -> str:
+        return f"({', '.join(f'{v:g}' if isinstance(v, float) else v for _, v in self.fields)})"
+
+
+Argument = str | float | Record | tuple[Record | str, ...]
+TOO_WIDE = 0.8  # to be anything but a table, which never moves and whose top is the ground [m]
+IN_HAND = 0.035  # from the tool's point to where a thing is held [m]
+ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
+
+
+WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
+
+
+def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
+    """The objects, members and numbers among arguments; those of a record stand in its place."""
+    flat: list[str | float] = []
+    for argument in arguments:
+        if isinstance(argument, Record):
+            flat += [value for _, value in argument.fields]
+        elif not isinstance(argument, tuple):
+            flat.append(argument)
+    return tuple(flat)
+
+
+class Cavity(NamedTuple):
+    """What is inside: half of its extent along x and y, and its floor above the thing's bottom [m]."""
+
+    half_x: float
+    half_y: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Thing:
+    """Something of the scene that arguments may point at. `size` is its full extent [m].
+
+    `traits` are what a task's scene says of it, such as a category or a colour: reading -> value.
+    """
+
+    name: str
+    type: str
+    size: Vector
+    shape: str = "box"
+    file: str = ""  # of a mesh or URDF
+    fixed: bool = False  # stays where it is, although a hand could take it
+    traits: tuple[tuple[str, str | float], ...] = ()
+
+    @property
+    def movable(self) -> bool:
+        return not self.fixed and self.size[0] <= TOO_WIDE
+
+    @property
+    def roomy(self) -> bool:
+        """A surface to put things on wherever there is place, such as a table or a tray."""
+        return not self.movable and min(self.size[:2]) > ROOMY
+
+    @property
+    def flat(self) -> bool:
+        """Roomy, and no bin: a place on it has to be chosen."""
+        return self.roomy and self.cavity is None
+
+    @property
+    def cavity(self) -> Cavity | None:
+        """The hollow of a bin or bowl."""
+        if self.shape == "bin":
+            return Cavity(self.size[0] / 2 - WALL, self.size[1] / 2 - WALL, WALL)
+        if self.shape == "bowl":  # a round hollow holds what fits its inscribed square
+            inner = (self.size[0] / 2 - WALL) / sqrt(2)
+            return Cavity(inner, inner, BOWL_FLOOR)
+        return None
+
+    @property
+    def reach(self) -> float:
+        """Radius of the upright cylinder that holds it [m]."""
+        is_round = self.shape in ("cylinder", "bowl")
+        return self.size[0] / 2 if is_round else hypot(*self.size[:2]) / 2
+
+    def has_room_for(self, item: Thing) -> bool:
+        """Whether the item goes into its hollow: what is wider rests on the rim."""
+        return self.cavity is not None and item.reach < self.reach - 1e-6
+
+    def takes(self, item: Thing) -> bool:
+        """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
+        return item.cavity is None and self.has_room_for(item)
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Thing:
+        """The inverse of `asdict`; what is not said is as it is for a plain box."""
+        known = {key: row[key] for key in ("shape", "file", "fixed") if key in row}
+        traits = tuple((str(name), value) for name, value in row.get("traits", ()))
+        x, y, z = row["size"]
+        return cls(row["name"], row["type"], (float(x), float(y), float(z)), traits=traits, **known)
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What can be seen at one moment. Things that are lost have no position."""
+
+    things: tuple[Thing, ...]
+    positions: Mapping[str, Vector]  # centres, world frame [m]
+    gripper: Vector  # the point between the fingertips, world frame [m]
+    closed: bool
+    unreachable: frozenset[str] = frozenset()
+    tipped: Mapping[str, Vector] = field(default_factory=dict)  # extents of what lies on another side [m]
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Thing]:
+        """Each as it lies."""
+        upright = {thing.name: thing for thing in self.things}
+        lying = {name: replace(upright[name], size=size) for name, size in self.tipped.items()}
+        return upright | lying
+
+    @cached_property
+    def held(self) -> str | None:
+        """The thing between the closed fingers, if there is one: the nearest."""
+        if not self.closed:
+            return None
+        near = [
+            (distance, thing.name)
+            for thing in self.by_name.values()
+            if thing.movable and thing.name in self.positions
+            if (distance := self._from_grip(thing)) < IN_HAND
+        ]
+        return min(near)[1] if near else None
+
+    def _from_grip(self, thing: Thing) -> float:
+        """From the tool's point to where a thing is held: its middle, or the rim of a bowl [m].
+
+        What is tall is held near its top. All of a rim is equally far from the bowl's middle, however the
+        bowl hangs; but a hand over the middle is about something else.
+        """
+        (gx, gy, gz), (x, y, z) = self.gripper, self.positions[thing.name]
+        aside = hypot(x - gx, y - gy)
+        if thing.cavity is None:
+            return max(aside, abs(z - gz) - max(0.0, thing.size[2] / 2 - IN_HAND))
+        if aside < thing.size[0] / 4:
+            return inf
+        return abs(hypot(aside, z - gz) - hypot(thing.size[0], thing.size[2]) / 2)
+
+    def permuted(self, order: tuple[int, ...]) -> Observation:
+        """The same moment with its things listed in another order."""
+        return replace(self, things=tuple(self.things[index] for index in order))

@@ -1,0 +1,191 @@
+"""The built-in predicates: geometry of one observation. Distances are in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator
+from functools import partial
+from math import hypot
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Vector
+
+ANY = "any"
+CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
+ACCEPTED = 0.025  # half a cube
+OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
+OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
+TOUCHING = 0.012  # gap up to which something counts as resting on what is below
+HEAPED = 0.02  # of a thing's middle above the rim, at which it still lies in a heaped bin [m]
+FREE_GAP = 0.015  # room around a held thing for the table below to count as free
+
+
+def held(observation: Observation) -> str | None:
+    """The thing between the closed fingers, if there is one."""
+    return observation.held
+
+
+def present(observation: Observation, target: str) -> bool:
+    return target in observation.positions
+
+
+def reachable(observation: Observation, target: str) -> bool:
+    return target in observation.positions and target not in observation.unreachable
+
+
+def holding(observation: Observation, item: str) -> bool:
+    in_hand = held(observation)
+    return in_hand is not None and item in (ANY, in_hand)
+
+
+def empty(observation: Observation, gripper: str) -> bool:
+    return held(observation) is None
+
+
+def on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
+    """`item` rests on `support`, its centre within so much of the support's, seen from above."""
+    if not _resting(observation, item, support):
+        return False
+    x, y, _ = observation.positions[item]
+    sx, sy, _ = observation.positions[support]
+    below = observation.by_name[support]
+    if below.roomy:
+        beside = max(abs(x - sx) - below.size[0] / 2, abs(y - sy) - below.size[1] / 2)
+        return beside < 0 and abs(_gap(observation, item, support)) < TOUCHING
+    return hypot(x - sx, y - sy) < within and abs(_gap(observation, item, support)) < TOUCHING
+
+
+def covers(observation: Observation, item: str, support: str) -> bool:
+    """`item` stands on or leans over `support`, centred or not: it is in the way."""
+    if not _resting(observation, item, support) or observation.by_name[support].roomy:
+        return False
+    x, y, _ = observation.positions[item]
+    sx, sy, _ = observation.positions[support]
+    above, below = observation.by_name[item].size, observation.by_name[support].size
+    reach_x, reach_y = (OVERLAP * (above[axis] + below[axis]) / 2 for axis in (0, 1))
+    near = abs(x - sx) < reach_x and abs(y - sy) < reach_y
+    sunk = 0.6 * min(above[2], below[2])  # a thing that leans, or stands beside, is lower than on top
+    return near and -sunk < _gap(observation, item, support) < 0.5 * above[2]
+
+
+def clear(observation: Observation, item: str) -> bool:
+    """Nothing covers `item`."""
+    return present(observation, item) and not any(
+        covers(observation, thing.name, item) for thing in observation.things
+    )
+
+
+def above(observation: Observation, gripper: str, target: str) -> bool:
+    """What the gripper holds, or else the gripper, is over `target`; over the table: over a free place."""
+    if not present(observation, target):
+        return False
+    in_hand = held(observation)
+    if in_hand == target:
+        return False
+    surface = observation.by_name[target]
+    if surface.takes(observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
+        return _over_container(observation, in_hand, target)
+    x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
+    tx, ty, tz = observation.positions[target]
+    if surface.flat:
+        width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
+        return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
+            abs(x - ox) > (width + size[0]) / 2 + FREE_GAP or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
+            for (ox, oy, _), size in footprints(observation, {in_hand, target, *load(observation, in_hand)})
+        )
+    rise = observation.gripper[2] - (tz + surface.size[2] / 2)
+    within = CENTRED if in_hand else OVER
+    return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
+
+
+def _over_container(observation: Observation, in_hand: str | None, target: str) -> bool:
+    """What is held is over the hollow, ready to fall in; an empty hand is over the thing, ready to grasp."""
+    x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
+    tx, ty, tz = observation.positions[target]
+    thing = observation.by_name[target]
+    rise = observation.gripper[2] - (tz + thing.size[2] / 2)
+    if in_hand is None:  # a bowl is grasped by its wall
+        return abs(hypot(x - tx, y - ty) - thing.size[0] / 2) < OVER and 0.03 < rise < 0.2
+    assert thing.cavity is not None
+    within = abs(x - tx) < thing.cavity.half_x and abs(y - ty) < thing.cavity.half_y
+    return within and z > tz and rise < 0.25
+
+
+def inside(observation: Observation, item: str, container: str) -> bool:
+    """`item` lies in the hollow of `container`, or heaped on what is there."""
+    both = present(observation, item) and present(observation, container) and item != container
+    cavity = observation.by_name[container].cavity
+    if not both or cavity is None or item == held(observation):
+        return False
+    x, y, z = observation.positions[item]
+    cx, cy, cz = observation.positions[container]
+    bottom = cz - observation.by_name[container].size[2] / 2
+    rim = bottom + observation.by_name[container].size[2]
+    if not observation.by_name[container].has_room_for(observation.by_name[item]):
+        return False  # it lies or leans on the rim
+    if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
+        return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
+    within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
+    return within and bottom < z <= rim + HEAPED
+
+
+def load(observation: Observation, container: str | None) -> list[str]:
+    """What goes along where a bowl goes."""
+    if container is None or observation.by_name[container].cavity is None:
+        return []
+    return [thing.name for thing in observation.things if inside(observation, thing.name, container)]
+
+
+def hollow(observation: Observation, item: str) -> bool:
+    """`item` is a bin or a bowl: what is let go over it falls in, if it is no wider."""
+    return observation.by_name[item].cavity is not None
+
+
+def _resting(observation: Observation, item: str, support: str) -> bool:
+    both = present(observation, item) and present(observation, support) and item != support
+    return both and observation.by_name[item].movable and item != held(observation)
+
+
+def _gap(observation: Observation, item: str, support: str) -> float:
+    """From the support's top to the item's bottom [m]."""
+    bottom = observation.positions[item][2] - observation.by_name[item].size[2] / 2
+    return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
+
+
+def footprints(
+    observation: Observation, except_for: Container[str | None]
+) -> Iterator[tuple[Vector, Vector]]:
+    """Where what stands on the table is, and its size: all but the widest furniture."""
+    for thing in observation.by_name.values():
+        if thing.name not in except_for and thing.size[0] <= TOO_WIDE:
+            if thing.name in observation.positions:
+                yield observation.positions[thing.name], thing.size
+
+
+def trait(name: str) -> Callable[[Observation, str], str | float]:
+    """A reading of what the task's scene says of a thing.
+
+    Raises `NtpError` for a thing of which it says nothing.
+    """
+
+    def read(observation: Observation, thing: str) -> str | float:
+        traits = dict(observation.by_name[thing].traits)
+        if name not in traits:
+            raise NtpError(f"the scene says no {name} of '{thing}'; write: ... with {name}(...)")
+        return traits[name]
+
+    return read
+
+
+BUILT_IN: dict[str, Callable[..., bool]] = {
+    "present": present,
+    "reachable": reachable,
+    "holding": holding,
+    "empty": empty,
+    "on": on,
+    "covers": covers,
+    "in": inside,
+    "hollow": hollow,
+    "clear": clear,
+    "above": above,
+}
+JUDGED = BUILT_IN | {"on": partial(on, within=ACCEPTED)}  # as a success test reads them

@@ -1,0 +1,216 @@
+"""The state that contracts are read in: an observation under a registry's predicates, each asked once."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ntp_dsl.language.names.signatures import si
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.visitors import mentions
+from ntp_dsl.semantics.observation import Argument, Observation, Record
+from ntp_dsl.semantics.predicates import ANY, BUILT_IN, trait
+
+Bindings = Mapping[str, Argument]
+
+COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": lambda a, b: a / b if b else float("inf"),
+}
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A ground predicate, or its negation."""
+
+    predicate: str
+    arguments: tuple[Argument, ...]
+    positive: bool = True
+
+    def provides(self, other: Fact) -> bool:
+        """Whether where this holds the other does: `holding(x)` provides `holding(any)`."""
+        return (
+            isinstance(other, Literal)
+            and self.predicate == other.predicate
+            and self.positive == other.positive
+            and all(b in (a, ANY) for a, b in zip(self.arguments, other.arguments, strict=True))
+        )
+
+    def __str__(self) -> str:
+        text = f"{self.predicate}({', '.join(map(str, self.arguments))})"
+        return text if self.positive else f"not {text}"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Part of a contract that is no literal: a comparison or a choice. It is provided by itself alone."""
+
+    text: str
+    expression: nodes.Expression = field(compare=False, repr=False)
+    scope: Bindings = field(compare=False, repr=False)
+
+    def provides(self, other: Fact) -> bool:
+        return self == other
+
+    def __str__(self) -> str:
+        return self.text
+
+
+Fact = Literal | Condition
+
+
+class State:
+    """One moment, as the language sees it. Answers are kept, so that asking again costs nothing."""
+
+    def __init__(
+        self,
+        registry: Registry,
+        observation: Observation,
+        built_in: Mapping[str, Callable[..., bool]] = BUILT_IN,
+    ) -> None:
+        self.registry = registry
+        self.observation = observation
+        self._built_in = built_in
+        self._known: dict[tuple[str, tuple[Argument, ...]], Any] = {}
+
+    def holds(self, fact: Fact) -> bool:
+        if isinstance(fact, Condition):
+            return self.true(fact.expression, fact.scope)
+        return bool(self.reading(fact.predicate, fact.arguments)) == fact.positive
+
+    def reading(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
+        """What a predicate says of its arguments: a truth, or a reading's number or member."""
+        key = (predicate, arguments)
+        if key not in self._known:
+            self._known[key] = self._ask(*key)
+        return self._known[key]
+
+    def things(self, type_name: str) -> list[str]:
+        """Names of the scene's things of a type, in the observation's order."""
+        is_a = self.registry.is_a
+        return [t.name for t in self.observation.things if is_a(t.type, type_name)]
+
+    def true(self, expression: nodes.Expression | None, scope: Bindings) -> bool:
+        """Whether an expression holds; no expression holds always."""
+        match expression:
+            case None:
+                return True
+            case nodes.Atom(predicate=predicate, arguments=arguments):
+                return self.holds(Literal(predicate, self._values(arguments, scope)))
+            case nodes.Not(value=value):
+                return not self.true(value, scope)
+            case nodes.And(values=values):
+                return all(self.true(value, scope) for value in values)
+            case nodes.Or(values=values):
+                return any(self.true(value, scope) for value in values)
+            case nodes.Compare(operator=sign, left=left, right=right):
+                return COMPARISONS[sign](self.value(left, scope), self.value(right, scope))
+            case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
+                inner = self._scopes(generators, scope)
+                return (all if quantifier == "all" else any)(self.true(body, s) for s in inner)
+        raise TypeError(f"{expression} is not a truth value")
+
+    def literals(
+        self, expression: nodes.Expression | None, scope: Bindings, positive: bool = True
+    ) -> list[Fact]:
+        """The ground facts of a contract: conjunctions and `all` are spelt out, negation moved inwards."""
+        match expression, positive:
+            case None, _:
+                return []
+            case nodes.Atom(predicate=predicate, arguments=arguments), _:
+                return [Literal(predicate, self._values(arguments, scope), positive)]
+            case nodes.Not(value=value), _:
+                return self.literals(value, scope, not positive)
+            case (nodes.And(values=values), True) | (nodes.Or(values=values), False):
+                return [fact for value in values for fact in self.literals(value, scope, positive)]
+            case nodes.Quantified(quantifier=quantifier, body=body, generators=generators), _:
+                if (quantifier == "all") == positive:
+                    inner = self._scopes(generators, scope)
+                    return [fact for s in inner for fact in self.literals(body, s, positive)]
+        assert expression is not None
+        return [self._condition(expression if positive else nodes.Not(expression), scope)]
+
+    def _condition(self, expression: nodes.Expression, scope: Bindings) -> Condition:
+        named = {name: scope[name] for name in sorted(mentions(expression)) if name in scope}
+        given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
+        text = format_expression(expression)
+        return Condition(f"{text} with {given}" if given else text, expression, scope)
+
+    def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
+        """One scope per element of a list, or per thing of a type, that meets the condition."""
+        iterable = generator.iterable.id
+        source = scope[iterable] if iterable in scope else tuple(self.things(iterable))
+        assert isinstance(source, tuple)
+        for element in source:
+            inner: Bindings = {**scope, generator.variable: element}
+            if self.true(generator.condition, inner):
+                yield inner
+
+    def value(self, term: nodes.Expression, scope: Bindings) -> Argument:
+        match term:
+            case nodes.Name(id=name):
+                return scope.get(name, name)
+            case nodes.Wildcard():
+                return ANY
+            case nodes.Number():
+                number = si(term)
+                assert number is not None
+                return number
+            case nodes.Arithmetic(operator=sign, left=left, right=right):
+                return ARITHMETIC[sign](self._number(left, scope), self._number(right, scope))
+            case nodes.Atom(predicate=predicate, arguments=arguments):
+                reading: Argument = self.reading(predicate, self._values(arguments, scope))
+                return reading
+            case nodes.Field(value=nodes.Name(id=name), name=field):
+                record = scope[name]
+                assert isinstance(record, Record)
+                return record[field]
+        raise TypeError(f"{term} is not a term")
+
+    def _number(self, term: nodes.Expression, scope: Bindings) -> float:
+        value = self.value(term, scope)
+        assert isinstance(value, int | float), "the checker lets numbers alone be calculated with"
+        return float(value)
+
+    def _values(self, terms: tuple[nodes.Expression, ...], scope: Bindings) -> tuple[Argument, ...]:
+        return tuple(self.value(term, scope) for term in terms)
+
+    def _scopes(self, generators: tuple[nodes.Generator, ...], scope: Bindings) -> Iterator[Bindings]:
+        if not generators:
+            yield scope
+            return
+        for inner in self.elements(generators[0], scope):
+            yield from self._scopes(generators[1:], inner)
+
+    def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
+        declared = self.registry.predicates[predicate]
+        if declared.body is not None:
+            names = (parameter.name for parameter in declared.parameters)
+            return self.true(declared.body, dict(zip(names, arguments, strict=True)))
+        return self._provider(declared)(self.observation, *arguments)
+
+    def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
+        """The world's own predicate, a function in Python, or what the scene says of a thing."""
+        name = declared.by.id if declared.by else declared.name
+        if name == nodes.PYTHON:
+            function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
+            return function
+        if name in self._built_in or declared.result is None:
+            return self._built_in[name]
+        return trait(declared.name)

@@ -1,0 +1,107 @@
+"""Whether a value fits what is declared: a thing of its type, a member, a record, a number and its range."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.names.signatures import phrase
+from ntp_dsl.language.registry import Api, Callable, Parameter, Registry
+from ntp_dsl.language.syntax.nodes import NOWHERE, Span, TypeName
+from ntp_dsl.semantics.observation import Argument, Observation, Record
+
+SLACK = 1e-6  # by which a calculated number may miss the end of a range [SI]
+Types = Mapping[str, str]  # of the things of a scene and of constants
+
+
+class OutOfRange(NtpError):
+    """An api is called with a number that its parameter does not take; `span` is where, if that is known."""
+
+    def __init__(self, message: str, span: Span) -> None:
+        self.span = span
+        super().__init__(message)
+
+
+def plain(value: Any) -> Any:
+    """The same without what is numpy's own; a list as a tuple."""
+    if isinstance(value, list | tuple) and type(value) in (list, tuple):
+        return tuple(map(plain, value))
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def types_of(registry: Registry, observation: Observation) -> Types:
+    """What is there to point at, lost or not."""
+    return dict(registry.constants) | {thing.name: thing.type for thing in observation.things}
+
+
+def misfit(registry: Registry, parameter: Parameter, value: object, types: Types) -> str:
+    """What was expected instead of the value, or nothing; ranges are another question."""
+    wanted = phrase(TypeName(parameter.type, parameter.is_list))
+    if parameter.is_list:
+        return "" if isinstance(value, tuple) else wanted
+    if parameter.type in registry.records:
+        return "" if isinstance(value, Record) and value.type == parameter.type else wanted
+    if parameter.type in registry.enums:
+        members = registry.enums[parameter.type]
+        return "" if isinstance(value, str) and value in members else " or ".join(members)
+    if parameter.type not in registry.parents:
+        return "" if isinstance(value, int | float) and not isinstance(value, bool) else "a number"
+    if not isinstance(value, str) or value not in types:
+        return "the name of a thing in the scene"
+    if registry.is_a(types[value], parameter.type):
+        return ""
+    return f"{wanted}, and '{value}' is {phrase(TypeName(types[value]))}"
+
+
+def unfit_call(registry: Registry, row: Callable, arguments: tuple[Argument, ...], types: Types) -> str:
+    """What is wrong with a call that a function in Python makes, or nothing."""
+    if len(row.parameters) != len(arguments):
+        return f"it is declared as {row.name}({', '.join(each.name for each in row.parameters)})"
+    for parameter, value in zip(row.parameters, arguments, strict=True):
+        if expected := misfit(registry, parameter, value, types):
+            return f"'{parameter.name}: {parameter.type}' is {value!r}; expected {expected}"
+    return ""
+
+
+def strays(parameter: Parameter, value: object) -> str:
+    """The range that a number is out of, or nothing."""
+    if parameter.low is None or parameter.high is None or not isinstance(value, int | float):
+        return ""
+    within = parameter.low - SLACK <= value <= parameter.high + SLACK
+    return "" if within else f"{parameter.low:g} .. {parameter.high:g}"
+
+
+def out_of_range(api: Api, arguments: tuple[Argument, ...]) -> list[str]:
+    """The numbers that the api does not take."""
+    given = zip(api.parameters, arguments, strict=True)
+    return [f"{parameter.name} = {value}" for parameter, value in given if strays(parameter, value)]
+
+
+def check_ranges(api: Api, arguments: tuple[Argument, ...], span: Span = NOWHERE) -> None:
+    """Raises `OutOfRange` for the first number that the api does not take.
+
+    Args:
+        span: of the statement that calls it.
+    """
+    for parameter, value in zip(api.parameters, arguments, strict=True):
+        if limits := strays(parameter, value):
+            where = f"{span}: " if span.path else ""
+            raise OutOfRange(
+                f"{where}'{api.name}' is called with {parameter.name} = {value:g}, and takes {limits} "
+                f"[SI units]; draw or calculate a number within, or declare a wider range at {api.span}",
+                span,
+            )
+
+
+def guess(name: str, known: Iterable[str]) -> str:
+    """How a message about an unknown name goes on: what was meant, or what there is."""
+    known = sorted(set(known))
+    meant = nearest(name, known)
+    if meant:
+        return f"; did you mean '{meant}'?"
+    more = ", ..." if len(known) > 12 else ""
+    return f"; there is: {', '.join(islice(known, 12))}{more}" if known else ""

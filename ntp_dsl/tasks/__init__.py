@@ -1,0 +1,1 @@
+"""Instances of tasks: scenes and goals, drawn or read from a file."""

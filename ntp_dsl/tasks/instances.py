@@ -1,0 +1,171 @@
+"""Tasks: a scene and a goal, drawn from what a library declares or read from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ntp_dsl.language.checks.tasks import GOAL
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.names.signatures import si
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration
+from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing, Vector
+from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
+from ntp_dsl.tasks.task_files import TaskFileEntry, read_tasks
+from ntp_dsl.worlds.protocol import Scene
+from ntp_dsl.worlds.scenes import CUBE, Start, layout, with_furniture
+from ntp_dsl.worlds.starts import STRAIGHT, scattered, scrambled
+
+Configuration = frozenset[tuple[str, str]]
+OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One task to carry out: its things, the goal that was drawn, and the root call."""
+
+    task: TaskDeclaration
+    things: tuple[Thing, ...]
+    goal: Goal
+    program: str
+    arguments: tuple[Argument, ...]
+    name: str = ""
+    bindings: Mapping[str, Argument] = field(default_factory=dict)  # goal, and the groups by name
+    starts: Mapping[str, Start] = field(default_factory=dict)
+
+    def literals(self, registry: Registry, observation: Observation) -> list[Fact]:
+        """What success asks for, spelt out."""
+        return State(registry, observation).literals(self.task.success, self.bindings)
+
+    def holds_in(self, registry: Registry, scene: Scene) -> bool:
+        """Whether success is there already, with an open hand that is out of the way."""
+        seen = Observation(scene.things, scene.positions, OUT_OF_THE_WAY, closed=False)
+        state = State(registry, seen)
+        return all(state.holds(fact) for fact in self.literals(registry, seen))
+
+    def with_goal(self, goal: Goal) -> Instance:
+        """The same scene with another goal; the root call is given that one."""
+        arguments = tuple(goal if each is self.goal else each for each in self.arguments)
+        bindings = {**self.bindings, GOAL: goal}
+        return replace(self, goal=goal, arguments=arguments, bindings=bindings)
+
+    def scattered(self, rng: np.random.Generator) -> Scene:
+        """Everything apart from everything else, where the task lets it start."""
+        return scattered(self.things, rng, self.starts)
+
+    def scrambled(self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT) -> Scene:
+        """Partial and wrong towers, buried things, now and then a thing in hand."""
+        return scrambled(self.things, rng, in_hand, self.starts, straight)
+
+
+def enough_primitives(instance: Instance) -> int:
+    """After which a run may be broken off: several times what any of the examples needs."""
+    return max(400, 20 * len(instance.things))
+
+
+def find_task(registry: Registry, name: str) -> TaskDeclaration:
+    """Raises `NtpError`, with what there is and what it is for."""
+    if name in registry.tasks:
+        return registry.tasks[name]
+    meant = nearest(name, registry.tasks)
+    guess = f"; did you mean '{meant}'?" if meant else "."
+    if not registry.tasks:
+        raise NtpError(f"no task is called '{name}': library '{registry.name}' declares none")
+    width = max(map(len, registry.tasks))
+    listing = "".join(
+        f"\n  {task.name:{width}}  {' '.join(task.docstring.split())}".rstrip()
+        for task in registry.tasks.values()
+    )
+    raise NtpError(f"no task is called '{name}'{guess} Library '{registry.name}' declares:{listing}")
+
+
+def draw(
+    registry: Registry,
+    task: TaskDeclaration,
+    rng: np.random.Generator,
+    varied: Variation | None = None,
+) -> Instance:
+    """A scene as the task declares it, and a goal by its own sampler.
+
+    Args:
+        varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
+    """
+    assert task.goal is not None
+    laid = layout(registry, task, rng)
+    goal = draw_goal(registry, task.goal, laid, rng, varied)
+    drawn = instance(task, laid.things, goal, groups=laid.groups)
+    return replace(drawn, starts=laid.starts)
+
+
+def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
+    """The tasks of a file (ours, or the paper's authors'), as instances of a declared task."""
+    found = []
+    for entry in read_tasks(path):
+        _check_things(registry, entry, path)
+        goal = tuple(
+            Record("Placement", (("item", item), ("support", support))) for item, support in entry.goal
+        )
+        found.append(instance(task, with_furniture(registry, entry.things), goal, entry.id))
+    return found
+
+
+def _check_things(registry: Registry, entry: TaskFileEntry, path: Path) -> None:
+    """A file's things must be such that a hand can stack them, and its goal such that it can be built."""
+    where = f"{path}: {entry.id}"
+    for thing in entry.things:
+        if thing.type not in registry.parents:
+            raise NtpError(f"{where}: library '{registry.name}' has no type '{thing.type}'")
+        if thing.name in registry.constants:
+            raise NtpError(f"{where}: '{thing.name}' is a constant of library '{registry.name}'")
+        if thing.size != (CUBE, CUBE, CUBE):
+            raise NtpError(f"{where}: expected cubes of {CUBE} m, found '{thing.name}' of {thing.size}")
+    supports = dict(entry.goal)
+    for item in supports:
+        below, seen = item, {item}
+        while (below := supports.get(below, "")) and below not in seen:
+            seen.add(below)
+        if below:
+            raise NtpError(f"{where}: the goal goes round in a circle at '{below}'")
+
+
+def instance(
+    task: TaskDeclaration,
+    things: tuple[Thing, ...],
+    goal: Goal,
+    name: str = "",
+    groups: Mapping[str, Sequence[str]] | None = None,
+) -> Instance:
+    """The root call of a task, with its goal, groups, constants and numbers put in."""
+    assert task.run is not None
+    bindings: dict[str, Argument] = {GOAL: goal}
+    bindings |= {group: tuple(names) for group, names in (groups or {}).items()}
+    arguments = tuple(_argument(term, bindings) for term in task.run.arguments)
+    return Instance(task, things, goal, task.run.callee, arguments, name or task.name, bindings)
+
+
+def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
+    if isinstance(term, Number):
+        value = si(term)
+        assert value is not None
+        return value
+    assert isinstance(term, Name), "the checker allows names and numbers here"
+    return bindings.get(term.id, term.id)
+
+
+def end_configuration(goal: Goal) -> Configuration:
+    rows = ([str(value) for _, value in row.fields] for row in goal)
+    return configuration((row[0], row[-1]) for row in rows)
+
+
+def configuration(pairs: Iterable[tuple[str, str]]) -> Configuration:
+    """Labelled: which thing ends up on which, by the numbers at the end of their names."""
+    return frozenset((_number(item), _number(support)) for item, support in pairs)
+
+
+def _number(name: str) -> str:
+    return name.rsplit("_", 1)[-1]

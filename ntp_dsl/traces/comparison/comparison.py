@@ -1,0 +1,44 @@
+"""What a comparison finds: two traces side by side, and the places where they part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ntp_dsl.traces.comparison.alignment import Level
+from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.confidence import Certainty
+from ntp_dsl.traces.schema import Call, Trace
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """A decision, or what came of one, in which the second trace is not as the first.
+
+    The moment is that of a call, or of the callers' return where a trace makes none.
+    """
+
+    kind: Kind
+    caller_a: int  # ROOT for the run itself
+    caller_b: int
+    a: int | None  # what the first trace called then; None where it returned
+    b: int | None
+    blame: str  # decision, planner, grasp, physics, disturbance or start
+    source: str  # file:line of the statement that the first trace followed; empty where unknown
+    certainty: Certainty  # of the second trace's decision
+    apart: float | None = None  # [m] at the most, between the states of the two decisions
+    answer: Call | None = None  # of a policy that was only asked; without a name where it would return
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two traces side by side, and where they part, in the order of execution."""
+
+    a: Trace
+    b: Trace
+    levels: Sequence[Level]
+    divergences: Sequence[Divergence]
+
+    @property
+    def first(self) -> Divergence | None:
+        return self.divergences[0] if self.divergences else None

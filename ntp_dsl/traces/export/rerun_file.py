@@ -1,0 +1,126 @@
+"""Traces as a recording that rerun opens: scene, calls, probabilities and pictures over the frames."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Vector
+from ntp_dsl.traces.page.page_calls import motion
+from ntp_dsl.traces.page.page_pictures import pictures
+from ntp_dsl.traces.phrases import in_words
+from ntp_dsl.traces.schema import ROOT, Call, Trace
+
+APPLICATION = "ntp_dsl"
+FRAME, TIME = "frame", "time"  # timelines: a number, and seconds of the robot's clock
+SIDES = ("A", "B")
+
+
+def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path) -> None:
+    """Each trace below an entity of its own. Raises `NtpError` where rerun is not installed."""
+    try:
+        import rerun
+    except ImportError as error:
+        raise NtpError("rerun recordings need an extra: pip install 'ntp_dsl[viz]'") from error
+    recording = rerun.RecordingStream(APPLICATION)
+    recording.save(path)
+    for side, trace, folder in zip(SIDES, traces, folders, strict=False):
+        _Side(rerun, recording, side, trace).write(folder)
+    recording.flush()
+    recording.disconnect()
+
+
+class _Side:
+    """One trace's entities. `rerun` is the module, which is imported only when it is needed."""
+
+    def __init__(self, rerun: Any, recording: Any, side: str, trace: Trace) -> None:
+        self.rerun, self.recording, self.side, self.trace = rerun, recording, side, trace
+        self.moments = motion(trace)
+        self.times = {frame: time for frame, time, *_ in self.moments}
+
+    def write(self, folder: Path) -> None:
+        self._scene()
+        self._calls()
+        for picture in pictures(self.trace, folder):
+            image = self.rerun.EncodedImage(contents=picture.content, media_type=picture.kind)
+            self._at(picture.frame)
+            self.recording.log(self._path("camera"), image)
+
+    def _scene(self) -> None:
+        for thing in self.trace.things:
+            half = [extent / 2 for extent in thing.size]
+            box = self.rerun.Boxes3D(half_sizes=[half], labels=[thing.name])
+            self.recording.log(self._path("scene", thing.name), box, static=True)
+        hand = self.rerun.Points3D([[0, 0, 0]], radii=[0.01], labels=["hand"])
+        self.recording.log(self._path("hand"), hand, static=True)
+        for path, places in self._tracks().items():
+            self.recording.send_columns(
+                path,
+                indexes=self._indexes(list(places)),
+                columns=self.rerun.Transform3D.columns(translation=list(places.values())),
+            )
+
+    def _tracks(self) -> Mapping[str, dict[int, Vector]]:
+        """Entity -> frame -> place."""
+        found: defaultdict[str, dict[int, Vector]] = defaultdict(dict)
+        known = {thing.name for thing in self.trace.things}
+        for frame, _, hand, _, moved in self.moments:
+            found[self._path("hand")][frame] = hand
+            for name, place in moved.items():
+                if name in known:
+                    found[self._path("scene", name)][frame] = place
+        return found
+
+    def _calls(self) -> None:
+        rows = list(self._rows())
+        if not rows:
+            return
+        frames = [frame for frame, *_ in rows]
+        log = self.rerun.TextLog.columns(
+            text=[text for _, text, _, _ in rows], level=[level for _, _, level, _ in rows]
+        )
+        self.recording.send_columns(self._path("calls"), indexes=self._indexes(frames), columns=log)
+        depths = self.rerun.Scalars.columns(scalars=[float(depth) for *_, depth in rows])
+        self.recording.send_columns(self._path("depth"), indexes=self._indexes(frames), columns=depths)
+        weighed = [(c.frame, c.probability) for c in self.trace.calls if c.probability is not None]
+        if weighed:
+            sure = self.rerun.Scalars.columns(scalars=[probability for _, probability in weighed])
+            frames = [frame for frame, _ in weighed]
+            self.recording.send_columns(
+                self._path("probability"), indexes=self._indexes(frames), columns=sure
+            )
+
+    def _rows(self) -> Iterator[tuple[int, str, str, int]]:
+        """Frame, text, level and depth, of every call and of every return that did not go well."""
+        depths: dict[int, int] = {ROOT: -1}
+        for call, returns in self.trace.events():
+            depth = depths.setdefault(call.id, depths[call.parent] + 1)
+            indent = "  " * min(depth, 40)
+            if not returns:
+                yield call.frame, f"{indent}{in_words(call)}", "INFO", depth
+            elif not call.went_well:
+                text = f"{indent}{in_words(call)}: {call.outcome}"
+                yield _end_frame(call), text, "ERROR" if not call.is_program else "WARN", depth
+
+    def _indexes(self, frames: Sequence[int]) -> list[Any]:
+        times = [self._time(frame) for frame in frames]
+        column = self.rerun.TimeColumn
+        return [column(FRAME, sequence=list(frames)), column(TIME, duration=times)]
+
+    def _time(self, frame: int) -> float:
+        return self.times.get(frame, frame / 10)
+
+    def _at(self, frame: int) -> None:
+        self.recording.set_time(FRAME, sequence=frame)
+        self.recording.set_time(TIME, duration=self._time(frame))
+
+    def _path(self, *parts: str) -> str:
+        """Of an entity; whatever a thing is called, it is one part of it."""
+        return str(self.rerun.new_entity_path([self.side, *parts]))
+
+
+def _end_frame(call: Call) -> int:
+    return call.frame if call.end_frame is None else call.end_frame

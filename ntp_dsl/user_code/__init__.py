@@ -1,0 +1,1 @@
+"""A user's Python beside a library: loading it, and checking what it returns."""

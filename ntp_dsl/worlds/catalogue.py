@@ -1,0 +1,93 @@
+"""The worlds that ship: a kinematic one, and the planned one with an arm."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Api, Registry
+from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.predicates import BUILT_IN
+from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.value_checks import out_of_range
+from ntp_dsl.worlds.protocol import Failure, Outcome, World
+from ntp_dsl.worlds.skill_context import Hand
+
+WORLDS = ("kinematic", "bullet")
+
+
+def make_world(
+    name: str, registry: Registry, exact: bool = False, gui: bool = False, arm: str | None = None
+) -> World:
+    """A world that can do what a library declares. Imports what it needs and no more.
+
+    Args:
+        exact: of the kinematic world: what is put down comes to rest right where it is let go.
+        gui: of the bullet world: with a window, in real time.
+        arm: of the bullet world: one that is shipped, or the path of a TOML; the Panda if none is told.
+
+    Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
+    """
+    world = _make(name, exact, gui, arm)
+    lacks = lacking(world, registry)
+    if lacks:
+        skills = sorted(world.skills)
+        raise NtpError(
+            f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; it has "
+            f"the apis {', '.join(skills)} and the predicates {', '.join(BUILT_IN)}; "
+            f"others are left to Python: api {lacks[0]}(...) by python"
+        )
+    for api in registry.apis.values():
+        if api.skill == PYTHON:
+            world.skills[api.name] = partial(_carry_out, registry, api, world)
+        else:
+            world.skills[api.name] = world.skills[api.skill]
+    return world
+
+
+def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
+    """A skill in Python; as the worlds' own, it is refused where what its api requires does not hold."""
+    state = State(registry, world.truth())
+    if strayed := out_of_range(api, arguments):  # by a learned program: an expert's number was tested before
+        return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
+    named = dict(zip((parameter.name for parameter in api.parameters), arguments, strict=True))
+    lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
+    if lacks:
+        return Outcome(False, Failure.NOT_READY, {"lacks": lacks})
+    outcome: Outcome = registry.python.get("skill", api.name)(Hand(registry, world), *arguments)
+    return outcome
+
+
+def lacking(world: World, registry: Registry) -> list[str]:
+    """The apis and predicates of a library that neither the world nor Python provides."""
+    apis = [api.name for api in registry.apis.values() if api.skill not in {PYTHON, *world.skills}]
+    predicates = [
+        declared.name
+        for declared in registry.predicates.values()
+        if declared.body is None and not _is_provided(declared)
+    ]
+    return [*sorted(apis), *sorted(predicates)]
+
+
+def _is_provided(declared: PredicateDeclaration) -> bool:
+    """By the world, by Python, or, a reading of one thing, by what a scene says of it."""
+    provider = declared.by.id if declared.by else declared.name
+    said = declared.result is not None and declared.by is None and len(declared.parameters) == 1
+    return provider in {PYTHON, *BUILT_IN} or said
+
+
+def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:
+    if gui and name != "bullet":
+        raise NtpError(f"the {name} world has no window; --gui goes with --world bullet")
+    if arm is not None and name != "bullet":
+        raise NtpError(f"the {name} world has no arm; --arm goes with --world bullet")
+    if name == "kinematic":
+        from ntp_dsl.worlds.kinematic import KinematicWorld
+
+        return KinematicWorld(0.0) if exact else KinematicWorld()
+    if name == "bullet":
+        from ntp_dsl.worlds.bullet import BulletWorld
+
+        return BulletWorld(arm, gui)
+    raise NtpError(f"no world is called '{name}'; there are {', '.join(WORLDS)}")

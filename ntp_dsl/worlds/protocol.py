@@ -1,0 +1,106 @@
+"""What a world is: objects on a table, and primitives that change them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from typing import Any, Protocol
+
+from ntp_dsl.semantics.observation import Argument, Observation, Thing, Vector
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The things of a scene and where they start. `table` and its like are things that never move."""
+
+    things: tuple[Thing, ...]
+    positions: Mapping[str, Vector]  # centres
+    yaws: Mapping[str, float] = field(default_factory=dict)  # [rad]
+    gripper: Vector | None = None  # where the tool starts; at home where nothing is said
+    held: str | None = None  # what is in the hand at the start; the kinematic world alone can do this
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Thing]:
+        return {thing.name: thing for thing in self.things}
+
+
+class Failure(StrEnum):
+    """Why a primitive did not achieve what it should. Every world answers with one of these."""
+
+    NOT_READY = "not ready"  # what the api requires did not hold
+    NO_IK = "no inverse kinematics"
+    START_IN_COLLISION = "start in collision"
+    GOAL_IN_COLLISION = "goal in collision"
+    NO_PATH = "no path"
+    GRASP_FAILED = "grasp failed"
+    OBJECT_DROPPED = "object dropped"
+    PLACE_FAILED = "place failed"
+    MISSING_OBJECT = "missing object"
+    TIME_OUT = "time-out"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a primitive: achieved, or the reason why not, with the evidence."""
+
+    achieved: bool
+    failure: Failure | None = None
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+    planning_seconds: float = 0.0  # wall
+    moving_seconds: float = 0.0  # wall
+    solver: str = ""
+    planner: str = ""
+    disturbances: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return self.achieved
+
+
+ACHIEVED = Outcome(True)
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """What goes wrong on purpose, by seed: probabilities, and observation noise [m]."""
+
+    slips: float = 0.0
+    pushes: float = 0.0
+    noise: float = 0.0
+    clumsiness: float = 0.0  # motions and placements that end off the mark; the kinematic world alone
+
+
+UNDISTURBED = Disturbances()
+
+
+class World(Protocol):
+    """Things on a table and an arm over them."""
+
+    on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
+    skills: dict[str, Callable[..., Outcome]]  # by name, what it can carry out
+    starts_holding: bool  # whether a scene may start with a thing in the hand
+    disturbed: set[str]  # things that a disturbance has moved since the reset
+
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None: ...
+
+    def observe(self) -> Observation:
+        """What a policy sees, observation noise included."""
+
+    def truth(self) -> Observation:
+        """The same without noise: for experts and success tests, never for a learned program."""
+
+    def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome: ...
+
+    def move_over(self, x: float, y: float) -> Outcome:
+        """For skills in Python: what is held, or the hand, to hover over a point of the table [m]."""
+
+    def settle(self, seconds: float) -> None:
+        """Let time pass [s]."""
+
+    def supported(self, item: str, support: str) -> bool:
+        """Whether `item` rests on `support` by contact, or lies in it."""
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the reset."""

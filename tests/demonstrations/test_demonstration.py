@@ -1,0 +1,127 @@
+"""Demonstrations are kept as they were shown, and what is not a demonstration is told so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from ntp_dsl.demonstrations.demonstration import (
+    Demonstration,
+    Recorder,
+    Specification,
+    read_demonstration,
+    write_demonstration,
+)
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Scene
+
+THINGS = (
+    Thing("a", "Block", (0.05, 0.05, 0.05)),
+    Thing("b", "Block", (0.05, 0.05, 0.05)),
+    Thing("table", "Table", (1.5, 1.5, 0.04)),
+)
+PLACES = {"a": (0.45, 0.1, 0.025), "b": (0.55, -0.1, 0.025), "table": (0.5, 0.0, -0.02)}
+
+
+def shown() -> Demonstration:
+    world = KinematicWorld()
+    world.reset(Scene(THINGS, PLACES), seed=4)
+    recorder = Recorder(world)
+    for api, arguments in [("move_to", ("a",)), ("grasp", ("a",)), ("move_to", ("b",))]:
+        assert world.call(api, arguments).achieved
+    return recorder.demonstration({"task": "a on b", "seed": 4})
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "a.demo.parquet"
+    write_demonstration(shown(), path)
+    return path
+
+
+def test_a_demonstration_comes_back_as_it_was_written(file: Path) -> None:
+    written, read = shown(), read_demonstration(file)
+    assert (read.things, read.notes) == (written.things, written.notes)
+    for name in ("positions", "closed", "times"):
+        expected, found = getattr(written, name), getattr(read, name)
+        assert found.dtype == expected.dtype and np.array_equal(found, expected)
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_positions_are_relative_to_the_gripper() -> None:
+    demonstration = shown()
+    held = demonstration.positions[:, demonstration.names.index("a")][demonstration.closed]
+    assert len(held) > 10 and np.abs(held).max() < 1e-6
+
+
+def test_frames_are_a_tenth_of_a_second_apart_or_mark_the_end_of_a_call() -> None:
+    steps = np.diff(shown().times)
+    assert (steps >= 0).all() and steps.max() < 0.16
+
+
+def test_a_file_that_was_cut_off_is_told_so(file: Path) -> None:
+    whole = file.read_bytes()
+    for length in [0, 1, 4, len(whole) // 2, len(whole) - 9, len(whole) - 1]:
+        file.write_bytes(whole[:length])
+        with pytest.raises(NtpError, match="expected a demonstration .*truncated"):
+            read_demonstration(file)
+
+
+@pytest.mark.parametrize("content", [b"library a\n", b"\x89PNG\r\n\x1a\n", b"PAR1PAR1", b"{}"])
+def test_a_foreign_file_is_told_so(file: Path, content: bytes) -> None:
+    file.write_bytes(content)
+    with pytest.raises(NtpError, match="expected a demonstration"):
+        read_demonstration(file)
+
+
+def test_a_foreign_table_is_told_what_it_holds(file: Path) -> None:
+    parquet.write_table(pa.table({"price": [1.0], "name": ["x"]}), file)
+    with pytest.raises(NtpError, match="found a table of price, name"):
+        read_demonstration(file)
+
+
+@pytest.mark.parametrize("column", ["time", "closed", "position.b"])
+def test_a_missing_column_is_named(file: Path, column: str) -> None:
+    table = parquet.read_table(file)
+    parquet.write_table(table.drop_columns([column]), file)
+    with pytest.raises(NtpError, match=f"lacks a column.*{column}"):
+        read_demonstration(file)
+
+
+def test_what_is_not_a_number_is_refused(file: Path) -> None:
+    demonstration = shown()
+    demonstration.positions[2, 0, 1] = np.nan
+    write_demonstration(demonstration, file)
+    with pytest.raises(NtpError, match="finite"):
+        read_demonstration(file)
+
+
+def test_a_file_that_is_not_there_says_what_makes_one(tmp_path: Path) -> None:
+    with pytest.raises(NtpError, match="no such demonstration; `ntp record` makes them"):
+        read_demonstration(tmp_path / "none.demo.parquet")
+
+
+class Sentences:
+    modality = "language"
+
+    def __init__(self, *sentences: str) -> None:
+        self.sentences = sentences
+
+    def __len__(self) -> int:
+        return len(self.sentences)
+
+
+class Frames(Sentences):
+    modality = "video"
+
+
+def test_a_specification_is_whatever_has_steps_and_a_modality() -> None:
+    specifications: list[Specification] = [shown(), Sentences("put a on b"), Frames("0", "1")]
+    assert [each.modality for each in specifications] == ["trajectory", "language", "video"]
+    assert all(len(each) for each in specifications)

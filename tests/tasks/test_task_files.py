@@ -1,0 +1,151 @@
+"""Tasks from files: ours and the authors', and a sentence for everything else."""
+
+from __future__ import annotations
+
+import json
+import os
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.tasks.task_files import TaskFileEntry, read_tasks, to_json, write_tasks
+
+AUTHORS: dict[str, Any] = {
+    "name": "stacking",
+    "scene": {
+        "objects": [
+            {"name": f"cube_{n}", "filename": f"cubes/cube_{n}.urdf", "scale": [0.05, 0.05, 0.05]}
+            for n in range(8)
+        ],
+    },
+    "tasks": [
+        {
+            "id": "stack_1",
+            "name": "stack",
+            "goals": [
+                {"name": "pick_place", "src": "cube_6", "target": "cube_5"},
+                {"name": "pick_place", "src": "cube_4", "target": "cube_6"},
+            ],
+            "end_constraints": [{"type": "on_top", "src": "cube_6", "target": "cube_5"}],
+        }
+    ],
+}
+CUBES = tuple(Thing(f"cube_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
+ENTRY = TaskFileEntry("stack_1", CUBES, (("cube_6", "cube_5"), ("cube_4", "cube_6")))
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "tasks.json"
+
+
+def test_the_authors_tasks_keep_their_order_and_their_cubes(file: Path) -> None:
+    file.write_text(json.dumps(AUTHORS))
+    assert read_tasks(file) == [ENTRY]
+    assert ENTRY.names == tuple(f"cube_{n}" for n in range(8))
+
+
+def test_what_is_written_is_read_back(file: Path) -> None:
+    write_tasks([ENTRY], file)
+    assert read_tasks(file) == [ENTRY]
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_the_command_writes_what_it_would_print(
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file.write_text(json.dumps(AUTHORS))
+    out = tmp_path / "out.json"
+    assert run(["import-vat", str(file)]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert run(["import-vat", str(file), "--out", str(out)]) == 0
+    assert "1 task written" in capsys.readouterr().err
+    assert json.loads(out.read_text()) == printed == json.loads(json.dumps(to_json([ENTRY])))
+
+
+def changed(document: dict[str, Any], *path: str | int, value: Any) -> dict[str, Any]:
+    copy = deepcopy(document)
+    inner: Any = copy
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    return copy
+
+
+OURS = json.loads(json.dumps(to_json([ENTRY])))
+FOREIGN = {
+    "another scene": (changed(AUTHORS, "name", value="sorting"), "'stacking', found \"sorting\""),
+    "another action": (
+        changed(AUTHORS, "tasks", 0, "goals", 1, "name", value="push"),
+        r"tasks\[0\]: goals\[1\]: expected a goal 'pick_place', found \"push\"",
+    ),
+    "an unknown cube": (
+        changed(AUTHORS, "tasks", 0, "goals", 1, "src", value="cube_9"),
+        r"tasks\[0\]: expected a goal over cube_0, .*; found 'cube_9'",
+    ),
+    "another kind of thing": (
+        changed(AUTHORS, "scene", "objects", 3, "filename", value="forks/fork_1.urdf"),
+        r"objects\[3\]: expected a model of cubes, found 'forks'",
+    ),
+    "no tasks": (changed(AUTHORS, "tasks", value=[]), "not empty at 'tasks'"),
+    "tasks of another kind": (changed(AUTHORS, "tasks", value="all"), "a list .* found \"all\""),
+    "a task of another kind": (changed(AUTHORS, "tasks", 0, value=3), "an object, found 3"),
+    "no scene": (changed(AUTHORS, "scene", value=None), "at 'scene', found nothing"),
+    "another version": (changed(OURS, "version", value=2), "version 1, found 2"),
+    "an item on itself": (
+        changed(OURS, "tasks", 0, "goal", 0, "support", value="cube_6"), "'cube_6' on itself"
+    ),
+    "a name twice": (
+        changed(OURS, "tasks", 0, "things", 0, "name", value="cube_1"), "one name twice"
+    ),
+    "a flat thing": (
+        changed(OURS, "tasks", 0, "things", 0, "size", value=[0.05, 0.05, 0]), "three positive"
+    ),
+    "a size of words": (
+        changed(OURS, "tasks", 0, "things", 0, "size", value=["a", True, None]), "three positive"
+    ),
+    "a number for a name": (changed(OURS, "tasks", 0, "id", value=7), "a text at 'id', found 7"),
+    "a list": ([AUTHORS], "expected a file of tasks"),
+    "another document": ({"format": "geojson", "features": []}, "found an object of 'format'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_what_is_not_a_file_of_tasks_is_told_what_was_expected(file: Path, name: str) -> None:
+    document, said = FOREIGN[name]
+    file.write_text(json.dumps(document))
+    with pytest.raises(NtpError, match=said) as caught:
+        read_tasks(file)
+    assert str(caught.value).startswith(f"{file}: ") and "\n" not in str(caught.value)
+
+
+def test_a_file_that_was_cut_off_is_told_so(file: Path) -> None:
+    whole = json.dumps(AUTHORS)
+    for length in range(0, len(whole), 25):
+        file.write_text(whole[:length])
+        with pytest.raises(NtpError, match="breaks off or goes wrong at line 1"):
+            read_tasks(file)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"\x89PNG", b"[" * 100_000])
+def test_what_is_no_text_is_told_so(file: Path, content: bytes) -> None:
+    file.write_bytes(content)
+    with pytest.raises(NtpError, match="expected a file of tasks"):
+        read_tasks(file)
+
+
+DATA = Path(os.environ.get("NTP_VAT_DATA", Path(__file__).parents[2] / "shared" / "data" / "vat"))
+
+
+@pytest.mark.parametrize("name, count", [("stack_train_1000.json", 1000), ("stack_unseen_500.json", 500)])
+def test_the_authors_own_files_are_read(name: str, count: int) -> None:
+    if not (DATA / name).is_file():
+        pytest.skip("the authors' files are not here; NTP_VAT_DATA says where they are")
+    entries = read_tasks(DATA / name)
+    assert len(entries) == count and all(len(entry.things) == 8 for entry in entries)
+    assert {len(entry.goal) for entry in entries} <= set(range(1, 8))
