@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import dist
 from time import perf_counter
 from typing import Any
 
+from ntp_dsl.execution.refusals import Call, Refusals, differ
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.observation import Argument, Observation
@@ -18,10 +18,6 @@ from ntp_dsl.worlds.protocol import Failure, Outcome, World
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
 SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
-UNCHANGED = 0.002  # [m] nothing has moved farther
-
-
-Call = tuple[str | None, tuple[Argument, ...]]
 
 
 @dataclass
@@ -49,7 +45,7 @@ class Run:
     failing: int = 0  # the same failure so often in a row
     handled: set[Argument] = field(default_factory=set)  # what primitives were called on
     changes: int = 0  # of the world, by primitives
-    in_vain: set[Call] = field(default_factory=set)  # calls that changed nothing, and nothing has since
+    in_vain: Refusals = field(default_factory=Refusals)
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -116,7 +112,8 @@ class Interpreter:
                 if not stack:
                     return choice.done
                 if run.changes == changes:
-                    run.in_vain.add((frame.program, frame.arguments))
+                    call = frame.program, frame.arguments
+                    run.in_vain.add(call, self.world.truth(), failed=not choice.done)
             elif choice.callee in self.registry.apis:
                 idle = 0
                 self._execute(choice, number, len(stack), run)
@@ -140,18 +137,28 @@ class Interpreter:
         return ""
 
     def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
-        """What the language forbids is not chosen: a return at the first step, a call in vain."""
+        """What the language forbids is not chosen: a return at the first step, a call in vain.
+
+        A program to which nothing is left because calls failed is unfinished.
+        """
         start = perf_counter()
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
-        while (choice.callee, choice.arguments) in run.in_vain and choice.callee not in barred:
+        refused = False
+        while choice.callee not in barred and self._is_vain((choice.callee, choice.arguments), run):
+            refused |= run.in_vain.failed((choice.callee, choice.arguments), self.world.truth())
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
+        if choice.callee is None and refused:
+            choice = replace(choice, done=False)
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
         source = self.registry.programs[frame.program].line(choice.callee)
         details = {"source": source, **choice.details, "seconds": round(seconds, 5)}
         return replace(choice, details=details)
+
+    def _is_vain(self, call: Call, run: Run) -> bool:
+        return call in run.in_vain and run.in_vain.bars(call, self.world.truth())
 
     def _enter(
         self,
@@ -198,13 +205,13 @@ class Interpreter:
         run.planning_seconds += outcome.planning_seconds
         run.moving_seconds += outcome.moving_seconds
         run.disturbances += len(outcome.disturbances)
-        if outcome.failure is Failure.NOT_READY or (
-            outcome.achieved and not differ(before, self.world.truth())
-        ):
-            run.in_vain.add((choice.callee, choice.arguments))
-        else:  # what failed by chance may be tried again
-            run.in_vain.clear()
+        after = self.world.truth()
+        if differ(before, after):
             run.changes += 1
+        else:
+            by_chance = not outcome.achieved and outcome.failure is not Failure.NOT_READY
+            call = choice.callee, choice.arguments
+            run.in_vain.add(call, after, failed=not outcome.achieved, by_chance=by_chance)
         if outcome.achieved:
             run.failing = 0
         else:
@@ -226,11 +233,3 @@ class Interpreter:
         )
         if self.interfere is not None:
             self.interfere(self.world)
-
-
-def differ(a: Observation, b: Observation) -> bool:
-    """Whether the hand or anything else is elsewhere."""
-    if a.closed != b.closed or a.unreachable != b.unreachable or a.positions.keys() != b.positions.keys():
-        return True
-    moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)
-    return max(dist(a.gripper, b.gripper), *moved) > UNCHANGED

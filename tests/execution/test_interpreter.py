@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ntp_dsl.execution.interpreter import Interpreter, Run
+from ntp_dsl.execution.refusals import TRIES, Refusals
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
@@ -48,6 +49,23 @@ def run(registry: Registry, policy: Stubborn, change: Callable[[KinematicWorld],
     return Interpreter(registry, policy, world).run("stack", ())
 
 
+class Alternating(Stubborn):
+    """Wants one of several calls, the first that it may have; returns where it may have none."""
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        self.asked.append(barred)
+        for callee, arguments in ALTERNATIVES.get(
+            frame.program, [self.wanted.get(frame.program, (None, ()))]
+        ):
+            if callee not in barred:
+                return Choice(callee, arguments)
+        return Choice(None)
+
+
+ALTERNATIVES: dict[str, list[tuple[str | None, tuple[Argument, ...]]]] = {
+    "pick": [("move_to", ("block_3",)), ("put_down", ())],
+    "put_down": [("release", ())],
+}
 IN_VAIN = {
     "stack": ("pick_and_place", ("block_0", "block_1")),
     "pick_and_place": ("pick", ("block_0",)),
@@ -77,3 +95,28 @@ def test_what_fails_by_chance_may_be_tried_again(stacking: Registry) -> None:
 
     run(stacking, Stubborn(IN_VAIN | {"pick": ("grasp", ("block_0",))}), unlucky)
     assert len(tries) >= 4
+
+
+def test_a_program_whose_calls_are_all_refused_is_unfinished_and_not_done(stacking: Registry) -> None:
+    def blocked(world: KinematicWorld) -> None:
+        world.skills["move_to"] = lambda target: Outcome(False, Failure.GOAL_IN_COLLISION)
+
+    ended = run(stacking, Alternating(IN_VAIN), blocked)
+    assert not ended.done and ended.reason.startswith("unfinished")
+    assert ended.primitives <= 2 * TRIES, "each is tried a few times, then its caller is told"
+
+
+def test_a_state_that_comes_round_again_is_the_same_state(stacking: Registry) -> None:
+    rng = np.random.default_rng(0)
+    scene = draw(stacking, find_task(stacking, "block_stacking"), rng).scattered(rng)
+    world = KinematicWorld()
+    world.reset(scene, 0)
+    here = world.truth()
+    world.call("move_to", ("block_0",))
+    there, call = world.truth(), ("grasp", ("block_0",))
+    refusals = Refusals()
+    for _ in range(TRIES):
+        assert not refusals.bars(call, here)
+        refusals.add(call, here, failed=True, by_chance=True)
+    assert refusals.bars(call, here) and refusals.failed(call, here)
+    assert not refusals.bars(call, there), "elsewhere it may be tried"
