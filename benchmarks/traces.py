@@ -23,8 +23,9 @@ from ntp_dsl.evaluation import episodes
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import ROOT
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, CallKind, CallOutcome, Execution, Header
 from ntp_dsl.traces.writer import TraceWriter
 
 LIBRARY = examples_folder() / "block_stacking"
@@ -97,18 +98,22 @@ def written(calls: int, seed: int) -> bytes:
     stream = io.StringIO()
     writer = TraceWriter(stream)
     things = tuple(Thing(f"block_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
-    writer.header(things=[{"name": t.name, "type": t.type, "size": t.size} for t in things])
-    root = writer.call(ROOT, "program", "build", (), (0, 900), 0, writer.state(seen(things, 0)), {})
+    writer.header(Header(format=FORMAT, version=VERSION, objects=things))
+    root = writer.call(
+        ROOT, CallKind.PROGRAM, "build", (), (0, 900), 0, writer.state(seen(things, 0)), NO_DECISION
+    )
     for part in range(calls // 5):
         state = writer.state(seen(things, part))
         thing = things[part % 8].name
-        number = writer.call(root, "program", "part", (thing,), (part, part + 9), 0, state, {})
+        number = writer.call(
+            root, CallKind.PROGRAM, "part", (thing,), (part, part + 9), 0, state, NO_DECISION
+        )
         for place in range(4):
             name = f"step_{place if rng.random() > 0.01 else rng.integers(9)}"
-            api = writer.call(number, "api", name, (thing,), None, 0, state, {"seconds": 0.001})
-            writer.returned(api, "achieved", 0, planning=0.01, moving=0.1)
-        writer.returned(number, "done", 0, state=state)
-    writer.returned(root, "done", 0)
+            api = writer.call(number, CallKind.API, name, (thing,), None, 0, state, Decision(seconds=0.001))
+            writer.returned(api, CallOutcome.ACHIEVED, 0, execution=Execution(planning=0.01, moving=0.1))
+        writer.returned(number, CallOutcome.DONE, 0, state=state)
+    writer.returned(root, CallOutcome.DONE, 0)
     return stream.getvalue().encode()
 
 

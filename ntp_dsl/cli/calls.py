@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.traces.failure_attribution import of_call
 from ntp_dsl.traces.phrases import in_words, plain
-from ntp_dsl.traces.schema import Call, Trace, to_json
+from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.times import Times
 
 BAR = 12  # characters for the whole demonstration
@@ -22,13 +23,13 @@ def line(call: Call, frames: int, times: Times) -> Text:
     text = Text(name, style="bold" if call.is_program else "cyan")
     text.append(f"({rest}", style="default not bold")
     text.append(f"  {scope_bar(call, frames)}  ", style="blue not bold")
-    outcome = plain(call.outcome) or "cut off"
+    outcome = call.outcome or "cut off"
     text.append(outcome, style=f"{COLOURS.get(outcome, 'red')} not bold")
-    if call.probability is not None:
-        text.append(f"  p={call.probability:.2f}", style="dim not bold")
+    if call.decision.probability is not None:
+        text.append(f"  p={call.decision.probability:.2f}", style="dim not bold")
     if spent := duration(times):
         text.append(f"  {spent}", style="dim not bold")
-    for disturbance in call.disturbances:
+    for disturbance in call.execution.disturbances:
         text.append(f"  [{plain(disturbance)}]", style="magenta not bold")
     return text
 
@@ -45,9 +46,7 @@ def scope_bar(call: Call, frames: int) -> str:
 
 def demonstration_frames(trace: Trace) -> int:
     """How long the demonstration is, as far as the trace says."""
-    told = trace.header.get("demonstration")
-    frames = told.get("frames") if isinstance(told, dict) else None
-    known = frames if isinstance(frames, int) else 1
+    known = trace.header.demonstration.frames if trace.header.demonstration else 1
     return max([1, known, *(call.scope[1] for call in trace.calls if call.scope)])
 
 
@@ -68,16 +67,16 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
         "parent": call.parent,
         "kind": call.kind,
         "name": call.name,
-        "arguments": [to_json(argument) for argument in call.arguments],
+        "arguments": to_builtins(call.arguments),
         "scope": call.scope,
-        "outcome": call.outcome,
-        "blame": of_call(call),
-        "probability": call.probability,
-        "source": call.decision.get("source", ""),
+        "outcome": call.outcome or "",
+        "attributed_to": of_call(call),
+        "probability": call.decision.probability,
+        "source": call.decision.source,
         "seconds": {
             "deciding": round(times.deciding, 5),
             "planning": round(times.planning, 5),
             "moving": round(times.moving, 5),
         },
-        "disturbances": list(call.disturbances),
+        "disturbances": list(call.execution.disturbances),
     }

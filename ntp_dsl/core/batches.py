@@ -144,7 +144,7 @@ def frames(
         chosen, n = shown[index], len(demonstration.things)
         span = len(chosen)
         order = _order(demonstration, orders[index] if orders else demonstration.names)
-        seen = demonstration.positions[chosen][:, order]
+        seen = demonstration.relative[chosen][:, order]
         positions[index, :span, :n] = torch.from_numpy(seen)
         closed[index, :span] = torch.from_numpy(demonstration.closed[chosen].astype(np.float32))
         mask[index, :span] = True

@@ -33,7 +33,7 @@ def within(demonstration: Demonstration, scope: Scope) -> NDArray[np.int64]:
 def _kept(demonstration: Demonstration) -> NDArray[np.int64]:
     """Computed once for a demonstration."""
     if demonstration not in _KEPT:
-        _KEPT[demonstration] = keyframes(demonstration.positions, demonstration.closed)
+        _KEPT[demonstration] = keyframes(demonstration.relative, demonstration.closed)
     return _KEPT[demonstration]
 
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 from ntp_dsl.language.registry import Callable, Parameter, Registry, bounds
 from ntp_dsl.semantics.observation import Argument, Record
+
+Given = TypeVar("Given")
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,9 @@ class Signature:
         objects = tuple(str(a) for n, a in enumerate(arguments) if n not in places)
         return objects, tuple(a for n, a in enumerate(arguments) if n in places)
 
-    def join(self, objects: Sequence[str], values: Sequence[str | float]) -> tuple[str | float, ...]:
-        """The inverse of `split`."""
-        arguments: list[str | float] = list(objects)
+    def join(self, objects: Sequence[Given], values: Sequence[Given]) -> tuple[Given, ...]:
+        """Return what was split as one, in the order of the arguments."""
+        arguments: list[Given] = list(objects)
         for value, given in zip(self.values, values, strict=True):
             arguments.insert(value.index, given)
         return tuple(arguments)

@@ -6,9 +6,10 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import Any
+from typing import TypeVar
 
 import torch
+from msgspec.structs import replace as with_fields
 from torch import Tensor
 
 from ntp_dsl.core import batches, keyframes
@@ -20,12 +21,12 @@ from ntp_dsl.demonstrations.queries import Answer, Query
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
+from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 from ntp_dsl.worlds.protocol import World
 
 TOP = 5  # alternatives that a decision reports
 
-
-Ranking = list[tuple[Any, float]]  # alternatives with their probabilities
+Value = TypeVar("Value")
 
 
 class LearnedPolicy:
@@ -45,14 +46,14 @@ class LearnedPolicy:
         arguments = without_lists(frame.arguments)
         seen = world.observe()
         query = Query(frame.program, arguments, frame.scope, seen, self.demonstration)
-        answer, details = self.answer(query, barred)
+        answer, decision = self.answer(query, barred)
         given: tuple[Argument, ...] = answer.arguments
         if answer.callee is not None:
             given = self.core.memory.signature(answer.callee).packed(answer.arguments)
-        return Choice(answer.callee, given, answer.scope, details=details, seen=seen)
+        return Choice(answer.callee, given, answer.scope, decision=decision, seen=seen)
 
     @torch.inference_mode()
-    def answer(self, query: Query, barred: Barred = frozenset()) -> tuple[Answer, dict[str, Any]]:
+    def answer(self, query: Query, barred: Barred = frozenset()) -> tuple[Answer, Decision]:
         """The most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
@@ -61,40 +62,40 @@ class LearnedPolicy:
         end = float(torch.sigmoid(thought.end)[0])
         probabilities = torch.softmax(thought.slots[0], -1)
         callees = memory.row(query.program).callees
-        details = {
-            "end_probability": round(end, 4),
-            "top": ranked(callees, probabilities),
-        }
+        decision = Decision(end_probability=round(end, 4), callees=ranked(callees, probabilities))
         allowed = torch.tensor([callee not in barred for callee in callees])
         if (end > 0.5 and None not in barred) or not allowed.any():
-            return Answer(None), details | {"probability": round(end, 4)}
+            return Answer(None), with_fields(decision, probability=round(end, 4))
         slot = int((probabilities[: len(callees)] * allowed).argmax())
         lost = float(torch.sigmoid(thought.lost[0, slot]))
         if lost > 0.5:
-            scope, scopes = None, [(None, round(lost, 4)), *scopes]
+            scope, scopes = None, (Alternative(None, round(lost, 4)), *scopes)
         objects, certainty, pointers = self._objects(query.observation, states, thought, slot, callees[slot])
         values, surely, others = self._values(thought, states, hint, slot, callees[slot])
         probability = float(probabilities[slot]) * (1 - end) * certainty * surely
-        details |= {"probability": round(probability, 4), "pointers": pointers, "scopes": scopes}
-        if others:
-            details["values"] = others
-        arguments = memory.signature(callees[slot]).join(objects, values)
-        return Answer(callees[slot], arguments, scope), details
+        signature = memory.signature(callees[slot])
+        decision = with_fields(
+            decision,
+            probability=round(probability, 4),
+            arguments=signature.join(pointers, others),
+            scopes=scopes,
+        )
+        return Answer(callees[slot], signature.join(objects, values), scope), decision
 
     def _values(
         self, thought: Thought, states: States, hint: Hint, slot: int, callee: str
-    ) -> tuple[tuple[str | float, ...], float, list[Ranking]]:
+    ) -> tuple[tuple[str | float, ...], float, list[Ranking[str | float]]]:
         """Members and numbers, how certain they are together, and what else each might have been."""
         signature = self.core.memory.signature(callee)
         if not signature.values:
             return (), 1.0, []
         scores, numbers = self.core.evaluate(thought, states, hint, torch.tensor([slot]))
         chosen: list[str | float] = []
-        certainty, others = 1.0, []
+        certainty, others = 1.0, list[Ranking[str | float]]()
         for place, value in enumerate(signature.values):
             if not value.members:
                 chosen.append(value.number(float(numbers[0, place])))
-                others.append([(chosen[-1], 1.0)])
+                others.append((Alternative(chosen[-1], 1.0),))
                 continue
             chances = torch.softmax(scores[0, place, : len(value.members)], -1)
             chosen.append(value.members[int(chances.argmax())])
@@ -104,7 +105,7 @@ class LearnedPolicy:
 
     def _objects(
         self, seen: Observation, states: States, thought: Thought, slot: int, callee: str
-    ) -> tuple[tuple[str, ...], float, list[Ranking]]:
+    ) -> tuple[tuple[str, ...], float, list[Ranking[str]]]:
         """The arguments, how certain they are together, and what else each might have been."""
         scores = self.core.point(thought, states, torch.tensor([slot]))[0]  # (arity, things)
         rows = batches.candidate_rows(self.core.memory, callee, seen.things)
@@ -118,10 +119,10 @@ class LearnedPolicy:
             pointers.append(ranked(names, chances[place]))
         return tuple(chosen), certainty, pointers
 
-    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None, Ranking]:
+    def _hint(self, query: Query, states: States) -> tuple[Hint, Scope | None, Ranking[Scope | None]]:
         """Where in the scope the next call is shown: its objects, the callee's own scope, and what else."""
         if query.scope is None:
-            return silent_hint(self.core, states), None, []
+            return silent_hint(self.core, states), None, ()
         reading = self._reading(query)
         hits, none = self.core.reader.locate(reading, states)
         scoped = torch.ones(1)
@@ -163,8 +164,10 @@ class LearnedPolicy:
             raise NtpError(f"the demonstration lacks {', '.join(missing)}; the scene has {', '.join(names)}")
 
 
-def ranked(values: Sequence[Any], probabilities: Tensor) -> Ranking:
+def ranked(values: Sequence[Value], probabilities: Tensor) -> Ranking[Value]:
     """The most probable first; what has no chance is left out. Padding follows the values' own."""
     pairs = zip(values, probabilities[: len(values)].tolist(), strict=True)
     best = heapq.nlargest(TOP, pairs, key=itemgetter(1))
-    return [(value, round(chance, 4)) for value, chance in best if chance >= 0.00005]
+    return tuple(
+        Alternative(value, min(1.0, round(chance, 4))) for value, chance in best if chance >= 0.00005
+    )

@@ -23,7 +23,7 @@ def sized(memory: Memory, demonstrations: Collection[Demonstration]) -> CoreConf
     where they go.
     """
     plain = CoreConfig()
-    loaded = np.mean([carries_a_load(each.positions, each.closed) for each in demonstrations])
+    loaded = np.mean([carries_a_load(each.relative, each.closed) for each in demonstrations])
     return CoreConfig(hops=plain.pointers(memory.arity) + int(loaded > LOADED))
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,14 +14,22 @@ from ntp_dsl.common.files import episode_files, written_whole
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.labels import labelled
+from ntp_dsl.datasets.manifest import (
+    FORMAT,
+    MANIFEST,
+    VERSION,
+    Manifest,
+    Recorded,
+    RecordedEpisode,
+    write_manifest,
+)
 from ntp_dsl.datasets.recording import TROUBLE, Shown, demonstrate, record_episode
-from ntp_dsl.demonstrations.demonstration import read_demonstration, write_demonstration
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import TaskDeclaration
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.policies.scripted import DemonstratedCall
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Configuration, Instance, draw, end_configuration, find_task
@@ -33,9 +39,6 @@ from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import World
 
-FORMAT = "ntp-dataset"
-VERSION = 1
-MANIFEST = "manifest.json"
 REDRAWS = 1000  # of a goal that is excluded
 NEW_STATES = 3000  # that queries are about as well, in all,
 MOST_NEW_STATES = 60  # and for an episode
@@ -77,18 +80,17 @@ class RecordingStudio:
                 return drawn
         raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
 
-    def record(self, number: int) -> dict[str, Any]:
-        """Writes an episode's two files; a failed one leaves only its row of the manifest."""
+    def record(self, number: int) -> RecordedEpisode:
+        """Write an episode's two files; a failed one leaves only its row of the manifest."""
         instance = self.instance(number)
         seed = derived(self.plan.seed, number)
-        row: dict[str, Any] = {"number": number, "seed": seed}
-        row["goal"] = [dict(placement.fields) for placement in instance.goal]
+        row = partial(RecordedEpisode, number=number, seed=seed, goal=instance.goal)
         shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
         if not isinstance(shown, Shown):
-            return row | {"outcome": f"the demonstration failed: {shown.reason}"}
+            return row(outcome=Recorded.NO_DEMONSTRATION, reason=shown.reason)
         trace, shown_in = episode_files(self.plan.out, number)
         try:
-            with written_whole(trace) as partial, partial.open("w") as stream:
+            with written_whole(trace) as unfinished, unfinished.open("w") as stream:
                 run = record_episode(
                     self.registry,
                     self.expert,
@@ -103,18 +105,18 @@ class RecordingStudio:
                 if not run.done:
                     raise EpisodeFailed(run.reason)
         except (EpisodeFailed, OutOfRange) as failure:
-            return row | {"outcome": f"the labelled episode failed: {failure}"}
+            return row(outcome=Recorded.EPISODE_FAILED, reason=str(failure))
         write_demonstration(shown.demonstration, shown_in)
         frames = len(shown.demonstration)
-        return row | {"outcome": "done", "frames": frames, "primitives": run.primitives}
+        return row(outcome=Recorded.DONE, frames=frames, primitives=run.primitives)
 
 
 class EpisodeFailed(Exception):
     """An episode that is not kept; its reason goes into the manifest."""
 
 
-def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[str, Any]]:
-    """The manifest's rows, in order, whatever the number of workers.
+def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[RecordedEpisode]:
+    """Yield the manifest's rows, in order, whatever the number of workers.
 
     The manifest comes last, also where the recording is interrupted: what it names is whole.
     """
@@ -122,7 +124,7 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
     left_over = plan.out.glob(".episode_*.partial")  # by a recording that was killed
     for old in [plan.out / MANIFEST, *plan.out.glob("episode_*"), *left_over]:
         old.unlink(missing_ok=True)
-    rows: list[dict[str, Any]] = []
+    rows: list[RecordedEpisode] = []
     try:
         for row in in_order(partial(_open, plan), episodes, workers):
             rows.append(row)
@@ -132,74 +134,48 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[dict[st
             _write_manifest(plan, rows)
 
 
-def _write_manifest(plan: RecordingPlan, rows: list[dict[str, Any]]) -> None:
+def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode]) -> None:
     registry = load_with_python(plan.library)
-    manifest = {
-        "format": FORMAT,
-        "version": VERSION,
-        "library": registry.name,
-        "registry": registry.hash,
-        "task": plan.task,
-        "world": plan.world,
-        "arm": plan.arm,
-        "seed": plan.seed,
-        "trouble": plan.trouble,
-        "command": plan.command,
-        "excluded": len(plan.excluded),
-        "excluded_files": dict(plan.excluded_files),
-        "varied": {name: list(bounds) for name, bounds in plan.varied},
-        "versions": {name: version(name) for name in ("ntp_dsl", "numpy")},
-        "episodes": rows,
-    }
-    with written_whole(plan.out / MANIFEST) as unfinished:
-        unfinished.write_text(json.dumps(manifest, indent=1))
+    manifest = Manifest(
+        format=FORMAT,
+        version=VERSION,
+        library=registry.name,
+        registry=registry.hash,
+        task=plan.task,
+        episodes=tuple(rows),
+        world=plan.world,
+        arm=plan.arm,
+        seed=plan.seed,
+        perturbation_rate=plan.trouble,
+        command=plan.command,
+        excluded=len(plan.excluded),
+        excluded_files=dict(plan.excluded_files),
+        varied=dict(plan.varied),
+        versions={name: version(name) for name in ("ntp_dsl", "numpy")},
+    )
+    write_manifest(manifest, plan.out)
 
 
-def _open(plan: RecordingPlan) -> Callable[[int], dict[str, Any]]:
+def _open(plan: RecordingPlan) -> Callable[[int], RecordedEpisode]:
     return RecordingStudio(plan).record
 
 
-# Reading back ------------------------------------------------------------------------------------
-
-
-def read_manifest(folder: Path, registry: Registry) -> dict[str, Any]:
-    """Raises `NtpError` where the folder was not recorded by this library."""
-    path = folder / MANIFEST
-    try:
-        manifest = json.loads(path.read_text())
-    except OSError as error:
-        raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
-    except ValueError as error:
-        raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
-    missing = {"registry", "library", "version", "episodes"} - manifest.keys()
-    if missing or manifest["version"] != VERSION:
-        lack = f"lacks {', '.join(sorted(missing))}" if missing else "is of another version"
-        raise NtpError(f"{path}: the manifest {lack}; record anew")
-    if manifest["registry"] != registry.hash:
-        raise NtpError(
-            f"{folder}: was recorded with another library or version: '{manifest['library']}' "
-            f"({manifest['registry']}); expected '{registry.name}' ({registry.hash}): record anew"
-        )
-    return manifest
-
-
-def samples(registry: Registry, folder: Path, manifest: dict[str, Any], seed: int) -> Iterator[list[Sample]]:
-    """The labelled queries of each episode that was kept."""
+def samples(registry: Registry, folder: Path, manifest: Manifest, seed: int) -> Iterator[list[Sample]]:
+    """Yield the labelled queries of each episode that was kept."""
     expert = Expert(registry)
-    task = find_task(registry, manifest["task"])
-    kept = [row for row in manifest["episodes"] if row["outcome"] == "done"]
+    task = find_task(registry, manifest.task)
+    kept = [row for row in manifest.episodes if row.is_kept]
     more = min(MOST_NEW_STATES, NEW_STATES // max(1, len(kept)))
     for row in kept:
-        number = int(row["number"])
-        path, shown_in = episode_files(folder, number)
+        path, shown_in = episode_files(folder, row.number)
         trace = read_trace(path)
         if trace.end is None:
             raise NtpError(f"{path}: was cut off; record anew")
         demonstration = read_demonstration(shown_in)
-        shown = DemonstratedCall.from_json(trace.header["demonstration"]["calls"])
-        rng = np.random.default_rng((seed, number))
+        if trace.header.demonstration is None or trace.header.demonstration.calls is None:
+            raise NtpError(f"{path}: does not say what its demonstration shows; record anew")
+        shown = trace.header.demonstration.calls
+        rng = np.random.default_rng((seed, row.number))
         new_states = _new_states(registry, task, more, rng)
         yield list(labelled(expert, demonstration, shown, trace, new_states, rng))
 

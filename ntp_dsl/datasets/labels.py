@@ -13,10 +13,10 @@ from ntp_dsl.demonstrations.queries import Answer, Query, Sample
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert, Return
 from ntp_dsl.policies.random_arguments import random_arguments
-from ntp_dsl.policies.scripted import DemonstratedCall, counterpart, shown_anywhere
+from ntp_dsl.policies.scripted import counterpart, shown_anywhere
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall, Trace
 
 OFF_STACK = 2  # queries about other programs, for each state
 NEW_OFF_STACK = 8  # the same, for each state that no episode went through

@@ -5,23 +5,31 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.datasets.labels import random_call
-from ntp_dsl.demonstrations.demonstration import Demonstration, Recorder
+from ntp_dsl.demonstrations.demonstration import Demonstration, Origin, Recorder
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.policies.scripted import DemonstratedCall, ScriptedPolicy, demonstrated
+from ntp_dsl.policies.scripted import ScriptedPolicy, demonstrated
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import to_json
+from ntp_dsl.traces.schema import (
+    FORMAT,
+    VERSION,
+    DemonstratedCall,
+    Ending,
+    Header,
+    PolicyKind,
+    ShownDemonstration,
+)
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, World
 
@@ -36,10 +44,9 @@ class Shown:
     demonstration: Demonstration
     calls: DemonstratedCall | None = None  # None where it was brought from elsewhere
 
-    def facts(self, file: str) -> dict[str, Any]:
-        """What a trace says of the demonstration that its scopes are frames of; the file lies beside it."""
-        calls = self.calls.to_json() if self.calls else None
-        return {"file": file, "frames": len(self.demonstration), "calls": calls}
+    def told(self, file: str) -> ShownDemonstration:
+        """Return what a trace says of the demonstration; the file lies beside the trace."""
+        return ShownDemonstration(file=file, frames=len(self.demonstration), calls=self.calls)
 
 
 def demonstrate(
@@ -52,7 +59,7 @@ def demonstrate(
     recorder = Recorder(world)
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(**header(registry, instance, seed, "demonstration"))
+    writer.header(header(registry, instance, seed, PolicyKind.DEMONSTRATION))
     interpreter = Interpreter(
         registry,
         ScriptedPolicy(expert),
@@ -64,13 +71,12 @@ def demonstrate(
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
     if run.done and not len(recorder):
-        run.done, run.reason = False, "there is nothing to show: the goal holds from the start"
+        run.ending, run.reason = Ending.UNFINISHED, "there is nothing to show: the goal holds from the start"
     if not run.done or run.failures:
         return run
-    goal = [dict(placement.fields) for placement in instance.goal]
-    notes = {"task": instance.name, "library": registry.name, "seed": seed, "goal": goal}
+    origin = Origin(library=registry.name, task=instance.name, seed=seed, goal=instance.goal)
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
-    return Shown(recorder.demonstration(notes), demonstrated(trace))
+    return Shown(recorder.demonstration(origin), demonstrated(trace))
 
 
 def record_episode(
@@ -91,8 +97,8 @@ def record_episode(
     else:
         scene = instance.scattered(rng)
     world.reset(scene, derived(seed, 1), _troubles(trouble))
-    facts = header(registry, instance, seed, "scripted")
-    writer.header(**facts, demonstration=shown.facts(demonstration_file))
+    told = header(registry, instance, seed, PolicyKind.SCRIPTED)
+    writer.header(with_fields(told, demonstration=shown.told(demonstration_file)))
     recorder = Recorder(world)
     policy = ScriptedPolicy(expert, shown.calls)
     interpreter = Interpreter(
@@ -106,7 +112,7 @@ def record_episode(
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
-    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    writer.end(run.end())
     return run
 
 
@@ -130,16 +136,18 @@ def _leader_astray(
     return interfere
 
 
-def header(registry: Registry, instance: Instance, seed: int, policy: str) -> dict[str, Any]:
-    """What a trace says of itself before the first call; `demonstration` and others may follow."""
-    return {
-        "library": registry.name,
-        "registry": registry.hash,
-        "task": instance.name,
-        "goal": [dict(record.fields) for record in instance.goal],
-        "program": instance.program,
-        "arguments": [to_json(argument) for argument in instance.arguments],
-        "seed": seed,
-        "policy": policy,
-        "things": [asdict(thing) for thing in instance.things],
-    }
+def header(registry: Registry, instance: Instance, seed: int, policy: PolicyKind) -> Header:
+    """Return what a trace says of itself before the first call."""
+    return Header(
+        format=FORMAT,
+        version=VERSION,
+        library=registry.name,
+        registry=registry.hash,
+        task=instance.name,
+        goal=instance.goal,
+        program=instance.program,
+        arguments=instance.arguments,
+        seed=seed,
+        policy=policy,
+        objects=instance.things,
+    )

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 from ntp_dsl.semantics.predicates import inside, on
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.worlds.protocol import Scene

@@ -12,6 +12,7 @@ from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.policies.scripted import ScriptedPolicy, check_numbers
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.state import State
+from ntp_dsl.traces import decision as traced
 from ntp_dsl.worlds.protocol import Failure, World
 
 PROOF = 3  # how often a state is seen with the same calls running, until it is called a circle
@@ -79,7 +80,7 @@ class WatchedPolicy(ScriptedPolicy):
                 state = State(self.expert.registry, seen)
                 if stands := standstill(self.expert, frame.program, frame.arguments, state):
                     self.still.append((len(self.made), stands))
-            return Choice(None, done=decision.done, details={"reason": decision.reason})
+            return Choice(None, done=decision.done, decision=traced.Decision(reason=decision.reason))
         check_numbers(self.expert.registry, decision)
         if decision.callee not in barred:  # else it is asked again in the same breath
             self._remember((*_moment(seen), *self.running))

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import Shown, demonstrate, header
-from ntp_dsl.demonstrations.demonstration import Demonstration, write_demonstration
-from ntp_dsl.evaluation.success import judge
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration_files import write_demonstration
+from ntp_dsl.evaluation.success import Verdict, judge
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.registry import Registry
@@ -27,6 +29,7 @@ from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Observation, Record
 from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives, find_task, from_file
+from ntp_dsl.traces.schema import Attribution, End, Header, PolicyKind
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
@@ -61,9 +64,9 @@ class Episode:
     number: int
     name: str
     placements: int
-    success: bool
-    success_authors: bool
-    blame: str  # empty, or decision, planner, grasp, physics
+    success: bool | None  # None where a demonstration does not say what it shows, so that nobody can judge
+    success_authors: bool | None
+    attributed_to: Attribution | None  # of a failure
     reason: str
     primitives: int
     simulated_seconds: float
@@ -151,7 +154,7 @@ class Evaluator:
         instance = self.instance(number)
         attempts = 0
         if shown is not None:
-            _check_shown(shown.demonstration, instance)
+            check_objects(shown.demonstration, instance)
             instance = instance.with_goal(_goal_shown(self.registry, shown.demonstration, instance))
         elif self.is_learned or self.plan.traces is not None:
             try:
@@ -161,23 +164,22 @@ class Evaluator:
                     return _not_shown(number, instance, failure)
         scene = self.scene(instance, number)
         with traced(self.plan.traces, number) as writer:
-            writer.header(**self._facts(instance, number, shown))
+            writer.header(self._header(instance, number, shown))
             started = perf_counter()
             self.world.reset(scene, derived(self.plan.seed, number, 3), self.plan.disturbances)
             run = self._run(instance, writer, self.policy(shown), watch, on_frame)
             wall = perf_counter() - started
             simulated = self.world.time
-            verdict = judge(self.registry, self.world, instance, scene, run)
-            told = {"success": not verdict.blame, "blame": verdict.blame, "verdict": verdict.reason}
-            writer.end(done=run.done, reason=run.reason, primitives=run.primitives, **told)
+            judged = judge(self.registry, self.world, instance, scene, run) if instance.goal else None
+            writer.end(_end(run, judged))
         return Episode(
             number,
             instance.name,
             len(instance.goal),
-            not verdict.blame,
-            verdict.authors,
-            verdict.blame,
-            verdict.reason,
+            judged.success if judged else None,
+            judged.success_authors if judged else None,
+            judged.attributed_to if judged else None,
+            judged.reason if judged else run.reason,
             run.primitives,
             round(simulated, 3),
             run.disturbances,
@@ -193,22 +195,24 @@ class Evaluator:
         paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
         return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
-    def _facts(self, instance: Instance, number: int, shown: Shown | None) -> dict[str, Any]:
-        """What the trace says first. The demonstration is written beside it."""
-        kind = "learned" if self.is_learned else "scripted"
-        facts = header(self.registry, instance, self.plan.seed, kind)
+    def _header(self, instance: Instance, number: int, shown: Shown | None) -> Header:
+        """Return what the trace says first. The demonstration is written beside it."""
+        kind = PolicyKind.LEARNED if self.is_learned else PolicyKind.SCRIPTED
+        told = None
         if shown is not None and self.plan.traces is not None:
             _, path = episode_files(self.plan.traces, number)
             write_demonstration(shown.demonstration, path)
-            facts["demonstration"] = shown.facts(path.name)
-        return facts | {
-            "sources": self._sources,
-            "episode": number,
-            "world": self.plan.world,
-            "arm": self.plan.arm,
-            "model": str(self.plan.model) if self.plan.model else None,
-            "disturbances": asdict(self.plan.disturbances),
-        }
+            told = shown.told(path.name)
+        return with_fields(
+            header(self.registry, instance, self.plan.seed, kind),
+            demonstration=told,
+            sources=self._sources,
+            episode=number,
+            world=self.plan.world,
+            arm=self.plan.arm,
+            model=str(self.plan.model) if self.plan.model else None,
+            disturbances=self.plan.disturbances,
+        )
 
     def _run(
         self,
@@ -246,16 +250,36 @@ def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
         yield TraceWriter(stream)
 
 
-def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
-    """An episode that could not begin counts as failed."""
-    placements = len(instance.goal)
-    return Episode(
-        number, instance.name, placements, False, False, "planner", str(failure), 0, 0.0, 0, ATTEMPTS
+def _end(run: Run, judged: Verdict | None) -> End:
+    if judged is None:
+        return run.end()
+    return with_fields(
+        run.end(),
+        success=judged.success,
+        attributed_to=judged.attributed_to,
+        verdict=judged.reason,
     )
 
 
-def _check_shown(demonstration: Demonstration, instance: Instance) -> None:
-    """Before anything is written: a demonstration shows the things of the scene, all and no others."""
+def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
+    """An episode that could not begin counts as failed."""
+    return Episode(
+        number,
+        instance.name,
+        len(instance.goal),
+        False,
+        False,
+        Attribution.PLANNER,
+        str(failure),
+        primitives=0,
+        simulated_seconds=0.0,
+        disturbances=0,
+        demonstrations=ATTEMPTS,
+    )
+
+
+def check_objects(demonstration: Demonstration, instance: Instance) -> None:
+    """Raise `NtpError` unless a demonstration shows the objects of the scene, all and no others."""
     shown = {(thing.name, thing.type) for thing in demonstration.things}
     there = {(thing.name, thing.type) for thing in instance.things}
     for verb, odd in (("lacks", there - shown), ("also shows", shown - there)):
@@ -268,15 +292,24 @@ def _check_shown(demonstration: Demonstration, instance: Instance) -> None:
 
 
 def _goal_shown(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:
-    """What success is judged by where a demonstration is brought: its own goal. The policy never sees it."""
+    """Return what success is judged by where a demonstration is brought: its own goal, if it says one.
+
+    The policy never sees it.
+    """
+    told = demonstration.origin.goal
+    if not told:
+        return ()
     pattern = instance.goal[0]
     try:
         goal = tuple(
             Record(pattern.type, tuple((name, type(value)(row[name])) for name, value in pattern.fields))
-            for row in demonstration.notes["goal"]
+            for row in told
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise NtpError("the demonstration does not say what it shows; record it anew") from error
+        fields = ", ".join(name for name, _ in pattern.fields)
+        raise NtpError(
+            f"the demonstration's goal is not one of this task: its elements have {fields}"
+        ) from error
     known = {*demonstration.names, *(name for enum in registry.enums.values() for name in enum)}
     missing = {value for row in goal for _, value in row.fields if isinstance(value, str)} - known
     if missing:

@@ -9,19 +9,22 @@ from typing import Any
 import numpy as np
 
 from ntp_dsl.evaluation.episodes import Episode
+from ntp_dsl.traces.schema import Attribution
+
+KINDS = (Attribution.DECISION, Attribution.PLANNER, Attribution.GRASP, Attribution.PHYSICS)
 
 
 def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
-    """The figures that `eval --json` prints."""
+    """Return the figures that `eval --json` prints."""
     count = len(episodes)
-    wins = sum(episode.success for episode in episodes)
-    blames = Counter(episode.blame for episode in episodes if episode.blame)
+    wins = sum(bool(episode.success) for episode in episodes)
+    found = Counter(episode.attributed_to for episode in episodes if episode.attributed_to)
     return {
         "episodes": count,
         "success": wins / count,
         "success_interval": wilson(wins, count),
-        "success_authors": sum(episode.success_authors for episode in episodes) / count,
-        "failures": {kind: blames[kind] for kind in ("decision", "planner", "grasp", "physics")},
+        "success_authors": sum(bool(episode.success_authors) for episode in episodes) / count,
+        "failures": {str(kind): found[kind] for kind in KINDS},
         "seconds_per_episode": _mean(episode.wall_seconds for episode in episodes),
         "deciding_seconds_per_episode": _mean(episode.deciding_seconds for episode in episodes),
         "planning_seconds_per_episode": _mean(episode.planning_seconds for episode in episodes),
@@ -30,7 +33,7 @@ def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
         "disturbances": sum(episode.disturbances for episode in episodes),
         "demonstrations_repeated": sum(max(e.demonstrations - 1, 0) for e in episodes),
         "failed": [
-            {"episode": e.number, "task": e.name, "blame": e.blame, "reason": e.reason}
+            {"episode": e.number, "task": e.name, "attributed_to": e.attributed_to, "reason": e.reason}
             for e in episodes
             if not e.success
         ],
@@ -39,7 +42,7 @@ def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
 
 
 def wilson(wins: int, count: int) -> tuple[float, float]:
-    """The 95 % interval of a proportion (Wilson, 1927)."""
+    """Return the 95 % interval of a proportion (Wilson, 1927)."""
     from scipy.stats import binomtest  # half a second to import, once, at the end
 
     interval = binomtest(wins, count).proportion_ci(0.95, method="wilson")

@@ -1,25 +1,27 @@
-"""Two success tests, and for every failure who is to blame."""
+"""The strict success test, and what every failure is attributed to."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot
+from enum import Enum, auto
 
 import numpy as np
 
+from ntp_dsl.evaluation.authors_test import authors_success
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Argument, Observation, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
 from ntp_dsl.semantics.state import Bindings, Fact, Literal, State
-from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import Instance, enough_primitives
-from ntp_dsl.traces.failure_attribution import OF_FAILURE
+from ntp_dsl.traces.failure_attribution import OF_OUTCOME
+from ntp_dsl.traces.schema import Attribution, CallOutcome
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Scene, World
 from ntp_dsl.worlds.scenes import movable
@@ -27,58 +29,79 @@ from ntp_dsl.worlds.scenes import movable
 STILL_FOR = 2.0  # [s] that the result must stand
 STILL = 0.001  # [m] that anything may creep in that time
 RESTING = ("on", "in")  # of which the world is asked for contacts as well
-KNOCKED = "knocked aside"
 STAYED = 0.01  # [m] that a thing the goal does not name may have moved
+
+
+class Kind(Enum):
+    """How a result falls short."""
+
+    NOT_ACHIEVED = auto()
+    NO_CONTACT = auto()
+    IN_HAND = auto()
+    KNOCKED_ASIDE = auto()  # by the arm, on its way
+    MOVED = auto()  # on purpose, for nothing
+    NOT_STILL = auto()
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """The first thing that is not as it should be."""
+
+    kind: Kind
+    message: str
 
 
 @dataclass(frozen=True)
 class Verdict:
-    blame: str
-    reason: str
-    authors: bool
+    """What is judged of an episode."""
+
+    success: bool
+    success_authors: bool  # by the test of the paper's authors
+    attributed_to: Attribution | None = None  # of a failure
+    reason: str = ""
 
 
 def judge(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> Verdict:
-    """The strict test, and the paper's authors' own; looks twice, two seconds apart."""
+    """Judge what is there, by two looks that are two seconds apart."""
     before = world.truth()
-    wrong_before = _wrong(registry, world, instance, scene, run)
+    first = _shortfall(registry, world, instance, scene, run)
     world.settle(STILL_FOR)
     after = world.truth()
-    wrong = _wrong(registry, world, instance, scene, run) or _crept(before, after)
-    facts = instance.literals(registry, after)
-    stacked = all(isinstance(fact, Literal) and fact.predicate == "on" for fact in facts)
-    placed = all({"item", "support"} <= {name for name, _ in row.fields} for row in instance.goal)
-    authors = authors_success(after, instance.goal) if placed and stacked else not wrong
-    if not wrong:
-        return Verdict("", "", authors)
-    blame = _blame(run, wrong_before)
+    second = _shortfall(registry, world, instance, scene, run) or _crept(before, after)
+    authors = authors_success(after, instance.literals(registry, after), instance.goal)
+    if second is None:
+        return Verdict(True, True if authors is None else authors)
+    attribution = _attribution(run, first)
+    reason = second.message
     if not run.done:
-        wrong = f"{wrong}; {run.reason}{_last_words(run) if blame != 'decision' else ''}"
-    return Verdict(blame, wrong, authors)
+        said = _last_message(run) if attribution is not Attribution.DECISION else ""
+        reason = f"{reason}; {run.ending}: {run.reason}{said}"
+    return Verdict(False, bool(authors), attribution, reason)
 
 
-def _last_words(run: Run) -> str:
-    """What the world said of the primitive that failed last, where it says more than a word."""
+def _last_message(run: Run) -> str:
+    """Return what the world said of the primitive that failed last, where it says more than a word."""
     said = [str(failure.evidence["message"]) for failure in run.failures if "message" in failure.evidence]
     return f"; last: {said[-1]}" if said else ""
 
 
-def _wrong(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> str:
-    """The first thing that is not as it should be, or nothing."""
+def _shortfall(
+    registry: Registry, world: World, instance: Instance, scene: Scene, run: Run
+) -> Shortfall | None:
     now = world.truth()
     state = State(registry, now, JUDGED)
     for literal in instance.literals(registry, now):
         if not state.holds(literal):
-            return f"{literal} does not hold"
+            return Shortfall(Kind.NOT_ACHIEVED, f"{literal} does not hold")
     literals = [part for fact in instance.literals(registry, now) for part in _parts(state, fact)]
     for literal in literals:
         if literal.positive and _built_in(registry, literal.predicate) in RESTING:
             item, support = map(str, literal.arguments)
             if not world.supported(item, support):
-                return f"{item} does not touch {support}"
+                return Shortfall(Kind.NO_CONTACT, f"{item} does not touch {support}")
     in_hand = held(now)
     if in_hand is not None:
-        return f"{in_hand} is in the hand"
+        return Shortfall(Kind.IN_HAND, f"{in_hand} is in the hand")
     named = {argument for literal in literals for argument in literal.arguments}
     named |= {value for row in instance.goal for _, value in row.fields}
     for thing in movable(instance.things):
@@ -88,10 +111,10 @@ def _wrong(registry: Registry, world: World, instance: Instance, scene: Scene, r
             continue  # it had to make room
         if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
             if thing.name not in run.handled:
-                return f"{thing.name} was {KNOCKED}"
+                return Shortfall(Kind.KNOCKED_ASIDE, f"{thing.name} was knocked aside")
             if thing.name not in _moved_by_expert(registry, instance, scene):
-                return f"{thing.name} was moved"
-    return ""
+                return Shortfall(Kind.MOVED, f"{thing.name} was moved")
+    return None
 
 
 def _parts(state: State, fact: Fact) -> Iterator[Literal]:
@@ -152,33 +175,24 @@ def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> se
     return taken
 
 
-def _crept(before: Observation, after: Observation) -> str:
-    """What moves. A heap in a bin or bowl may settle: that what is in there stays in, is asked anyway."""
+def _crept(before: Observation, after: Observation) -> Shortfall | None:
+    """Return what moves. A heap in a bin or bowl may settle: that it stays inside is asked anyway."""
     for name, position in after.positions.items():
         lies_in_one = any(inside(after, name, thing.name) for thing in after.things)
         if _distance(position, before.positions[name]) > STILL and not lies_in_one:
-            return f"{name} is not still"
-    return ""
+            return Shortfall(Kind.NOT_STILL, f"{name} is not still")
+    return None
 
 
-def _blame(run: Run, wrong_before: str) -> str:
+def _attribution(run: Run, first: Shortfall | None) -> Attribution:
     """Physics where all was well and then fell, or was knocked; the arm where it gave up; else decisions."""
-    if run.done and (not wrong_before or wrong_before.endswith(KNOCKED)):
-        return "physics"
+    if run.done and (first is None or first.kind is Kind.KNOCKED_ASIDE):
+        return Attribution.PHYSICS
     if run.done:
-        return "decision"
-    kinds = Counter(OF_FAILURE[f.failure] for f in run.failures[-5:] if f.failure in OF_FAILURE)
-    return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else "decision"
-
-
-def authors_success(now: Observation, goal: Goal) -> bool:
-    """The test of the paper's authors: within 0.05 m of each other seen from above, and higher."""
-    for placement in goal:
-        x, y, z = now.positions[str(placement["item"])]
-        sx, sy, sz = now.positions[str(placement["support"])]
-        if hypot(x - sx, y - sy) > 0.05 or z <= sz:
-            return False
-    return True
+        return Attribution.DECISION
+    found = (OF_OUTCOME.get(CallOutcome.of(failure)) for failure in run.failures[-5:])
+    kinds = Counter(kind for kind in found if kind is not None)
+    return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else Attribution.DECISION
 
 
 def _distance(a: Vector, b: Vector) -> float:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
+
+from msgspec.structs import replace as with_fields
 
 from ntp_dsl.execution.refusals import Call, Refusals, differ
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.traces.schema import ROOT
+from ntp_dsl.traces.decision import NO_DECISION, Decision
+from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
 
 MAX_DEPTH = 48
 CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
+NOTHING_HELPS = "nothing that the program knows helps"
 SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
 
 
@@ -34,8 +38,8 @@ class Limits:
 class Run:
     """What came of running a program to its end."""
 
-    done: bool = False
-    reason: str = ""
+    ending: Ending | None = None  # None while it runs
+    reason: str = ""  # of the ending, for people
     primitives: int = 0
     deciding_seconds: float = 0.0  # wall, as all three
     planning_seconds: float = 0.0
@@ -46,6 +50,16 @@ class Run:
     handled: set[Argument] = field(default_factory=set)  # what primitives were called on
     changes: int = 0  # of the world, by primitives
     in_vain: Refusals = field(default_factory=Refusals)
+
+    @property
+    def done(self) -> bool:
+        """Return whether the program achieved what it should, as far as it can tell."""
+        return self.ending is Ending.DONE
+
+    def end(self) -> End:
+        """Return how it ended, for a trace."""
+        assert self.ending is not None, "the run is not over"
+        return End(ending=self.ending, reason=self.reason, primitives=self.primitives)
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -76,33 +90,33 @@ class Interpreter:
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
         run = Run()
         confirmed = retries = 0
-        while not run.reason:
+        while run.ending is None:
             before = run.primitives
             done = self._run_root(self.policy.root(program, arguments), run)
             confirmed = confirmed + 1 if done and run.primitives == before else int(done)
-            if run.reason:
+            if run.ending is not None:
                 break
             if confirmed >= CONFIRMATIONS:
-                run.done, run.reason = True, "done"
+                run.ending = Ending.DONE
                 break
             if not done:
                 retries += 1
                 if retries > self.limits.retries:
-                    run.reason = "unfinished: nothing that the program knows helps"
+                    run.ending, run.reason = Ending.UNFINISHED, NOTHING_HELPS
             self.world.settle(SECOND_LOOK)
         return run
 
     def _run_root(self, root: Frame, run: Run) -> bool:
         """One pass from the root to its return; true where it says «done»."""
-        stack = [(root, self._enter(root, ROOT, {}, self.world.truth()), run.changes)]
+        stack = [(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
             frame, number, changes = stack[-1]
             idle += 1
-            run.reason = self._stop(idle, len(stack), run)
-            if run.reason:
+            if reason := self._stop(idle, len(stack), run):
+                run.ending, run.reason = Ending.STOPPED, reason
                 for _, open_call, _ in reversed(stack):
-                    self.writer.returned(open_call, "stopped", self.frame_number())
+                    self.writer.returned(open_call, CallOutcome.STOPPED, self.frame_number())
                 return False
             choice = self._decide(frame, run, fresh and len(stack) > 1)
             fresh = False
@@ -119,21 +133,21 @@ class Interpreter:
                 self._execute(choice, number, len(stack), run)
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
-                entered = self._enter(child, number, choice.details, choice.seen, len(stack))
+                entered = self._enter(child, number, choice.decision, choice.seen, len(stack))
                 stack.append((child, entered, run.changes))
                 fresh = True
 
     def _stop(self, idle: int, depth: int, run: Run) -> str:
-        """Why a run that gets nowhere is broken off, or nothing."""
+        """Return why a run that gets nowhere is stopped, or nothing."""
         last = run.failures[-self.limits.like_failures :]
         if len(last) == self.limits.like_failures and run.failing == len(last):
-            return f"stopped: {last[-1].failure} {len(last)} times in a row"
+            return f"{last[-1].failure} {len(last)} times in a row"
         if idle > self.limits.idle_decisions:
-            return f"stopped: {idle} decisions without a primitive"
+            return f"{idle} decisions without a primitive"
         if depth > MAX_DEPTH:
-            return f"stopped at a depth of {depth} calls"
+            return f"at a depth of {depth} calls"
         if run.primitives >= self.limits.primitives:
-            return f"stopped after {run.primitives} primitives"
+            return f"after {run.primitives} primitives"
         return ""
 
     def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
@@ -153,9 +167,10 @@ class Interpreter:
             choice = replace(choice, done=False)
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
-        source = self.registry.programs[frame.program].line(choice.callee)
-        details = {"source": source, **choice.details, "seconds": round(seconds, 5)}
-        return replace(choice, details=details)
+        source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
+        return replace(
+            choice, decision=with_fields(choice.decision, source=source, seconds=round(seconds, 5))
+        )
 
     def _is_vain(self, call: Call, run: Run) -> bool:
         return call in run.in_vain and run.in_vain.bars(call, self.world.truth())
@@ -164,40 +179,40 @@ class Interpreter:
         self,
         frame: Frame,
         parent: int,
-        details: Mapping[str, Any],
+        decision: Decision,
         seen: Observation | None,
         depth: int = 0,
     ) -> int:
         self.watch("call", depth, frame.program, frame.arguments, frame.scope)
-        return self._write_call(parent, "program", frame.program, frame, details, seen)
+        return self._write_call(parent, CallKind.PROGRAM, frame.program, frame, decision, seen)
 
     def _write_call(
         self,
         parent: int,
-        kind: str,
+        kind: CallKind,
         name: str,
         given: Frame | Choice,
-        details: Mapping[str, Any],
+        decision: Decision,
         seen: Observation | None,
     ) -> int:
         state, frame = self._state(seen), self.frame_number()
-        return self.writer.call(parent, kind, name, given.arguments, given.scope, frame, state, details)
+        return self.writer.call(parent, kind, name, given.arguments, given.scope, frame, state, decision)
 
     def _state(self, seen: Observation | None) -> int:
         """What was decided by; for a policy that does not say, what is there."""
         return self.writer.state(self.world.truth() if seen is None else seen)
 
     def _leave(self, number: int, depth: int, frame: Frame, choice: Choice) -> None:
-        outcome = "done" if choice.done else "unfinished"
+        outcome = CallOutcome.DONE if choice.done else CallOutcome.UNFINISHED
         self.watch("return", depth - 1, frame.program, frame.arguments, outcome)
         state = self._state(choice.seen)
         frame_number = self.frame_number()
-        self.writer.returned(number, outcome, frame_number, state=state, decision=choice.details)
+        self.writer.returned(number, outcome, frame_number, state, choice.decision)
 
     def _execute(self, choice: Choice, parent: int, depth: int, run: Run) -> None:
         assert choice.callee is not None
         self.watch("call", depth, choice.callee, choice.arguments, choice.scope)
-        number = self._write_call(parent, "api", choice.callee, choice, choice.details, choice.seen)
+        number = self._write_call(parent, CallKind.API, choice.callee, choice, choice.decision, choice.seen)
         before = self.world.truth()
         outcome = self.world.call(choice.callee, choice.arguments)
         run.primitives += 1
@@ -218,18 +233,16 @@ class Interpreter:
             same = bool(run.failures) and run.failures[-1].failure is outcome.failure
             run.failing = run.failing + 1 if same else 1
             run.failures.append(outcome)
-        word = "achieved" if outcome.achieved else str(outcome.failure)
-        self.watch("return", depth, choice.callee, choice.arguments, word)
-        self.writer.returned(
-            number,
-            word,
-            self.frame_number(),
+        came_to = CallOutcome.of(outcome)
+        self.watch("return", depth, choice.callee, choice.arguments, came_to)
+        execution = Execution(
             planning=round(outcome.planning_seconds, 5),
             moving=round(outcome.moving_seconds, 5),
             solver=outcome.solver,
             planner=outcome.planner,
             evidence=dict(outcome.evidence),
-            disturbances=list(outcome.disturbances),
+            disturbances=outcome.disturbances,
         )
+        self.writer.returned(number, came_to, self.frame_number(), execution=execution)
         if self.interfere is not None:
             self.interfere(self.world)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, cast
+from typing import cast
+
+from msgspec.structs import replace as with_fields
 
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Frame, Policy
-from ntp_dsl.policies.scripted import DemonstratedCall, ScriptedPolicy, counterpart
+from ntp_dsl.policies.scripted import ScriptedPolicy, counterpart
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.traces.comparison.teacher_forcing import answer_row
-from ntp_dsl.traces.schema import ROOT, Call, Trace, from_json
+from ntp_dsl.traces.decision import NO_DECISION, Answer, Decision
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, DemonstratedCall, PolicyKind, Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import World
 
@@ -35,24 +36,29 @@ class Replay:
         self.registry, self.policy, self.trace = registry, policy, trace
         self._matched: dict[int, DemonstratedCall | None] = {}
 
-    def write(self, writer: TraceWriter, **facts: Any) -> None:
-        """The trace again, with the policy's answer beside each decision. `facts` go into the header."""
-        kept = {k: v for k, v in self.trace.header.items() if k not in ("event", "format", "version")}
-        writer.header(**{**kept, "policy": "replayed", "model": None, **facts})
+    def write(self, writer: TraceWriter, model: str | None = None) -> None:
+        """Write the trace again, with the policy's answer beside each decision.
+
+        Args:
+            model: the path of the checkpoint that answers; None where a script does.
+        """
+        replayed = PolicyKind.REPLAYED
+        header = self.trace.header
+        writer.header(with_fields(header, format=FORMAT, version=VERSION, policy=replayed, model=model))
         for call, returns in self.trace.events():
             if returns:
                 self._return(writer, call)
             else:
                 self._call(writer, call)
         if self.trace.end is not None:
-            writer.end(**self.trace.end)
+            writer.end(self.trace.end)
 
     def _call(self, writer: TraceWriter, call: Call) -> None:
         seen = self.trace.states[call.state]
-        decision: Mapping[str, Any] = {}
+        decision = NO_DECISION
         if call.parent != ROOT:
             caller = self.trace.calls[call.parent]
-            decision = self._asked(caller, seen, is_first=self._is_first(call)) | self._source(call.decision)
+            decision = self._asked(caller, seen, call.decision, is_first=self._is_first(call))
         self._match(call)
         writer.call(
             call.parent,
@@ -66,38 +72,39 @@ class Replay:
         )
 
     def _return(self, writer: TraceWriter, call: Call) -> None:
+        assert call.outcome is not None, "only what returned is an event"
         end_frame = call.end_frame or call.frame
         if not call.is_program or call.end_state is None:
-            writer.returned(call.id, call.outcome, end_frame, **call.details)
+            writer.returned(call.id, call.outcome, end_frame, execution=call.execution)
             return
         seen = self.trace.states[call.end_state]
-        decision = self._asked(call, seen, is_first=False) | self._source(call.ending)
-        state = writer.state(seen)
-        writer.returned(call.id, call.outcome, end_frame, state=state, decision=decision)
+        decision = self._asked(call, seen, call.ending or NO_DECISION, is_first=False)
+        writer.returned(call.id, call.outcome, end_frame, writer.state(seen), decision)
 
     def _is_first(self, call: Call) -> bool:
         """A callee may not return at its first step; a root may."""
         caller = self.trace.calls[call.parent]
         return caller.parent != ROOT and call.id == caller.id + 1
 
-    def _asked(self, caller: Call, seen: Observation, is_first: bool) -> dict[str, Any]:
+    def _asked(self, caller: Call, seen: Observation, followed: Decision, is_first: bool) -> Decision:
+        """Return the policy's decision with its answer; the statement is the one that the trace followed."""
         arguments = self._arguments(caller)
         if arguments is None:
-            return {}
+            return Decision(source=followed.source)
         frame = Frame(caller.name, arguments, caller.scope, self._matched.get(caller.id))
         barred: Barred = frozenset({None} if is_first else ())
         world = cast(World, StillWorld(seen))  # a policy looks, and does nothing
         choice = self.policy.decide(frame, world, barred)
-        kind = "api" if choice.callee in self.registry.apis else "program"
-        row = answer_row(choice.callee, kind, choice.arguments, choice.scope)
-        return {**choice.details, "answer": row}
+        is_api = choice.callee in self.registry.apis
+        answer = Answer(choice.callee, is_api, choice.arguments, choice.scope)
+        return with_fields(choice.decision, source=followed.source, answer=answer)
 
     def _arguments(self, caller: Call) -> tuple[Argument, ...] | None:
-        """As the policy takes them; None where a script would need lists that the trace does not have."""
+        """Return them as the policy takes them; None where a script needs lists that the trace lacks."""
         if len(caller.arguments) == len(self.registry.programs[caller.name].parameters):
             return caller.arguments
-        if caller.parent == ROOT and isinstance(given := self.trace.header.get("arguments"), list):
-            return tuple(from_json(value) for value in given)
+        if caller.parent == ROOT and self.trace.header.arguments:
+            return self.trace.header.arguments
         return None if isinstance(self.policy, ScriptedPolicy) else caller.arguments
 
     def _match(self, call: Call) -> None:
@@ -110,7 +117,3 @@ class Replay:
             self._matched[call.id] = self.policy.demonstration
         elif arguments is not None:
             self._matched[call.id] = counterpart(above, call.name, arguments)
-
-    def _source(self, decision: Mapping[str, Any]) -> dict[str, Any]:
-        """The statement is the one that the trace followed."""
-        return {"source": decision["source"]} if "source" in decision else {}

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.worlds.protocol import World
 
 
@@ -30,7 +30,7 @@ class Choice:
     scope: Scope | None = None
     done: bool = True  # of a return; a learned program cannot tell done from unfinished, so it says done
     matched: Any = None
-    details: Mapping[str, Any] = field(default_factory=dict)  # probabilities, source: for the trace
+    decision: Decision = NO_DECISION  # probabilities, alternatives and source: for the trace
     seen: Observation | None = None  # what it was decided by
 
 

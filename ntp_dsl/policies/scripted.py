@@ -2,51 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any
-
-from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import check_ranges
-from ntp_dsl.traces.schema import Call, Trace, from_json, to_json
+from ntp_dsl.traces.decision import Decision
+from ntp_dsl.traces.schema import Call, DemonstratedCall, Trace
 from ntp_dsl.worlds.protocol import World
-
-
-@dataclass
-class DemonstratedCall:
-    """A call that a demonstration shows, and its frames [begin, end)."""
-
-    name: str
-    arguments: tuple[Argument, ...]
-    scope: Scope
-    done: bool
-    children: list[DemonstratedCall] = field(default_factory=list)
-
-    def walk(self) -> Iterator[DemonstratedCall]:
-        yield self
-        for child in self.children:
-            yield from child.walk()
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "name": self.name,
-            "arguments": [to_json(argument) for argument in self.arguments],
-            "scope": self.scope,
-            "done": self.done,
-            "children": [child.to_json() for child in self.children],
-        }
-
-    @classmethod
-    def from_json(cls, data: dict[str, Any]) -> DemonstratedCall:
-        begin, end = data["scope"]
-        arguments = tuple(from_json(argument) for argument in data["arguments"])
-        children = [cls.from_json(child) for child in data["children"]]
-        return cls(data["name"], arguments, (begin, end), data["done"], children)
 
 
 def demonstrated(trace: Trace) -> DemonstratedCall:
@@ -68,8 +32,9 @@ def demonstrated(trace: Trace) -> DemonstratedCall:
 
 def _node(call: Call) -> DemonstratedCall:
     end = call.end_frame if call.end_frame is not None else call.frame
-    done = call.outcome in ("done", "achieved")
-    return DemonstratedCall(call.name, call.arguments, (call.frame, end), done)
+    return DemonstratedCall(
+        name=call.name, arguments=call.arguments, scope=(call.frame, end), done=call.went_well
+    )
 
 
 def counterpart(
@@ -109,7 +74,7 @@ def _hull(caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]
     if not calls:
         return None
     scope = (min(c.scope[0] for c in calls), max(c.scope[1] for c in calls))
-    return DemonstratedCall(callee, arguments, scope, True, calls)
+    return DemonstratedCall(name=callee, arguments=arguments, scope=scope, done=True, children=calls)
 
 
 def check_numbers(registry: Registry, decision: NextCall) -> None:
@@ -135,7 +100,7 @@ class ScriptedPolicy:
         state = State(self.expert.registry, seen)
         decision = self.expert.decide(frame.program, frame.arguments, state)
         if isinstance(decision, Return):
-            return Choice(None, done=decision.done, details={"reason": decision.reason}, seen=seen)
+            return Choice(None, done=decision.done, decision=Decision(reason=decision.reason), seen=seen)
         check_numbers(self.expert.registry, decision)
         shown = counterpart(frame.matched, decision.callee, decision.arguments)
         span = decision.span
@@ -144,6 +109,6 @@ class ScriptedPolicy:
             decision.arguments,
             shown.scope if shown else None,
             matched=shown,
-            details={"source": f"{span.path.name}:{span.line}"} if span.path else {},
+            decision=Decision(source=f"{span.path.name}:{span.line}" if span.path else ""),
             seen=seen,
         )

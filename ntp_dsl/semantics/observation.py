@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import hypot, inf, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-Vector = tuple[float, float, float]  # metres, world frame: x ahead of the robot's base, z up
+from ntp_dsl.semantics.geometry import UNTURNED, Quaternion, Vector, extents_as_it_lies
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,13 @@ def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
         elif not isinstance(argument, tuple):
             flat.append(argument)
     return tuple(flat)
+
+
+class DeclaredFact(NamedTuple):
+    """A ground fact that a scene or a world declares of objects, such as that a drawer is open."""
+
+    predicate: str
+    arguments: tuple[str, ...]
 
 
 class Cavity(NamedTuple):
@@ -106,14 +113,6 @@ class Thing:
         """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
         return item.cavity is None and self.has_room_for(item)
 
-    @classmethod
-    def from_json(cls, row: Mapping[str, Any]) -> Thing:
-        """The inverse of `asdict`; what is not said is as it is for a plain box."""
-        known = {key: row[key] for key in ("shape", "file", "fixed") if key in row}
-        traits = tuple((str(name), value) for name, value in row.get("traits", ()))
-        x, y, z = row["size"]
-        return cls(row["name"], row["type"], (float(x), float(y), float(z)), traits=traits, **known)
-
 
 @dataclass(frozen=True)
 class Observation:
@@ -124,14 +123,26 @@ class Observation:
     gripper: Vector  # the point between the fingertips, world frame [m]
     closed: bool
     unreachable: frozenset[str] = frozenset()
-    tipped: Mapping[str, Vector] = field(default_factory=dict)  # extents of what lies on another side [m]
+    orientations: Mapping[str, Quaternion] = field(default_factory=dict)  # object to world; else unturned
+    deviations: Mapping[str, float] = field(default_factory=dict)  # of positions, standard [m]; else 0
+    facts: frozenset[DeclaredFact] = frozenset()  # that hold of the objects and are not geometry
 
     @cached_property
     def by_name(self) -> Mapping[str, Thing]:
-        """Each as it lies."""
-        upright = {thing.name: thing for thing in self.things}
-        lying = {name: replace(upright[name], size=size) for name, size in self.tipped.items()}
-        return upright | lying
+        """Each as it lies: what has tipped over has its extents exchanged."""
+        return {thing.name: self._lying(thing) for thing in self.things}
+
+    def orientation(self, name: str) -> Quaternion:
+        """Return how an object is turned, world frame; `UNTURNED` where nothing is said."""
+        return self.orientations.get(name, UNTURNED)
+
+    def _lying(self, thing: Thing) -> Thing:
+        """Of hollow things and of what never moves nothing is said but where they are."""
+        turn = self.orientations.get(thing.name)
+        if turn is None or not thing.movable or thing.cavity is not None:
+            return thing
+        size = extents_as_it_lies(thing.size, turn)
+        return thing if size == thing.size else replace(thing, size=size)
 
     @cached_property
     def held(self) -> str | None:

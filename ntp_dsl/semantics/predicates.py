@@ -7,7 +7,8 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 
 ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge

@@ -13,12 +13,13 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration
-from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
-from ntp_dsl.tasks.task_files import TaskFileEntry, read_tasks
+from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
 from ntp_dsl.worlds.protocol import Scene
-from ntp_dsl.worlds.scenes import CUBE, Start, layout, with_furniture
+from ntp_dsl.worlds.scenes import Start, layout, with_furniture
 from ntp_dsl.worlds.starts import STRAIGHT, scattered, scrambled
 
 Configuration = frozenset[tuple[str, str]]
@@ -103,28 +104,57 @@ def draw(
 
 
 def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
-    """The tasks of a file (ours, or the paper's authors'), as instances of a declared task."""
+    """Return the tasks of a file (ours, or the paper's authors') as instances of a declared task.
+
+    Raises `NtpError` for objects of types that the library lacks, and for goals that the task does not have.
+    """
+    record = _goal_record(registry, task)
     found = []
     for entry in read_tasks(path):
-        _check_things(registry, entry, path)
-        goal = tuple(
-            Record("Placement", (("item", item), ("support", support))) for item, support in entry.goal
-        )
-        found.append(instance(task, with_furniture(registry, entry.things), goal, entry.id))
+        where = f"{path}: {entry.id}"
+        _check_objects(registry, entry, where)
+        goal = tuple(_record(registry, record, row, entry, where) for row in entry.goal)
+        _check_no_circle(goal, where)
+        found.append(instance(task, with_furniture(registry, entry.objects), goal, entry.id))
     return found
 
 
-def _check_things(registry: Registry, entry: TaskFileEntry, path: Path) -> None:
-    """A file's things must be such that a hand can stack them, and its goal such that it can be built."""
-    where = f"{path}: {entry.id}"
-    for thing in entry.things:
+def _goal_record(registry: Registry, task: TaskDeclaration) -> str:
+    """Return the record that the task's program takes a list of."""
+    assert task.run is not None
+    parameters = registry[task.run.callee].parameters
+    for parameter, term in zip(parameters, task.run.arguments, strict=True):
+        if isinstance(term, Name) and term.id == GOAL and parameter.type in registry.records:
+            return parameter.type
+    raise NtpError(f"the program of task '{task.name}' takes no list of records: its goals are not for files")
+
+
+def _record(registry: Registry, name: str, row: GoalRow, entry: TaskFileEntry, where: str) -> Record:
+    """Return a row of a file as a record, its fields in the declared order."""
+    fields = [each.name for each in registry.records[name]]
+    if set(fields) != row.keys():
+        raise NtpError(
+            f"{where}: expected {name} with the fields {', '.join(fields)}, found {', '.join(row)}"
+        )
+    members = {member for enum in registry.enums.values() for member in enum}
+    known = {*entry.names, *registry.constants, *members}
+    for value in row.values():
+        if isinstance(value, str) and value not in known:
+            raise NtpError(f"{where}: expected a goal over {', '.join(entry.names)}; found '{value}'")
+    return Record(name, tuple((field, row[field]) for field in fields))
+
+
+def _check_objects(registry: Registry, entry: TaskFileEntry, where: str) -> None:
+    for thing in entry.objects:
         if thing.type not in registry.parents:
             raise NtpError(f"{where}: library '{registry.name}' has no type '{thing.type}'")
         if thing.name in registry.constants:
             raise NtpError(f"{where}: '{thing.name}' is a constant of library '{registry.name}'")
-        if thing.size != (CUBE, CUBE, CUBE):
-            raise NtpError(f"{where}: expected cubes of {CUBE} m, found '{thing.name}' of {thing.size}")
-    supports = dict(entry.goal)
+
+
+def _check_no_circle(goal: Goal, where: str) -> None:
+    """What stands on itself, by way of others, can not be built."""
+    supports = {str(row.fields[0][1]): str(row.fields[-1][1]) for row in goal}
     for item in supports:
         below, seen = item, {item}
         while (below := supports.get(below, "")) and below not in seen:
@@ -158,13 +188,14 @@ def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
 
 
 def end_configuration(goal: Goal) -> Configuration:
-    rows = ([str(value) for _, value in row.fields] for row in goal)
-    return configuration((row[0], row[-1]) for row in rows)
+    """Return what ends up where, of a goal."""
+    return configuration(dict(row.fields) for row in goal)
 
 
-def configuration(pairs: Iterable[tuple[str, str]]) -> Configuration:
-    """Labelled: which thing ends up on which, by the numbers at the end of their names."""
-    return frozenset((_number(item), _number(support)) for item, support in pairs)
+def configuration(rows: Iterable[GoalRow]) -> Configuration:
+    """Return which object ends up where, by the numbers at the end of their names: first and last of a row."""
+    values = (list(map(str, row.values())) for row in rows)
+    return frozenset((_number(row[0]), _number(row[-1])) for row in values)
 
 
 def _number(name: str) -> str:

@@ -1,4 +1,4 @@
-"""What traces did at each line of a library: how often, how well, how surely, and who is to blame."""
+"""What traces did at each line of a library: how often, how well, how surely, and why it failed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.failure_attribution import of_all
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
 
 
 @dataclass
@@ -16,22 +16,23 @@ class Line:
 
     calls: int = 0
     well: int = 0
-    blame: Counter[str] = field(default_factory=Counter)  # of those that did not go well
+    attributed_to: Counter[Attribution] = field(default_factory=Counter)  # calls that did not go well
     parted: Counter[str] = field(default_factory=Counter)  # divergences from another trace, by kind
     weighed: int = 0  # decisions that came with a probability
     _sum: float = 0.0
 
     @property
     def probability(self) -> float | None:
-        """The mean of the decisions; None where a script made them."""
+        """Return the mean of the decisions; None where a script made them."""
         return self._sum / self.weighed if self.weighed else None
 
-    def count(self, call: Call, blame: str, probability: object) -> None:
+    def count(self, call: Call, attribution: Attribution | None, probability: float | None) -> None:
+        """Add a call that the line made, or a return of the line's program."""
         self.calls += 1
         self.well += call.went_well
-        if blame:
-            self.blame[blame] += 1
-        if isinstance(probability, int | float) and 0 <= probability <= 1:
+        if attribution:
+            self.attributed_to[attribution] += 1
+        if probability is not None:
             self.weighed += 1
             self._sum += probability
 
@@ -44,16 +45,16 @@ class Coverage:
         self.traces = 0
 
     def add(self, trace: Trace) -> None:
-        """Statements by the calls that they made; a program's line by how it decided to return."""
+        """Count statements by the calls that they made; a program's line by how it decided to return."""
         self.traces += 1
-        for call, blame in zip(trace.calls, of_all(trace), strict=True):
-            if call.parent != ROOT and (place := call.decision.get("source")):
-                self.lines[str(place)].count(call, blame, call.probability)
-            if call.ending and (place := call.ending.get("source")):
-                self.lines[str(place)].count(call, blame, call.ending.get("probability"))
+        for call, attribution in zip(trace.calls, of_all(trace), strict=True):
+            if call.parent != ROOT and (place := call.decision.source):
+                self.lines[place].count(call, attribution, call.decision.probability)
+            if call.ending and (place := call.ending.source):
+                self.lines[place].count(call, attribution, call.ending.probability)
 
     def compare(self, comparison: Comparison) -> None:
-        """Where the second trace leaves the first: what follows from the first divergence is not counted."""
+        """Count where the second trace leaves the first; what follows from that is not counted."""
         first = comparison.first
         told = comparison.divergences if comparison.b.is_replayed else [first] if first else []
         for divergence in told:

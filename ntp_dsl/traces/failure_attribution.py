@@ -1,46 +1,46 @@
-"""Who is to blame for what did not go well: decision, planner, grasp, physics or disturbance."""
+"""What failed calls are attributed to: decision, planner, grasp, physics or disturbance."""
 
 from __future__ import annotations
 
-from ntp_dsl.traces.schema import ROOT, Call, Trace
-from ntp_dsl.worlds.protocol import Failure
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallOutcome, Trace
 
-DECISION, PLANNER, GRASP, PHYSICS, DISTURBANCE = "decision", "planner", "grasp", "physics", "disturbance"
-
-OF_FAILURE = {
-    Failure.NO_IK: PLANNER,
-    Failure.START_IN_COLLISION: PLANNER,
-    Failure.GOAL_IN_COLLISION: PLANNER,
-    Failure.NO_PATH: PLANNER,
-    Failure.TIME_OUT: PLANNER,
-    Failure.GRASP_FAILED: GRASP,
-    Failure.OBJECT_DROPPED: GRASP,
-    Failure.PLACE_FAILED: PHYSICS,
+OF_OUTCOME = {
+    CallOutcome.NO_IK: Attribution.PLANNER,
+    CallOutcome.START_IN_COLLISION: Attribution.PLANNER,
+    CallOutcome.GOAL_IN_COLLISION: Attribution.PLANNER,
+    CallOutcome.NO_PATH: Attribution.PLANNER,
+    CallOutcome.TIME_OUT: Attribution.PLANNER,
+    CallOutcome.GRASP_FAILED: Attribution.GRASP,
+    CallOutcome.OBJECT_DROPPED: Attribution.GRASP,
+    CallOutcome.PLACE_FAILED: Attribution.PHYSICS,
 }
 
 
-def of_call(call: Call) -> str:
-    """For what a call came to; nothing where it went well.
+def of_call(call: Call) -> Attribution | None:
+    """Return what a call's failure is attributed to; None where it went well or was cut off.
 
     A call that was refused was the wrong one to make, and so was a program that had to give up.
     """
-    if call.went_well or not call.outcome:
-        return ""
-    if call.disturbances:
-        return DISTURBANCE
-    return OF_FAILURE.get(call.outcome, DECISION)  # type: ignore[call-overload,no-any-return]
+    if call.outcome is None or call.went_well:
+        return None
+    if call.execution.disturbances:
+        return Attribution.DISTURBANCE
+    return OF_OUTCOME.get(call.outcome, Attribution.DECISION)
 
 
-def of_all(trace: Trace) -> list[str]:
-    """By the calls' numbers. For a program that gave up, that of the last primitive below that failed."""
-    blamed = [of_call(call) for call in trace.calls]
-    last: list[str] = [""] * len(blamed)  # of the primitives below each call
+def of_all(trace: Trace) -> list[Attribution | None]:
+    """Return the attribution of every call, by number.
+
+    For a program that gave up it is that of the last primitive below that failed.
+    """
+    found = [of_call(call) for call in trace.calls]
+    last: list[Attribution | None] = [None] * len(found)  # of the primitives below each call
     for call in reversed(trace.calls):
         if call.is_program:
-            if blamed[call.id]:
-                blamed[call.id] = last[call.id] or blamed[call.id]
+            if found[call.id]:
+                found[call.id] = last[call.id] or found[call.id]
         else:
-            last[call.id] = blamed[call.id]
+            last[call.id] = found[call.id]
         if call.parent != ROOT and not last[call.parent]:
             last[call.parent] = last[call.id]
-    return blamed
+    return found

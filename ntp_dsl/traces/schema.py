@@ -4,19 +4,160 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
-from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing, Vector
+from msgspec import Struct
 
-if TYPE_CHECKING:  # so that reading a trace does not wait for numpy
-    from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
+from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
+from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
 FORMAT = "ntp-trace"
-VERSION = 2
+VERSION = 3
 ROOT = -1
-WELL = ("done", "achieved")  # outcomes; what else a call may come to did not do what it should
+
+
+class CallKind(StrEnum):
+    """What was called."""
+
+    PROGRAM = "program"
+    API = "api"
+
+
+class PolicyKind(StrEnum):
+    """Whose decisions a trace holds."""
+
+    SCRIPTED = "scripted"
+    LEARNED = "learned"
+    REPLAYED = "replayed"  # a policy's answers at every state of another trace
+    DEMONSTRATION = "demonstration"
+
+
+class CallOutcome(StrEnum):
+    """What a call came to."""
+
+    DONE = "done"  # of programs, as the next two
+    UNFINISHED = "unfinished"
+    STOPPED = "stopped"
+    ACHIEVED = "achieved"  # of primitives, as all that follow
+    NOT_READY = Failure.NOT_READY.value
+    NO_IK = Failure.NO_IK.value
+    START_IN_COLLISION = Failure.START_IN_COLLISION.value
+    GOAL_IN_COLLISION = Failure.GOAL_IN_COLLISION.value
+    NO_PATH = Failure.NO_PATH.value
+    GRASP_FAILED = Failure.GRASP_FAILED.value
+    OBJECT_DROPPED = Failure.OBJECT_DROPPED.value
+    PLACE_FAILED = Failure.PLACE_FAILED.value
+    MISSING_OBJECT = Failure.MISSING_OBJECT.value
+    TIME_OUT = Failure.TIME_OUT.value
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> CallOutcome:
+        """Return the outcome of a primitive."""
+        return cls.ACHIEVED if outcome.failure is None else cls(outcome.failure.value)
+
+    @property
+    def is_good(self) -> bool:
+        return self in (CallOutcome.DONE, CallOutcome.ACHIEVED)
+
+    @property
+    def is_return(self) -> bool:
+        """Whether a program decided to end so."""
+        return self in (CallOutcome.DONE, CallOutcome.UNFINISHED)
+
+
+class Ending(StrEnum):
+    """How a run ended."""
+
+    DONE = "done"
+    UNFINISHED = "unfinished"  # nothing that the program knows helps
+    STOPPED = "stopped"  # by a limit
+
+
+class Attribution(StrEnum):
+    """What a failure or a divergence is attributed to."""
+
+    DECISION = "decision"
+    PLANNER = "planner"
+    GRASP = "grasp"
+    PHYSICS = "physics"
+    DISTURBANCE = "disturbance"
+    START = "start"  # two traces that began in different states
+
+
+class Execution(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """How a primitive was carried out."""
+
+    planning: Seconds = 0.0  # wall
+    moving: Seconds = 0.0  # wall
+    solver: str = ""
+    planner: str = ""
+    evidence: dict[str, Any] = {}  # what was measured, in the words of whoever did
+    disturbances: tuple[str, ...] = ()
+
+
+NOT_EXECUTED = Execution()
+
+
+class DemonstratedCall(Struct, kw_only=True):
+    """A call that a demonstration shows, with its frames [begin, end)."""
+
+    name: str
+    arguments: tuple[Argument, ...]
+    scope: Frames
+    done: bool
+    children: list[DemonstratedCall] = []
+
+    def walk(self) -> Iterator[DemonstratedCall]:
+        """Yield the call and all below it, depth first."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+class ShownDemonstration(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """The demonstration that the scopes of a trace are frames of."""
+
+    file: str  # beside the trace
+    frames: Count
+    calls: DemonstratedCall | None = None  # None where the demonstration was made elsewhere
+
+
+class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults=True, kw_only=True):
+    """What a trace says of itself; what is missing is unknown."""
+
+    format: str
+    version: int
+    library: str = ""
+    registry: str = ""  # hash of its programs and apis
+    task: str = ""
+    goal: tuple[Record, ...] = ()
+    program: str = ""
+    arguments: tuple[Argument, ...] = ()
+    policy: PolicyKind | None = None
+    model: str | None = None
+    seed: int | None = None
+    episode: int | None = None
+    world: str | None = None
+    arm: str | None = None  # None for the Panda
+    disturbances: Disturbances | None = None
+    objects: tuple[Thing, ...] = ()
+    demonstration: ShownDemonstration | None = None
+    sources: dict[str, str] = {}  # file name -> text of a library that decisions refer to
+
+
+class End(Struct, tag_field="event", tag="end", frozen=True, omit_defaults=True, kw_only=True):
+    """How a run ended, and what was judged of it."""
+
+    ending: Ending
+    reason: str = ""
+    primitives: Count = 0
+    success: bool | None = None  # None where nobody judged
+    attributed_to: Attribution | None = None  # of a failure
+    verdict: str = ""
 
 
 @dataclass
@@ -25,37 +166,26 @@ class Call:
 
     id: int
     parent: int  # ROOT for the task's own program
-    kind: str  # program, api
+    kind: CallKind
     name: str
     arguments: tuple[Argument, ...]
-    scope: Scope | None
+    scope: Frames | None
     frame: int  # of the episode, when the call was made
     state: int  # the line of states that the decision was made in
-    decision: Mapping[str, Any] = field(default_factory=dict)  # to make this call, by its caller
+    decision: Decision = NO_DECISION  # of its caller, to make this call
     end_frame: int | None = None
     end_state: int | None = None  # that a program decided to return in
-    outcome: str = ""  # done, unfinished, achieved, stopped, or a failure's name; empty where cut off
-    ending: Mapping[str, Any] = field(default_factory=dict)  # a program's decision to return
-    details: Mapping[str, Any] = field(default_factory=dict)  # of a primitive: times, evidence, …
+    outcome: CallOutcome | None = None  # None where the trace was cut off
+    ending: Decision | None = None  # of a program, to return
+    execution: Execution = NOT_EXECUTED  # of a primitive
 
     @property
     def is_program(self) -> bool:
-        return self.kind == "program"
+        return self.kind is CallKind.PROGRAM
 
     @property
     def went_well(self) -> bool:
-        return self.outcome in WELL
-
-    @property
-    def probability(self) -> float | None:
-        """Of the decision to make this call; None where a script made it."""
-        value = self.decision.get("probability")
-        return float(value) if isinstance(value, int | float) and isfinite(value) else None
-
-    @property
-    def disturbances(self) -> tuple[str, ...]:
-        value = self.details.get("disturbances")
-        return tuple(map(str, value)) if isinstance(value, list) else ()
+        return self.outcome is not None and self.outcome.is_good
 
 
 @dataclass(frozen=True)
@@ -73,13 +203,12 @@ class Motion:
 class Trace:
     """A trace read back."""
 
-    header: Mapping[str, Any]
-    things: tuple[Thing, ...] = ()
+    header: Header
     calls: list[Call] = field(default_factory=list)
     states: Sequence[Observation] = ()
     motions: list[Motion] = field(default_factory=list)
     pictures: list[tuple[int, str]] = field(default_factory=list)  # frame, file beside the trace
-    end: Mapping[str, Any] | None = None  # None where the writer was cut off
+    end: End | None = None  # None where the writer was cut off
 
     @cached_property
     def _offspring(self) -> list[list[int]]:
@@ -90,18 +219,18 @@ class Trace:
         return found
 
     def children(self, parent: int) -> list[Call]:
-        """The calls that a call made, or the root calls for `ROOT`."""
+        """Return the calls that a call made, or the root calls for `ROOT`."""
         return [self.calls[number] for number in self._offspring[parent]]
 
     def ancestors(self, number: int) -> Iterator[Call]:
-        """The call, its caller, and so on to the root."""
+        """Yield the call, its caller, and so on to the root."""
         while number != ROOT:
             call = self.calls[number]
             yield call
             number = call.parent
 
     def events(self) -> Iterator[tuple[Call, bool]]:
-        """Calls and returns in the order of execution: a call, and whether it returns."""
+        """Yield calls and returns in the order of execution: a call, and whether it returns."""
         running: list[Call] = []
         for call in self.calls:
             while running and running[-1].id != call.parent:
@@ -113,45 +242,9 @@ class Trace:
     @property
     def is_replayed(self) -> bool:
         """Whether it holds what a policy answered at every state of another trace."""
-        return self.header.get("policy") == "replayed"
+        return self.header.policy is PolicyKind.REPLAYED
 
     @property
     def is_learned(self) -> bool:
         """Whether a core decided, or answered."""
-        return self.header.get("policy") == "learned" or self.header.get("model") is not None
-
-
-def to_json(argument: Argument) -> Any:
-    if isinstance(argument, Record):
-        return {"record": argument.type, **dict(argument.fields)}
-    if isinstance(argument, tuple):
-        return [to_json(element) for element in argument]
-    return argument
-
-
-def from_json(value: Any) -> Argument:
-    """Raises `ValueError` for what is no argument."""
-    if isinstance(value, dict) and isinstance(value.get("record"), str):
-        entries = tuple((k, v if isinstance(v, float) else str(v)) for k, v in value.items() if k != "record")
-        return Record(value["record"], entries)
-    if isinstance(value, list):
-        return tuple(from_json(element) for element in value)  # type: ignore[misc]
-    if isinstance(value, str | float) or type(value) is int:
-        return value
-    raise ValueError(f"{value!r:.80} is not an argument")
-
-
-def thing_from_json(row: Mapping[str, Any]) -> Thing:
-    """What a thing says of itself, without what this version does not know. Raises `ValueError`."""
-    if not isinstance(row.get("name"), str) or not isinstance(row.get("type"), str):
-        raise ValueError("a thing has a name and a type")
-    return Thing.from_json({**row, "size": vector(row.get("size"))})
-
-
-def vector(value: Any) -> Vector:
-    """Three finite numbers. Raises `ValueError`."""
-    if isinstance(value, list) and len(value) == 3:
-        x, y, z = value
-        if all(isinstance(n, int | float) and isfinite(n) for n in value):
-            return float(x), float(y), float(z)
-    raise ValueError(f"expected three numbers, found {value!r:.80}")
+        return self.header.policy is PolicyKind.LEARNED or self.header.model is not None

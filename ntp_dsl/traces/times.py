@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from ntp_dsl.traces.schema import ROOT, Call, Trace
 
@@ -30,20 +28,15 @@ class Times:
 
 
 def own(call: Call) -> Times:
-    deciding = seconds(call.decision, "seconds") + seconds(call.ending, "seconds")
-    return Times(deciding, seconds(call.details, "planning"), seconds(call.details, "moving"))
+    """Return a call's own times, without those of the calls below it."""
+    returning = call.ending.seconds if call.ending else 0.0
+    return Times(call.decision.seconds + returning, call.execution.planning, call.execution.moving)
 
 
 def with_all_below(trace: Trace) -> list[Times]:
-    """By the calls' numbers."""
+    """Return the times of every call and all below it, by the calls' numbers."""
     times = [own(call) for call in trace.calls]
     for call in reversed(trace.calls):
         if call.parent != ROOT:
             times[call.parent] = times[call.parent] + times[call.id]
     return times
-
-
-def seconds(facts: Mapping[str, Any], name: str) -> float:
-    """What a line says that something took; nothing where it does not."""
-    value = facts.get(name)
-    return float(value) if isinstance(value, int | float) and 0 <= value < 1e9 else 0.0

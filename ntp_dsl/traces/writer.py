@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from functools import lru_cache
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
-from ntp_dsl.semantics.observation import Argument, Observation, Vector
-from ntp_dsl.traces.schema import FORMAT, VERSION, to_json
+import msgspec
 
-if TYPE_CHECKING:
-    from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.traces.decision import Decision, Frames
+from ntp_dsl.traces.events import CallEvent, Event, PictureEvent, ReturnEvent, StateEvent
+from ntp_dsl.traces.schema import NOT_EXECUTED, CallKind, CallOutcome, End, Execution, Header
 
-DIGITS = 5  # of positions [m] and times [s]
-STILL = 0.0005  # [m] below which a thing counts as where it was in the frame before
-
-_encode = json.JSONEncoder(separators=(",", ":"), default=str).encode
+STILL = 0.0005  # [m] below which an object counts as where it was in the previous frame
 
 
 class TraceWriter:
@@ -30,40 +27,55 @@ class TraceWriter:
         self.frames = 0  # of motion, so far
         self._shown: dict[str, Vector] = {}
 
-    def header(self, **facts: Any) -> None:
-        self._write({"event": "header", "format": FORMAT, "version": VERSION, **facts})
+    def header(self, header: Header) -> None:
+        """Write what the trace says of itself; before anything else, and once."""
+        self._write(header)
 
     def state(self, observation: Observation) -> int:
-        """The number of this state; consecutive equal ones are written once."""
+        """Return the number of this state; consecutive equal ones are written once."""
         if observation is not self._latest and observation != self._latest:
             self._latest, self._state = observation, self._state + 1
             if self._stream is not None:
-                self._write({"event": "state", "id": self._state, **_state_row(observation)})
+                self._write(StateEvent.of(self._state, observation))
         return self._state
 
     def call(
         self,
         parent: int,
-        kind: str,
+        kind: CallKind,
         name: str,
         arguments: tuple[Argument, ...],
-        scope: Scope | None,
+        scope: Frames | None,
         frame: int,
         state: int,
-        decision: Mapping[str, Any],
+        decision: Decision,
     ) -> int:
+        """Write a call that is made, and return its number."""
         number, self._next_call = self._next_call, self._next_call + 1
         if self._stream is not None:
-            row = {"event": "call", "id": number, "parent": parent, "kind": kind, "name": name}
-            row |= {"arguments": [to_json(a) for a in arguments], "scope": scope}
-            self._write(row | {"frame": frame, "state": state, "decision": decision})
+            self._write(CallEvent(number, parent, kind, name, arguments, frame, state, scope, decision))
         return number
 
-    def returned(self, number: int, outcome: str, frame: int, **details: Any) -> None:
-        self._write({"event": "return", "id": number, "outcome": outcome, "frame": frame, **details})
+    def returned(
+        self,
+        number: int,
+        outcome: CallOutcome,
+        frame: int,
+        state: int | None = None,
+        decision: Decision | None = None,
+        execution: Execution = NOT_EXECUTED,
+    ) -> None:
+        """Write what a call came to.
+
+        Args:
+            state: that a program decided to return in.
+            decision: of a program, to return.
+            execution: of a primitive.
+        """
+        self._write(ReturnEvent(number, outcome, frame, state, decision, execution))
 
     def frame(self, time: float, observation: Observation) -> int:
-        """A moment of the motion: what moved since the one before. Returns its number.
+        """Write what moved since the previous frame, and return the frame's number.
 
         Formatted by hand, and left to the next step to be flushed: there are ten a second.
         """
@@ -84,16 +96,25 @@ class TraceWriter:
         return number
 
     def picture(self, frame: int, file: str) -> None:
-        """What a camera saw at a frame: a file, by its path from the trace's own folder."""
-        self._write({"event": "picture", "frame": frame, "file": file})
+        """Write which file a camera's picture of a frame is; its path is from the trace's own folder."""
+        self._write(PictureEvent(frame, file))
 
-    def end(self, **facts: Any) -> None:
-        self._write({"event": "end", **facts})
+    def end(self, end: End) -> None:
+        """Write how the run ended."""
+        self._write(end)
 
-    def _write(self, row: Mapping[str, Any]) -> None:
+    def _write(self, event: Event) -> None:
         if self._stream is not None:
-            self._stream.write(_encode(row) + "\n")
+            self._stream.write(_encoder.encode(event).decode() + "\n")
             self._stream.flush()
+
+
+def _plain(value: Any) -> Any:
+    """Return a measured value as JSON has it: numpy's scalars and arrays become Python's."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+_encoder = msgspec.json.Encoder(enc_hook=_plain)
 
 
 def _apart(a: Vector, b: Vector) -> float:
@@ -102,26 +123,8 @@ def _apart(a: Vector, b: Vector) -> float:
 
 @lru_cache(maxsize=1000)
 def _quoted(name: str) -> str:
-    return _encode(name)
+    return msgspec.json.encode(name).decode()
 
 
 def _triple(point: Vector) -> str:
     return f"[{point[0]:.5f},{point[1]:.5f},{point[2]:.5f}]"
-
-
-def _place(point: Vector) -> list[float]:
-    return [round(float(x), DIGITS) for x in point]
-
-
-def _places(positions: Mapping[str, Vector]) -> dict[str, list[float]]:
-    return {name: _place(position) for name, position in positions.items()}
-
-
-def _state_row(observation: Observation) -> dict[str, Any]:
-    row: dict[str, Any] = {"positions": _places(observation.positions)}
-    row |= {"gripper": _place(observation.gripper), "closed": observation.closed}
-    if observation.unreachable:
-        row["unreachable"] = sorted(observation.unreachable)
-    if observation.tipped:
-        row["tipped"] = _places(observation.tipped)
-    return row

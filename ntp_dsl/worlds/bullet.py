@@ -22,8 +22,9 @@ from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
-from ntp_dsl.semantics.observation import Argument, Observation, Vector
-from ntp_dsl.worlds.bullet_bodies import as_it_lies, bodies_of
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.places import free_places, height_below
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
@@ -107,29 +108,19 @@ class BulletWorld:
             self._cell.tool_position(),
             self._cell.hand_closed,
             self._unreachable(positions),
-            self._tipped(poses),
+            {name: pose.quaternion_xyzw for name, pose in poses.items()},
         )
-
-    def _tipped(self, poses: Mapping[str, Pose]) -> dict[str, Vector]:
-        """The extents of what lies on another side than at the start; of hollow things it says nothing."""
-        found = {
-            thing.name: as_it_lies(thing, poses[thing.name])
-            for thing in self._things
-            if thing.name in poses and thing.movable and thing.cavity is None
-        }
-        upright = {thing.name: thing.size for thing in self._things}
-        return {name: size for name, size in found.items() if size != upright[name]}
 
     def observe(self) -> Observation:
         sigma = self._disturbances.noise
         truth = self.truth()
         if not sigma:
             return truth
-        noisy = {}
+        noisy: dict[str, Vector] = {}
         for name, (x, y, z) in truth.positions.items():
             dx, dy, dz = self._noise_rng.normal(0, sigma, 3)
             noisy[name] = (x + float(dx), y + float(dy), z + float(dz))
-        return replace(truth, positions=noisy)
+        return replace(truth, positions=noisy, deviations=dict.fromkeys(noisy, sigma))
 
     def supported(self, item: str, support: str) -> bool:
         """By contact; what is in a container may lie on other things in there."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import cos, sin
 from pathlib import Path
 
-import numpy as np
-
 from kinematics.errors import UnusableShape
-from kinematics.geometry.transforms import Pose, rotation_from_quaternion
 from kinematics.shapes import catalogue
 from kinematics.shapes.bodies import Body, Colour
 from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import TOO_WIDE, Thing, Vector
+from ntp_dsl.semantics.geometry import about_vertical
+from ntp_dsl.semantics.observation import TOO_WIDE, Thing
 from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
@@ -53,20 +50,8 @@ def bodies_of(scene: Scene) -> list[Body]:
     return [_body(thing, scene, colours[thing.name]) for thing in things]
 
 
-def as_it_lies(thing: Thing, pose: Pose) -> Vector:
-    """Its extents along the world's axes, to the nearest quarter turn [m]: it may have tipped over."""
-    turned = np.abs(rotation_from_quaternion(pose.quaternion_xyzw))  # of its axes along the world's
-    upward = int(turned[2].argmax())
-    if upward == 2:
-        return thing.size
-    level = [axis for axis in range(3) if axis != upward]
-    along_x, along_y = sorted(level, key=lambda axis: -turned[0, axis])
-    return thing.size[along_x], thing.size[along_y], thing.size[upward]
-
-
 def _body(thing: Thing, scene: Scene, colour: Colour) -> Body:
-    yaw = scene.yaws.get(thing.name, 0.0)
-    turned = (0.0, 0.0, sin(yaw / 2), cos(yaw / 2))
+    turned = about_vertical(scene.yaws.get(thing.name, 0.0))
     mass = _mass(thing) if thing.movable else 0.0
     return Body(thing.name, shape_of(thing), scene.positions[thing.name], turned, mass, colour)
 

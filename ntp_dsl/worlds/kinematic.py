@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
 
 from ntp_dsl.semantics import predicates
-from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector, about_vertical
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Thing
 from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.places import height_below
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
@@ -50,6 +52,7 @@ class KinematicWorld(RestingThings):
         self._region = _region(REGION if len(self._solid) == len(self._items) else WIDE, scene)
         self._bounds = _bounds(self._region, scene)
         self._positions = dict(scene.positions)
+        self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
@@ -67,7 +70,13 @@ class KinematicWorld(RestingThings):
         return self._time
 
     def truth(self) -> Observation:
-        return Observation(self._things, dict(self._positions), self._gripper, self._closed)
+        return Observation(
+            self._things,
+            dict(self._positions),
+            self._gripper,
+            self._closed,
+            orientations=self._orientations,
+        )
 
     def observe(self) -> Observation:
         sigma = self._disturbances.noise
@@ -77,7 +86,7 @@ class KinematicWorld(RestingThings):
             name: _moved(position, self._noise_rng.normal(0, sigma, 3))
             for name, position in self._positions.items()
         }
-        return Observation(self._things, noisy, self._gripper, self._closed)
+        return replace(self.truth(), positions=noisy, deviations=dict.fromkeys(noisy, sigma))
 
     def supported(self, item: str, support: str) -> bool:
         seen = self.truth()

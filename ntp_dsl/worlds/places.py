@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing
 from ntp_dsl.semantics.predicates import FREE_GAP, footprints, load
 from ntp_dsl.worlds.starts import REGION, WIDE
 

@@ -8,7 +8,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any, Protocol
 
-from ntp_dsl.semantics.observation import Argument, Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Argument, Observation, Thing
 
 
 @dataclass(frozen=True)

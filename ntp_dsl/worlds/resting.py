@@ -8,7 +8,8 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.semantics import predicates
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing
 from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.scenes import CUBE, Region
 from ntp_dsl.worlds.starts import CENTRE, NESTED

@@ -14,7 +14,8 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
-from ntp_dsl.semantics.observation import Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Thing
 
 CUBE = 0.05  # what a thing is where the scene does not say [m]
 FORK_THICKNESS = 0.006  # [m]

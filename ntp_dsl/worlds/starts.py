@@ -8,7 +8,8 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import TOO_WIDE, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import TOO_WIDE, Thing
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
 

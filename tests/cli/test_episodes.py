@@ -6,11 +6,13 @@ import json
 from pathlib import Path
 
 import pytest
+from pyarrow import parquet
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.common.resources import checkpoints_folder
-from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import Ending
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
 RUN = ["run", "block_stacking", "few_placements", "--world", "kinematic"]
@@ -30,9 +32,9 @@ def test_one_task_is_carried_out_and_written_down(tmp_path: Path, capsys: pytest
     assert "pick_and_place(" in shown.out and "done:" in shown.out
     assert "no --demo: the expert shows the task once, from seed 3" in shown.err
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
-    assert trace.end is not None and trace.end["done"] and trace.end["success"]
-    told = trace.header["demonstration"]
-    assert told["frames"] == len(read_demonstration(tmp_path / told["file"])) > 10
+    assert trace.end is not None and trace.end.ending is Ending.DONE and trace.end.success
+    told = trace.header.demonstration
+    assert told is not None and told.frames == len(read_demonstration(tmp_path / told.file)) > 10
 
 
 def test_the_script_does_it_too_and_says_so_to_machines(capsys: pytest.CaptureFixture[str]) -> None:
@@ -42,6 +44,22 @@ def test_the_script_does_it_too_and_says_so_to_machines(capsys: pytest.CaptureFi
 
 def test_a_recorded_demonstration_is_carried_out(recorded: Path) -> None:
     assert run([*RUN, "--demo", str(recorded / "episode_00001.demo.parquet")]) == 0
+
+
+def test_a_demonstration_made_elsewhere_needs_its_columns_alone(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No header and no goal: the objects are the scene's, and nobody can judge what was to be built."""
+    table = parquet.read_table(recorded / "episode_00001.demo.parquet")
+    made = tmp_path / "made_elsewhere.parquet"
+    parquet.write_table(table.replace_schema_metadata(None), made)
+    assert run([*RUN, "--seed", "5", "--demo", str(made), "--out", str(tmp_path / "out")]) == 0
+    assert "nobody judged the result" in capsys.readouterr().err
+    end = read_trace(tmp_path / "out" / "episode_00000.trace.jsonl").end
+    assert end is not None and end.ending is Ending.DONE and end.success is None and end.primitives > 4
+    parquet.write_table(table.rename_columns([c.replace("block_0", "x") for c in table.column_names]), made)
+    assert run([*RUN, "--demo", str(made)]) == 2
+    assert "nothing says what x is: the scene has block_0" in capsys.readouterr().err
 
 
 def test_recording_leaves_what_its_manifest_names(recorded: Path) -> None:
@@ -145,9 +163,9 @@ def test_a_task_that_fails_is_one_sentence_and_status_one(
     words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--expert"]
     assert run([*words, "--slips", "1", "--pushes", "1", "--out", str(tmp_path)]) == 1
     told = capsys.readouterr().err
-    assert "the task failed (grasp)" in told and "stopped after 400 primitives" in told
+    assert "the task failed (grasp)" in told and "stopped: after 400 primitives" in told
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
-    assert trace.end is not None and trace.end["done"] is False
+    assert trace.end is not None and trace.end.ending is Ending.STOPPED
 
 
 @pytest.mark.parametrize(

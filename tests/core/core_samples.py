@@ -71,9 +71,10 @@ def reordered(query: Query, seed: int) -> Query:
         observation=query.observation.permuted(tuple(int(i) for i in rng.permutation(count))),
         demonstration=Demonstration(
             tuple(shown.things[index] for index in order),
-            shown.positions[:, order],
-            shown.closed,
             shown.times,
+            shown.closed,
+            shown.grippers,
+            shown.positions[:, order],
         ),
     )
 

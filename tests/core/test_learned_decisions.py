@@ -10,6 +10,7 @@ from core_samples import queries, renamed, reordered, shown_task
 
 from ntp_dsl.core.checkpoint import Checkpoint
 from ntp_dsl.core.policy import LearnedPolicy
+from ntp_dsl.demonstrations.demonstration import UNKNOWN
 from ntp_dsl.demonstrations.queries import Answer, Query
 from ntp_dsl.execution.interpreter import Interpreter
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -49,7 +50,7 @@ def test_one_more_thing_out_of_the_way_does_not_matter(
     extra = Thing("extra", "Block", (0.05, 0.05, 0.05))
     for query in queries(stacking, seed):
         seen, shown = query.observation, query.demonstration
-        table = shown.positions[:, shown.names.index("table")]  # relative to the hand, as all is
+        table = shown.positions[:, shown.names.index("table")]
         far = table + np.subtract((0.95, 0.45, 0.025), seen.positions["table"])
         wider = replace(
             query,
@@ -61,7 +62,7 @@ def test_one_more_thing_out_of_the_way_does_not_matter(
             demonstration=replace(
                 shown,
                 things=(*shown.things, extra),
-                positions=np.concatenate([shown.positions, far[:, None]], 1).astype(np.float32),
+                positions=np.concatenate([shown.positions, far[:, None]], 1),
             ),
         )
         assert ask(shipped, wider) == ask(shipped, query)
@@ -91,7 +92,7 @@ def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_
     assert declared.goal != demonstrated.goal
     world = KinematicWorld()
     world.reset(scattered(declared.things, np.random.default_rng(seed)), seed)
-    policy = LearnedPolicy(shipped.core, replace(shown.demonstration, notes={}))
+    policy = LearnedPolicy(shipped.core, replace(shown.demonstration, origin=UNKNOWN))
     Interpreter(stacking, policy, world).run(declared.program, declared.arguments)
     state = State(stacking, world.truth())
     assert all(state.holds(x) for x in demonstrated.literals(stacking, world.truth()))

@@ -12,8 +12,9 @@ from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.policy import LearnedPolicy
 from ntp_dsl.core.training import Trainer
-from ntp_dsl.datasets.dataset import RecordingPlan, read_manifest, record, samples
-from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.datasets.dataset import RecordingPlan, record, samples
+from ntp_dsl.datasets.manifest import read_manifest
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Frame
@@ -82,7 +83,7 @@ def test_a_core_calls_with_records(text: str, tmp_path: Path) -> None:
     (tmp_path / "mine.ntp").write_text(text)
     registry = load(tmp_path / "mine.ntp")
     rows = list(record(RecordingPlan(tmp_path / "mine.ntp", "mine", tmp_path), 3, workers=1))
-    assert [row["outcome"] for row in rows] == ["done"] * 3
+    assert [row.outcome for row in rows] == ["done"] * 3
     labelled = [
         s for episode in samples(registry, tmp_path, read_manifest(tmp_path, registry), 0) for s in episode
     ]

@@ -36,7 +36,7 @@ def test_bowls_take_forks_along_and_blocks_nothing(example: str, hops: int, worl
 def test_a_load_is_noticed_whatever_else_there_is_and_in_whatever_order() -> None:
     registry = load_with_python("table_cleanup")
     demonstration = shown(registry, "kinematic")
-    positions, closed = demonstration.positions, demonstration.closed
+    positions, closed = demonstration.relative, demonstration.closed
     order = np.random.default_rng(0).permutation(positions.shape[1])
     table = [thing.name for thing in demonstration.things].index("table")
     bystanders = np.repeat(positions[:, table : table + 1], 3, axis=1) + 0.1

@@ -15,7 +15,8 @@ from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.training import Trainer
-from ntp_dsl.datasets.dataset import RecordingPlan, read_manifest, record, samples
+from ntp_dsl.datasets.dataset import RecordingPlan, record, samples
+from ntp_dsl.datasets.manifest import read_manifest
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
@@ -28,7 +29,7 @@ def corpus(stacking: Registry, tmp_path_factory: pytest.TempPathFactory) -> Corp
     folder = tmp_path_factory.mktemp("data")
     plan = RecordingPlan(Path("block_stacking"), "few_placements", folder)
     rows = list(record(plan, 5, workers=1))
-    assert [row["outcome"] for row in rows] == ["done"] * 5
+    assert [row.outcome for row in rows] == ["done"] * 5
     manifest = read_manifest(folder, stacking)
     labelled = [s for episode in samples(stacking, folder, manifest, 0) for s in episode]
     takes_list = {name: program.takes_list for name, program in stacking.programs.items()}
@@ -92,8 +93,8 @@ def test_recordings_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> No
 
 
 def test_data_of_another_library_are_refused(stacking: Registry, tmp_path: Path) -> None:
-    other = {"format": "ntp-dataset", "version": 1, "registry": "x", "library": "y", "episodes": []}
-    (tmp_path / "manifest.json").write_text(json.dumps(other))
+    facts = {"registry": "x", "library": "y", "task": "z", "episodes": []}
+    (tmp_path / "manifest.json").write_text(json.dumps({"format": "ntp-dataset", "version": 1, **facts}))
     with pytest.raises(NtpError, match="another library"):
         read_manifest(tmp_path, stacking)
     with pytest.raises(NtpError, match="ntp record"):
@@ -156,7 +157,7 @@ def test_queries_share_a_reading_only_with_their_like(task: str, lists: int, tmp
     path.write_text(LISTS)
     registry = load(path)
     plan = RecordingPlan(path, task, tmp_path / "data")
-    assert [row["outcome"] for row in record(plan, 4, workers=1)] == ["done"] * 4
+    assert [row.outcome for row in record(plan, 4, workers=1)] == ["done"] * 4
     manifest = read_manifest(plan.out, registry)
     labelled = [s for episode in samples(registry, plan.out, manifest, 0) for s in episode]
     corpus = Corpus(Memory.of(registry), labelled, lambda name: registry.programs[name].takes_list)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.datasets.dataset import MOST_NEW_STATES, RecordingPlan, read_manifest, record, samples
+from ntp_dsl.datasets.dataset import MOST_NEW_STATES, RecordingPlan, record, samples
 from ntp_dsl.datasets.labels import ASIDE, NAMED, NEW_OFF_STACK, with_bystander
+from ntp_dsl.datasets.manifest import read_manifest
 from ntp_dsl.language.loader import load
 from ntp_dsl.policies.expert import Expert, NextCall
 from ntp_dsl.policies.random_arguments import random_arguments
@@ -40,7 +41,7 @@ def test_a_bystander_stands_apart_and_is_of_no_account() -> None:
 def test_queries_are_also_about_scenes_that_no_episode_went_through(tmp_path: Path) -> None:
     registry = load("block_stacking")
     plan = RecordingPlan(Path("block_stacking"), "few_placements", tmp_path)
-    assert [row["outcome"] for row in record(plan, 2, workers=1)] == ["done"] * 2
+    assert [row.outcome for row in record(plan, 2, workers=1)] == ["done"] * 2
     manifest = read_manifest(tmp_path, registry)
     first, again = ([*samples(registry, tmp_path, manifest, 5)] for _ in range(2))
     told = [[(s.query.observation, s.answer) for episode in each for s in episode] for each in (first, again)]

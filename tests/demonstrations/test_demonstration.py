@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +11,10 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from ntp_dsl.demonstrations.demonstration import (
-    Demonstration,
-    Recorder,
-    Specification,
-    read_demonstration,
-    write_demonstration,
-)
+from ntp_dsl.demonstrations.demonstration import Demonstration, Origin, Recorder, Specification
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import DeclaredFact, Record, Thing
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Scene
 
@@ -35,7 +32,7 @@ def shown() -> Demonstration:
     recorder = Recorder(world)
     for api, arguments in [("move_to", ("a",)), ("grasp", ("a",)), ("move_to", ("b",))]:
         assert world.call(api, arguments).achieved
-    return recorder.demonstration({"task": "a on b", "seed": 4})
+    return recorder.demonstration(Origin(task="a on b", seed=4))
 
 
 @pytest.fixture
@@ -47,8 +44,8 @@ def file(tmp_path: Path) -> Path:
 
 def test_a_demonstration_comes_back_as_it_was_written(file: Path) -> None:
     written, read = shown(), read_demonstration(file)
-    assert (read.things, read.notes) == (written.things, written.notes)
-    for name in ("positions", "closed", "times"):
+    assert (read.things, read.origin) == (written.things, written.origin)
+    for name in ("positions", "grippers", "relative", "closed", "times"):
         expected, found = getattr(written, name), getattr(read, name)
         assert found.dtype == expected.dtype and np.array_equal(found, expected)
     assert list(file.parent.iterdir()) == [file]
@@ -56,7 +53,7 @@ def test_a_demonstration_comes_back_as_it_was_written(file: Path) -> None:
 
 def test_positions_are_relative_to_the_gripper() -> None:
     demonstration = shown()
-    held = demonstration.positions[:, demonstration.names.index("a")][demonstration.closed]
+    held = demonstration.relative[:, demonstration.names.index("a")][demonstration.closed]
     assert len(held) > 10 and np.abs(held).max() < 1e-6
 
 
@@ -86,7 +83,43 @@ def test_a_foreign_table_is_told_what_it_holds(file: Path) -> None:
         read_demonstration(file)
 
 
-@pytest.mark.parametrize("column", ["time", "closed", "position.b"])
+def test_all_that_observations_carry_is_kept(file: Path) -> None:
+    whole = shown()
+    rng = np.random.default_rng(0)
+    count = len(whole)
+    written = replace(
+        whole,
+        orientations=rng.normal(size=(count, 3, 4)).astype(np.float32),
+        deviations=rng.uniform(0, 0.01, (count, 3)).astype(np.float32),
+        facts=tuple(frozenset([DeclaredFact("open", ("b",))] if n % 2 else []) for n in range(count)),
+        origin=Origin(goal=(Record("Placement", (("item", "a"), ("support", "b"))),)),
+    )
+    write_demonstration(written, file)
+    read = read_demonstration(file)
+    assert read.orientations is not None and np.array_equal(read.orientations, written.orientations)
+    assert read.deviations is not None and np.array_equal(read.deviations, written.deviations)
+    assert (read.facts, read.origin) == (written.facts, written.origin)
+
+
+def test_a_demonstration_of_the_first_version_shows_what_it_showed(file: Path) -> None:
+    """Its places were relative to the gripper."""
+    whole = shown()
+    header = {
+        "format": "ntp-demonstration",
+        "version": 1,
+        "things": [{"name": t.name, "type": t.type, "size": t.size, "shape": "box"} for t in THINGS],
+        "notes": {"task": "a on b", "seed": 4, "goal": [{"item": "a", "support": "b"}]},
+    }
+    columns = {"time": whole.times, "closed": whole.closed}
+    columns |= {f"position.{name}": list(whole.relative[:, index]) for index, name in enumerate(whole.names)}
+    table = pa.table(columns).replace_schema_metadata({"ntp-demonstration": json.dumps(header)})
+    parquet.write_table(table, file)
+    read = read_demonstration(file)
+    assert read.things == THINGS and np.array_equal(read.relative, whole.relative)
+    assert [row.fields for row in read.origin.goal] == [(("item", "a"), ("support", "b"))]
+
+
+@pytest.mark.parametrize("column", ["time", "closed", "gripper", "position.b"])
 def test_a_missing_column_is_named(file: Path, column: str) -> None:
     table = parquet.read_table(file)
     parquet.write_table(table.drop_columns([column]), file)

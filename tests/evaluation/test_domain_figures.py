@@ -27,8 +27,10 @@ def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, s
     plan = Plan(examples_folder() / example, task, None, "bullet", seed=1)
     count = 100 if soak else 1
     failed = [episode for episode in run_all(plan, count, workers=2 if soak else 1) if not episode.success]
-    assert len(failed) <= (1 - least) * count, [(each.number, each.blame, each.reason) for each in failed]
-    assert all(each.blame for each in failed)
+    assert len(failed) <= (1 - least) * count, [
+        (each.number, each.attributed_to, each.reason) for each in failed
+    ]
+    assert all(each.attributed_to for each in failed)
 
 
 @pytest.mark.parametrize("example", EXAMPLES)

@@ -11,6 +11,7 @@ from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
 from ntp_dsl.evaluation.statistics import summary, wilson
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.traces.schema import Attribution
 from ntp_dsl.worlds.protocol import Disturbances
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
@@ -79,11 +80,12 @@ def test_an_unknown_task_and_an_unknown_world_are_told_what_there_is() -> None:
         next(run_all(replace(STACKING, world="mars"), 1, 1))
 
 
-def test_every_failure_has_someone_to_blame() -> None:
-    def episode(number: int, blame: str) -> Episode:
-        return Episode(number, "t", 3, not blame, not blame, blame, blame, 9, 10.0, 0, 1)
+def test_every_failure_is_attributed() -> None:
+    def episode(number: int, cause: Attribution | None) -> Episode:
+        return Episode(number, "t", 3, not cause, not cause, cause, "", 9, 10.0, 0, 1)
 
-    figures = summary([episode(0, ""), episode(1, "grasp"), episode(2, "decision")], seed=5)
+    causes = [None, Attribution.GRASP, Attribution.DECISION]
+    figures = summary([episode(*each) for each in enumerate(causes)], seed=5)
     assert figures["success"] == pytest.approx(1 / 3)
     assert figures["failures"] == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0}
     assert [row["episode"] for row in figures["failed"]] == [1, 2]

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import convert, to_builtins
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Record
 from ntp_dsl.semantics.state import Literal
 from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import draw, find_task
-from ntp_dsl.traces.schema import from_json, to_json
 from ntp_dsl.user_code.loading import load_with_python
 
 LIBRARY = """
@@ -68,7 +69,7 @@ def drawn(folder: Path, row: str) -> Goal:
 def test_a_number_in_a_goal_is_a_number_there_and_back(tmp_path: Path, row: str) -> None:
     (spot,) = drawn(tmp_path, row)
     assert spot.fields == (("item", "block_0"), ("mark", "mark_1"), ("side", "left"), ("distance", 0.25))
-    assert from_json(to_json(spot)) == spot
+    assert convert(to_builtins(spot), Record) == spot
 
 
 def test_a_goal_is_told_without_its_machinery(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.coverage import Coverage
 from ntp_dsl.traces.failure_attribution import of_all
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Call, CallKind, CallOutcome, Trace
 
 EVAL = "eval block_stacking few_placements --episodes 4 --slips .6 --seed 3".split()
 
@@ -48,7 +48,7 @@ def test_every_call_and_return_is_counted_once(
     below = [c for t in traces for c in t.calls if c.name == "move_to" and _caller(t, c) == "place"]
     assert (place["calls"], place["well"]) == (len(below), sum(call.went_well for call in below))
     slipped = len(below) - sum(call.went_well for call in below)
-    assert place["blame"] == {"disturbance": slipped} and slipped > 0
+    assert place["attributed_to"] == {"disturbance": slipped} and slipped > 0
     assert place["probability"] is None
 
 
@@ -113,11 +113,11 @@ def test_misuse_is_one_sentence(
 
 def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> None:
     calls = [
-        Call(0, ROOT, "program", "build", (), None, 0, 0, outcome="unfinished"),
-        Call(1, 0, "api", "grasp", (), None, 0, 0, outcome="grasp failed"),
-        Call(2, 0, "api", "move", (), None, 0, 0, outcome="no path"),
-        Call(3, ROOT, "program", "build", (), None, 0, 0, outcome="unfinished"),
-        Call(4, ROOT, "program", "build", (), None, 0, 0, outcome="done"),
+        Call(0, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("unfinished")),
+        Call(1, 0, CallKind.API, "grasp", (), None, 0, 0, outcome=CallOutcome("grasp failed")),
+        Call(2, 0, CallKind.API, "move", (), None, 0, 0, outcome=CallOutcome("no path")),
+        Call(3, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("unfinished")),
+        Call(4, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("done")),
     ]
-    assert of_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", ""]
+    assert of_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", None]
     assert Coverage().lines == {}

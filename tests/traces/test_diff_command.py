@@ -6,18 +6,24 @@ import json
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace as with_fields
+from trees import DONE, headed
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.traces.comparison.comparison_rules import Kind
-from ntp_dsl.traces.comparison.confidence import certainty
-from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.comparison.confidence import confidence
+from ntp_dsl.traces.decision import NO_DECISION, Alternative, Decision
+from ntp_dsl.traces.schema import ROOT, Call, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
 THINGS = tuple(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
 SOURCE = "library sample\nprogram build():\n    pick(a)\n    place(a)\n"
-SURE = {"end_probability": 0.1, "top": [["pick", 0.7], ["place", 0.2]], "source": "s.ntp:3"}
-POINTED = {**SURE, "pointers": [[["b", 0.6], ["a", 0.3], ["c", 0.1]]]}
+LIKELY = (Alternative("pick", 0.7), Alternative("place", 0.2))
+SURE = Decision(end_probability=0.1, callees=LIKELY, source="s.ntp:3")
+POINTED = with_fields(
+    SURE, arguments=((Alternative("b", 0.6), Alternative("a", 0.3), Alternative("c", 0.1)),)
+)
 
 
 def seen(shift: float = 0.0) -> Observation:
@@ -31,17 +37,16 @@ class Story:
     def __init__(self, path: Path, policy: str, start: float = 0.0) -> None:
         self.path, self.stream = path, path.open("w", encoding="utf-8")
         self.writer = TraceWriter(self.stream)
-        things = [{"name": t.name, "type": t.type, "size": t.size} for t in THINGS]
-        facts = {"library": "sample", "policy": policy, "things": things}
-        self.writer.header(**facts, sources={"s.ntp": SOURCE})
+        sources = {"s.ntp": SOURCE}
+        self.writer.header(headed(library="sample", policy=policy, objects=THINGS, sources=sources))
         self.state = self.writer.state(seen(start))
-        self.root = self.writer.call(ROOT, "program", "build", (), None, 0, self.state, {})
+        self.root = self.writer.call(ROOT, "program", "build", (), None, 0, self.state, NO_DECISION)
 
     def api(self, name: str, thing: str, outcome: str = "achieved", **facts: object) -> Story:
-        decision = facts.pop("decision", {"source": "s.ntp:3"})
-        assert isinstance(decision, dict)
+        decision = facts.pop("decision", Decision(source="s.ntp:3"))
+        assert isinstance(decision, Decision)
         number = self.writer.call(self.root, "api", name, (thing,), None, 0, self.state, decision)
-        self.writer.returned(number, outcome, 0, **facts)
+        self.writer.returned(number, outcome, 0, execution=Execution(**facts))
         return self
 
     def drifts(self, shift: float) -> Story:
@@ -49,9 +54,9 @@ class Story:
         return self
 
     def end(self, **decision: object) -> Path:
-        facts = {"source": "s.ntp:2", **decision}
-        self.writer.returned(self.root, "done", 0, state=self.state, decision=facts)
-        self.writer.end(done=True, reason="done", primitives=0)
+        ending = Decision(source="s.ntp:2", **decision)
+        self.writer.returned(self.root, "done", 0, self.state, ending)
+        self.writer.end(DONE)
         self.stream.close()
         return self.path
 
@@ -89,12 +94,12 @@ def test_another_callee_is_told_with_its_margin_rank_and_statement(
 ) -> None:
     other = learned.api("pick", "a").api("pick", "c", decision=SURE).end()
     found = first(capsys, right, other)
-    assert (found["kind"], found["blame"], found["source"]) == ("program", "decision", "s.ntp:3")
+    assert (found["kind"], found["attributed_to"], found["source"]) == ("program", "decision", "s.ntp:3")
     assert found["statement"] == "pick(a)" and found["path"] == ["build"]
     assert (found["right_rank"], found["margin"]) == (2, 0.5)
     assert run(["trace", "diff", str(right), str(other)]) == 1
     told = capsys.readouterr().out
-    assert "first divergence: program, to blame: decision" in told and "s.ntp:3:  pick(a)" in told
+    assert "first divergence: program, attributed to decision" in told and "s.ntp:3:  pick(a)" in told
     assert "p=0.70; the right one is number 2 (p=0.20); margin 0.50" in told
     assert "folded away: 1 calls of A, 1 of B" in told
 
@@ -116,10 +121,15 @@ def test_a_member_is_ranked_among_members_and_an_object_among_objects(
     right: tuple[str | float, ...], made: tuple[str | float, ...], rank: int, chosen: float
 ) -> None:
     thing = made[0]
-    others = [["left", 0.2], ["right", 0.8]][:: 1 if made[1] == "left" else -1]
-    decision = {"pointers": [[[thing, 0.6], ["c", 0.3], ["a", 0.1]]], "values": [others, [[0.1, 1.0]]]}
+    decision = Decision(
+        arguments=(
+            (Alternative(thing, 0.6), Alternative("c", 0.3), Alternative("a", 0.1)),
+            (Alternative("right", 0.8), Alternative("left", 0.2)),
+            (Alternative(0.1, 1.0),),
+        )
+    )
     x, y = (Call(0, ROOT, "api", "push", given, None, 0, 0) for given in (right, made))
-    found = certainty(Kind.ARGUMENT, decision, x, y)
+    found = confidence(Kind.ARGUMENT, decision, x, y)
     assert (found.rank, found.chosen) == (rank, chosen)
 
 
@@ -159,19 +169,19 @@ def test_another_outcome_is_blamed_on_what_failed(
 ) -> None:
     other = learned.api("pick", "a", outcome, disturbances=disturbances).api("place", "a").end()
     found = first(capsys, right, other)
-    assert (found["kind"], found["blame"]) == ("outcome", blame)
+    assert (found["kind"], found["attributed_to"]) == ("outcome", blame)
 
 
 def test_a_wrong_decision_is_told_from_being_off_course(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story, tmp_path: Path
 ) -> None:
     pushed = learned.api("pick", "a", disturbances=["push a"]).drifts(0.04).api("pick", "c").end()
-    assert first(capsys, right, pushed)["blame"] == "disturbance"
+    assert first(capsys, right, pushed)["attributed_to"] == "disturbance"
     drifted = Story(tmp_path / "c.jsonl", "learned").api("pick", "a").drifts(0.04).api("pick", "c")
     found = first(capsys, right, drifted.end())
-    assert (found["blame"], found["states_apart"]) == ("physics", pytest.approx(0.04))
+    assert (found["attributed_to"], found["states_apart"]) == ("physics", pytest.approx(0.04))
     elsewhere = Story(tmp_path / "d.jsonl", "learned", start=0.2).api("pick", "c")
-    assert first(capsys, right, elsewhere.end())["blame"] == "start"
+    assert first(capsys, right, elsewhere.end())["attributed_to"] == "start"
 
 
 def test_every_divergence_is_told_where_it_is_asked_for(
@@ -181,7 +191,7 @@ def test_every_divergence_is_told_where_it_is_asked_for(
     assert run(["trace", "diff", str(right), str(other)]) == 1
     assert "1 more: outcome 1  (--all shows them)" in capsys.readouterr().out
     assert run(["trace", "diff", str(right), str(other), "--all"]) == 1
-    assert "then: outcome, to blame: physics" in capsys.readouterr().out
+    assert "then: outcome, attributed to physics" in capsys.readouterr().out
 
 
 def test_a_file_that_is_cut_off_is_no_decision(
@@ -190,14 +200,14 @@ def test_a_file_that_is_cut_off_is_no_decision(
     whole = learned.api("pick", "a").end()
     whole.write_bytes(whole.read_bytes().rsplit(b"\n", 3)[0] + b"\n")
     found = first(capsys, right, whole)
-    assert (found["kind"], found["blame"]) == ("cut off", "")
+    assert (found["kind"], found["attributed_to"]) == ("cut off", "")
 
 
 def test_scopes_can_be_left_out(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     paths = []
     for name, scope in (("a", (0, 10)), ("b", (50, 60))):
         story = Story(tmp_path / f"{name}.jsonl", "scripted")
-        call = story.writer.call(story.root, "program", "go", (), scope, 0, story.state, {})
+        call = story.writer.call(story.root, "program", "go", (), scope, 0, story.state, NO_DECISION)
         story.writer.returned(call, "done", 0)
         paths.append(story.end())
     assert first(capsys, *paths)["kind"] == "scope"

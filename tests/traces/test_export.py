@@ -14,9 +14,11 @@ from typing import Any
 import pytest
 from browsing import browser
 from PIL import Image
+from trees import headed
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Trace
 from ntp_dsl.traces.times import with_all_below
@@ -144,7 +146,7 @@ def test_rerun_finds_scene_and_calls_of_both_traces(files: tuple[Path, Path], tm
         assert [text.strip().split("(")[0] for text in texts if ": " not in text] == [
             call.name for call in trace.calls
         ]
-        for thing in trace.things:
+        for thing in trace.header.objects:
             column = entities[f"/{side}/scene/{thing.name}"]["Transform3D:translation"]
             places = [place for place in column if place]
             assert places[-1][0] == pytest.approx(last_place(trace, thing.name), abs=1e-5)
@@ -160,14 +162,12 @@ def hostile(path: Path) -> Path:
     Image.new("RGB", (4, 4)).save(path.parent / "a.png")
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[{"name": HOSTILE, "type": HOSTILE, "size": [0.1, 0.1, 0.1]}])
+        writer.header(headed(objects=(thing,)))
         seen = Observation((thing,), {HOSTILE: (0, 0, 0), "nowhere": (0, 0, 0)}, (0, 0, 1), False)
-        root = writer.call(
-            ROOT, "program", HOSTILE, (HOSTILE,), None, 0, writer.state(seen), {"probability": 1e999}
-        )
+        root = writer.call(ROOT, "program", HOSTILE, (HOSTILE,), None, 0, writer.state(seen), NO_DECISION)
         writer.picture(0, "a.png")
         writer.picture(0, "../a.png")
-        writer.returned(root, "stopped", 3, planning=-1, moving="long")
+        writer.returned(root, "stopped", 3)
     return path
 
 

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trees import headed
 
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Trace
 from ntp_dsl.traces.writer import TraceWriter
@@ -103,11 +105,11 @@ def test_every_step_is_with_the_system_before_the_next_begins(tmp_path: Path) ->
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[])
+        writer.header(headed())
         state = writer.state(Observation((), {}, (0.0, 0.0, 1.0), False))
         running = -1
         for number in range(20):
-            running = writer.call(running, "program", f"part_{number}", (), None, 0, state, {})
+            running = writer.call(running, "program", f"part_{number}", (), None, 0, state, NO_DECISION)
             assert read_trace(path).calls[-1].name == f"part_{number}"
         writer.returned(running, "done", 0)
         assert read_trace(path).calls[-1].outcome == "done"

@@ -75,10 +75,10 @@ def test_one_wrong_answer_is_found_and_nothing_follows_from_it(
         if (call.is_program and call.end_state is not None if returns else call.parent >= 0)
     ]
     call, returns = asked_of[number - 1]
-    assert found.answer is not None and found.answer.name == "grasp"
+    assert found.answer is not None and found.answer.callee == "grasp"
     assert (found.a, found.caller_a) == ((None, call.id) if returns else (call.id, call.parent))
     right = Kind.ARGUMENT if call.name == "grasp" else Kind.PROGRAM
-    assert found.kind is (Kind.TOO_LATE if returns else right) and found.blame == "decision"
+    assert found.kind is (Kind.TOO_LATE if returns else right) and found.attributed_to == "decision"
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def test_misuse_says_what_is_missing(folder: Path, capsys: pytest.CaptureFixture
         ({"registry": "other"}, "another version of library 'block_stacking'"),
         ({"library": "nowhere"}, "say where the library is with --library"),
         ({"task": "juggling"}, "no task is called 'juggling'"),
-        ({"demonstration": {"file": "gone.parquet"}}, "gone.parquet: no such demonstration"),
+        ({"demonstration": {"file": "gone.parquet", "frames": 3}}, "gone.parquet: no such demonstration"),
     ]:
         changed = folder / "changed.jsonl"
         changed.write_text(json.dumps({**json.loads(header), **change}) + "\n" + rest)

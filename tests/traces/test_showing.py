@@ -6,13 +6,15 @@ import json
 from pathlib import Path
 
 import pytest
+from trees import headed
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.cli.calls import BAR, scope_bar
 from ntp_dsl.cli.commands.trace.show import LINES
 from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.phrases import plain, shown
-from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.schema import ROOT, Call, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
 SEEN = Observation((Thing("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
@@ -24,19 +26,18 @@ def trace(tmp_path: Path) -> Path:
     path = tmp_path / "a.trace.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        thing = {"name": "a", "type": "Block", "size": (0.05, 0.05, 0.05)}
-        writer.header(library="sample", task="t", policy="learned", seed=3, things=[thing])
+        writer.header(headed(library="sample", task="t", policy="learned", seed=3, objects=SEEN.things))
         state = writer.state(SEEN)
-        root = writer.call(ROOT, "program", "build", (GOAL,), (0, 100), 0, state, {})
-        sure = {"probability": 0.97, "seconds": 0.004}
+        root = writer.call(ROOT, "program", "build", (GOAL,), (0, 100), 0, state, NO_DECISION)
+        sure = Decision(probability=0.97, seconds=0.004)
         pick = writer.call(root, "program", "pick", ("a",), (0, 50), 0, state, sure)
-        grasp = writer.call(pick, "api", "grasp", ("a",), (25, 50), 3, state, {"probability": 0.5})
-        writer.returned(grasp, "achieved", 9, planning=0.0, moving=1.5)
-        writer.returned(pick, "done", 9, decision={"seconds": 0.005})
-        move = writer.call(root, "api", "move", ("a",), None, 9, state, {})
-        writer.returned(move, "object dropped", 20, disturbances=["slip a"])
+        grasp = writer.call(pick, "api", "grasp", ("a",), (25, 50), 3, state, Decision(probability=0.5))
+        writer.returned(grasp, "achieved", 9, execution=Execution(moving=1.5))
+        writer.returned(pick, "done", 9, decision=Decision(seconds=0.005))
+        move = writer.call(root, "api", "move", ("a",), None, 9, state, NO_DECISION)
+        writer.returned(move, "object dropped", 20, execution=Execution(disturbances=("slip a",)))
         writer.returned(root, "unfinished", 20)
-        writer.end(done=False, reason="nothing helps", primitives=2)
+        writer.end(End(ending=Ending.UNFINISHED, reason="nothing helps", primitives=2))
     return path
 
 
@@ -55,7 +56,7 @@ def test_a_call_shows_its_arguments_scope_outcome_and_certainty(
     assert "pick(a)  ██████──────  done  p=0.97  decide 9 ms move 1.5 s" in pick
     assert "grasp(a)  ───███──────  achieved  p=0.50" in grasp
     assert "move(a)  ············  object dropped  [slip a]" in move
-    assert end == "nothing helps (2 primitives)"
+    assert end == "unfinished: nothing helps (2 primitives)"
 
 
 def test_depth_says_how_much_it_leaves_out(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
@@ -81,7 +82,7 @@ def test_a_trace_that_was_cut_off_is_shown_as_far_as_it_goes(
 def test_a_trace_that_is_none_is_told_so(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     trace.write_text("library a\n")
     assert run(["trace", "show", str(trace)]) == 2
-    assert "expected a line of JSON" in capsys.readouterr().err
+    assert "expected a trace" in capsys.readouterr().err
 
 
 def test_only_shows_one_callee_and_who_called_it(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
@@ -97,19 +98,19 @@ def test_machines_are_told_the_same(capsys: pytest.CaptureFixture[str], trace: P
     pick = told["calls"][1]
     assert pick["seconds"] == {"deciding": 0.009, "planning": 0.0, "moving": 1.5}
     assert (pick["probability"], pick["scope"]) == (0.97, [0, 50])
-    assert told["calls"][3]["blame"] == "disturbance" and told["end"]["done"] is False
+    assert told["calls"][3]["attributed_to"] == "disturbance" and told["end"]["ending"] == "unfinished"
 
 
 def long(path: Path, count: int, deep: bool) -> Path:
     """A trace of many calls of which one fails."""
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[])
+        writer.header(headed())
         state = writer.state(Observation((), {}, (0, 0, 1), False))
-        above = [writer.call(ROOT, "program", "build", (), None, 0, state, {})]
+        above = [writer.call(ROOT, "program", "build", (), None, 0, state, NO_DECISION)]
         for number in range(count):
             caller = above[-1]
-            above.append(writer.call(caller, "program", f"part_{number}", (), None, 0, state, {}))
+            above.append(writer.call(caller, "program", f"part_{number}", (), None, 0, state, NO_DECISION))
             if not deep:
                 writer.returned(above.pop(), "unfinished" if number == count - 3 else "done", 0)
         for number in reversed(above):
@@ -137,10 +138,10 @@ def test_what_repeats_itself_is_one_line(capsys: pytest.CaptureFixture[str], tmp
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[])
+        writer.header(headed())
         state = writer.state(Observation((), {}, (0, 0, 1), False))
         for _ in range(3):
-            writer.returned(writer.call(ROOT, "program", "build", (), None, 0, state, {}), "done", 0)
+            writer.returned(writer.call(ROOT, "program", "build", (), None, 0, state, NO_DECISION), "done", 0)
     assert "build()  ············  done  ×3" in lines(capsys, str(path))[1]
 
 
@@ -148,11 +149,11 @@ def test_names_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str], t
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[], library="\x1b[2J")
+        writer.header(headed(library="\x1b[2J"))
         state = writer.state(Observation((), {}, (0, 0, 1), False))
-        call = writer.call(ROOT, "program", "\x1b]0;x\x07", ("a\nb",), None, 0, state, {})
-        writer.returned(call, "\x1b[31m", 0, disturbances=["\r"])
-        writer.end(reason="\x1b[0m")
+        call = writer.call(ROOT, "program", "\x1b]0;x\x07", ("a\nb",), None, 0, state, NO_DECISION)
+        writer.returned(call, "done", 0, execution=Execution(disturbances=("\r",)))
+        writer.end(End(ending=Ending.DONE, reason="\x1b[0m"))
     told = "\n".join(lines(capsys, str(path)))
     assert "\x1b" not in told and "\r" not in told and "\\x1b" in told
     assert plain("café") == "café"

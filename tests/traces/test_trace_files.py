@@ -5,11 +5,13 @@ from __future__ import annotations
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
 import numpy as np
 import pytest
+from trees import CUBE, SEEN, headed
 
 from ntp_dsl.datasets.recording import header
 from ntp_dsl.execution.interpreter import Interpreter, Limits
@@ -17,10 +19,20 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record, Thing
 from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision, FactProbability
 from ntp_dsl.traces.reader import parse_trace, read_trace
-from ntp_dsl.traces.schema import ROOT, Call, Trace, from_json, to_json
+from ntp_dsl.traces.schema import (
+    ROOT,
+    Attribution,
+    Call,
+    CallOutcome,
+    Ending,
+    Execution,
+    PolicyKind,
+    Trace,
+)
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Scene
@@ -30,8 +42,115 @@ HERE = Path("a.trace.jsonl")
 TROUBLE = Disturbances(slips=0.3, pushes=0.3)
 
 
-HEADER = b'{"format": "ntp-trace", "version": 2, "things": []}\n'
+HEADER = b'{"format": "ntp-trace", "version": 3}\n'
 STATE = b'{"event": "state", "id": 0, "positions": {}, "gripper": [0, 0, 1], "closed": false}\n'
+
+
+OLD = b'{"format": "ntp-trace", "version": 2, "things": []}\n'
+VERSION_2 = b"\n".join(
+    json.dumps(row).encode()
+    for row in [
+        {
+            "event": "header",
+            "format": "ntp-trace",
+            "version": 2,
+            "library": "sample",
+            "goal": [{"item": "a", "support": "b"}],
+            "arguments": [[{"record": "Placement", "item": "a", "support": "b"}]],
+            "policy": "learned",
+            "model": "m.safetensors",
+            "things": [
+                {"name": "a", "type": "Block", "size": [0.03, 0.05, 0.09], "traits": [["colour", "red"]]},
+                {"name": "b", "type": "Block", "size": [0.05, 0.05, 0.05], "shape": "box", "fixed": False},
+            ],
+            "demonstration": {
+                "file": "a.demo.parquet",
+                "frames": 9,
+                "calls": {
+                    "name": "build",
+                    "arguments": [[{"record": "Placement", "item": "a", "support": "b"}]],
+                    "scope": [0, 9],
+                    "done": True,
+                    "children": [
+                        {"name": "pick", "arguments": ["a"], "scope": [0, 4], "done": True, "children": []}
+                    ],
+                },
+            },
+            "disturbances": {"slips": 0.25, "pushes": 0.0, "noise": 0.0, "clumsiness": 0.0},
+        },
+        {
+            "event": "state",
+            "id": 0,
+            "positions": {"a": [0, 0, 0.015], "b": [0.2, 0, 0.025]},
+            "gripper": [0, 0, 1],
+            "closed": False,
+            "tipped": {"a": [0.05, 0.09, 0.03]},
+        },
+        {
+            "event": "call",
+            "id": 0,
+            "parent": -1,
+            "kind": "program",
+            "name": "build",
+            "arguments": [[{"record": "Placement", "item": "a", "support": "b"}]],
+            "scope": [0, 9],
+            "frame": 0,
+            "state": 0,
+            "decision": {},
+        },
+        {
+            "event": "call",
+            "id": 1,
+            "parent": 0,
+            "kind": "api",
+            "name": "push",
+            "arguments": ["a", "left", 0.1],
+            "scope": [0, 4],
+            "frame": 0,
+            "state": 0,
+            "decision": {
+                "source": "s.ntp:3",
+                "end_probability": 0.1,
+                "top": [["push", 0.7], ["pick", 0.3]],
+                "probability": 0.6,
+                "pointers": [[["a", 0.6], ["b", 0.4]]],
+                "scopes": [[[0, 4], 0.8], [None, 0.2]],
+                "values": [[["left", 1.0]], [[0.1, 1.0]]],
+                "seconds": 0.002,
+            },
+        },
+        {
+            "event": "return",
+            "id": 1,
+            "outcome": "grasp failed",
+            "frame": 4,
+            "planning": 0.25,
+            "moving": 0.5,
+            "solver": "ik",
+            "planner": "straight",
+            "evidence": {"width": 0.01},
+            "disturbances": ["slip a"],
+        },
+        {
+            "event": "return",
+            "id": 0,
+            "outcome": "done",
+            "frame": 4,
+            "state": 0,
+            "decision": {"source": "s.ntp:2", "end_probability": 0.9, "probability": 0.9, "seconds": 0.001},
+        },
+        {
+            "event": "end",
+            "done": False,
+            "reason": "unfinished: nothing that the program knows helps",
+            "primitives": 1,
+            "success": False,
+            "blame": "grasp",
+            "verdict": "on(a, b) does not hold",
+        },
+    ]
+)
+VERSION_2 += b"\n"
 
 
 def begun(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
@@ -48,11 +167,11 @@ def recorded(registry: Registry, seed: int = 5) -> bytes:
     instance = draw(registry, find_task(registry, "few_placements"), np.random.default_rng(seed))
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(**header(registry, instance, seed, "scripted"))
+    writer.header(header(registry, instance, seed, PolicyKind.SCRIPTED))
     policy = ScriptedPolicy(Expert(registry))
     limits = Limits(primitives=40)
     run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
-    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    writer.end(run.end())
     return stream.getvalue().encode()
 
 
@@ -94,40 +213,46 @@ def returned(number: object = 0, **facts: object) -> bytes:
 @pytest.mark.parametrize(
     "content, found",
     [
-        (b"library a\n", "a.trace.jsonl:1: expected a line of JSON"),
-        (b"\x00" * 5000 + b"\n", "a.trace.jsonl:1: expected a line of JSON"),
-        (b"\xff\xfe\n", "expected a line of JSON"),
-        (b"[" * 100_000 + b"\n", "expected a line of JSON"),
-        (b"[1]\n", "expected a JSON object"),
+        (b"library a\n", "a.trace.jsonl:1: expected a trace"),
+        (b"\x00" * 5000 + b"\n", "a.trace.jsonl:1: expected a trace"),
+        (b"\xff\xfe\n", "expected a trace"),
+        (b"[" * 100_000 + b"\n", "expected a trace"),
+        (b"[1]\n", "expected a trace"),
         (b'{"tasks": []}\n', "expected a trace"),
         (b'{"format": "ntp-trace", "version": 99}\n', "found 99; a newer ntp made it: update ntp"),
         (b'{"format": "ntp-trace", "version": 1}\n', "found 1; make it anew"),
-        (b'{"format": "ntp-trace", "version": "2"}\n', "found '2'"),
+        (b'{"format": "ntp-trace", "version": "3"}\n', "found '3'"),
+        (b'{"format": "ntp-trace", "version": 3, "objects": [{"name": 3}]}\n', r"`str`, got `int`"),
         (b'{"format": "ntp-trace", "version": 2}\n', "jsonl:1: .* it lacks 'things'"),
-        (b'{"format": "ntp-trace", "version": 2, "things": [{"name": 3}]}\n', "a name and a type"),
-        (HEADER + b'{"event": "call"}\n', "jsonl:2: .* it lacks"),
-        (HEADER + b'{"id": 3}\n', "jsonl:2: .* it lacks"),
-        (HEADER + b"[1]\n", "jsonl:2: expected a JSON object"),
+        (b'{"format": "ntp-trace", "version": 2, "things": [{"name": 3}]}\n', "it lacks 'size'"),
+        (b'{"format": "ntp-trace", "version": 2, "things": 3}\n', "jsonl:1: not a line"),
+        (OLD + b'{"event": "call", "id": 0, "arguments": 3}\n', "jsonl:2: not a line"),
+        (OLD + STATE + b'{"event": "end", "reason": 3}\n', "jsonl:3: not a line"),
+        (HEADER + b'{"event": "call"}\n', "jsonl:2: .* missing required field `id`"),
+        (HEADER + b'{"id": 3}\n', "jsonl:2: .* missing required field `event`"),
+        (HEADER + b"[1]\n", "jsonl:2: .* Expected `object`"),
+        (HEADER + b"library a\n", "jsonl:2: expected a line of JSON"),
         (HEADER + call(), "there is no state 0"),
         (HEADER + STATE + STATE, "expected state 1"),
-        (HEADER + STATE.replace(b"[0, 0, 1]", b"[0, 0, NaN]"), "expected three numbers"),
-        (HEADER + STATE.replace(b"[0, 0, 1]", b"[0, 0, 1e999]"), "expected three numbers"),
+        (HEADER + STATE.replace(b"[0, 0, 1]", b"[0, 0, NaN]"), "expected a line of JSON"),
+        (HEADER + STATE.replace(b"[0, 0, 1]", b"[0, 0, 1e999]"), "out of range"),
+        (HEADER + STATE.replace(b"[0, 0, 1]", b"[0, 0]"), "of length 3"),
         (HEADER + STATE + call(1), "expected call 0, found 1"),
-        (HEADER + STATE + call(-1), "expected id to be a number"),
-        (HEADER + STATE + call(True), "expected id to be a number"),
+        (HEADER + STATE + call(-1), r"`int` >= 0 - at `\$.id`"),
+        (HEADER + STATE + call(True), r"`int`, got `bool` - at `\$.id`"),
         (HEADER + STATE + call(parent=7), "is made by 7"),
         (HEADER + STATE + call(kind="api") + call(1, 0), "a primitive calls nothing"),
-        (HEADER + STATE + call(kind="<script>"), "expected a program or an api"),
-        (HEADER + STATE + call(name=3), "expected name to be a text"),
-        (HEADER + STATE + call(arguments={"a": 1}), "expected arguments to be a list"),
-        (HEADER + STATE + call(arguments=[None]), "is not an argument"),
-        (HEADER + STATE + call(arguments=json.loads("[" * 900 + "]" * 900)), "too deeply"),
-        (HEADER + STATE + call(scope=[5, 2]), "expected two frames"),
-        (HEADER + STATE + call(scope=[0, 1, 2]), "expected two frames"),
-        (HEADER + STATE + call(decision=3), "expected decision to be an object"),
+        (HEADER + STATE + call(kind="<script>"), "Invalid enum value"),
+        (HEADER + STATE + call(name=3), r"`str`, got `int` - at `\$.name`"),
+        (HEADER + STATE + call(arguments={"a": 1}), r"at `\$.arguments`"),
+        (HEADER + STATE + call(arguments=[None]), r"at `\$.arguments\[0\]`"),
+        (HEADER + STATE + call(arguments=json.loads("[" * 900 + "]" * 900)), r"at `\$.arguments"),
+        (HEADER + STATE + call(scope=[5, 2]), "expected a scope"),
+        (HEADER + STATE + call(scope=[0, 1, 2]), r"at `\$.scope`"),
+        (HEADER + STATE + call(decision=3), r"at `\$.decision`"),
         (HEADER + STATE + returned(), "none is running"),
         (HEADER + STATE + call() + call(1, 0) + returned(0), "call 0 returns, but 1 is running"),
-        (HEADER + STATE + call() + returned(outcome=None), "expected outcome to be a text"),
+        (HEADER + STATE + call() + returned(outcome=None), r"at `\$.outcome`"),
         (HEADER + HEADER.replace(b"{", b'{"event": "header", ', 1), "a second header"),
     ],
 )
@@ -139,23 +264,23 @@ def test_what_is_not_a_trace_is_told_in_one_sentence(content: bytes, found: str)
 
 def test_what_this_version_does_not_know_is_passed_over() -> None:
     thing = {"name": "a", "type": "Cup", "size": [0.1, 0.1, 0.1], "weight": 3}
-    header = {"format": "ntp-trace", "version": 2, "things": [thing], "weather": "fair"}
+    header = {"format": "ntp-trace", "version": 3, "objects": [thing], "weather": "fair"}
     odd = b'{"event": "weather", "id": "fair"}\n'
     text = json.dumps(header).encode() + b"\n" + odd + STATE + call(mood="good") + returned(mood="bad")
     trace = parse_trace(text + odd, HERE)
-    assert [thing.name for thing in trace.things] == ["a"] and trace.header["weather"] == "fair"
-    assert trace.calls[0].outcome == "done" and trace.calls[0].details == {"mood": "bad"}
+    assert [thing.name for thing in trace.header.objects] == ["a"]
+    assert trace.calls[0].outcome is CallOutcome.DONE
 
 
 def test_a_hundred_thousand_calls_are_read_as_they_were_written() -> None:
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(things=[])
+    writer.header(headed())
     seen = Observation((), {}, (0.0, 0.0, 1.0), False)
-    root = writer.call(ROOT, "program", "build", (), None, 0, writer.state(seen), {})
+    root = writer.call(ROOT, "program", "build", (), None, 0, writer.state(seen), NO_DECISION)
     for number in range(100_000):
         state = writer.state(Observation((), {}, (0.0, 0.0, float(number % 7)), False))
-        writer.returned(writer.call(root, "api", "go", ("a",), None, 0, state, {}), "achieved", 0)
+        writer.returned(writer.call(root, "api", "go", ("a",), None, 0, state, NO_DECISION), "achieved", 0)
     writer.returned(root, "done", 0)
     begun = process_time()
     trace = parse_trace(stream.getvalue().encode(), HERE)
@@ -167,7 +292,7 @@ def test_motion_and_pictures_are_read_as_they_were_written() -> None:
     thing = Thing("a", "Cup", (0.1, 0.1, 0.1))
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(things=[])
+    writer.header(headed())
     for frame in range(4):
         places = {"a": (0.1 * max(frame - 1, 0), 0.0, 0.0)}
         writer.frame(0.1 * frame, Observation((thing,), places, (0.0, 0.0, 1.0), frame == 3))
@@ -195,7 +320,7 @@ def test_calls_form_a_tree_and_every_one_returned(text: bytes) -> None:
 
 def test_a_trace_names_the_line_that_its_expert_followed(text: bytes) -> None:
     calls = [call for call in parse_trace(text, HERE).calls if call.parent != ROOT]
-    sources = {str(call.decision["source"]).split(":")[0] for call in calls}
+    sources = {call.decision.source.split(":")[0] for call in calls}
     assert sources == {"block_stacking.ntp", "tabletop.ntp"}
 
 
@@ -240,5 +365,83 @@ def row(positions: object) -> object:
     "argument",
     ["block_1", 0.25, Record("Placement", (("item", "a"), ("support", "b"))), ()],
 )
-def test_arguments_come_back_as_they_were(argument: str | float | Record) -> None:
-    assert from_json(json.loads(json.dumps(to_json(argument)))) == argument
+def test_arguments_come_back_as_they_were(argument: Argument) -> None:
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(headed(arguments=(argument,)))
+    writer.call(ROOT, "program", "go", (argument,), None, 0, writer.state(SEEN), NO_DECISION)
+    trace = parse_trace(stream.getvalue().encode(), HERE)
+    assert trace.header.arguments == (argument,) == trace.calls[0].arguments
+
+
+def test_all_that_an_observation_carries_comes_back() -> None:
+    seen = replace(
+        SEEN,
+        unreachable=frozenset(["block_0"]),
+        orientations={"block_0": (0.0, 0.6, 0.0, 0.8)},
+        deviations={"block_0": 0.004},
+        facts=frozenset([DeclaredFact("open", ("drawer_0",)), DeclaredFact("lit", ())]),
+    )
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(headed(objects=(CUBE,)))
+    writer.state(seen)
+    assert list(parse_trace(stream.getvalue().encode(), HERE).states) == [seen]
+
+
+WEIGHED = Decision(
+    source="a.ntp:3",
+    seconds=0.01,
+    probability=0.5,
+    end_probability=0.1,
+    callees=(Alternative("pick", 0.9), Alternative("place", 0.1)),
+    arguments=((Alternative("a", 1.0),), (Alternative(0.25, 1.0),)),
+    scopes=(Alternative(None, 0.6), Alternative((2, 5), 0.4)),
+    facts=(FactProbability("on(a, b)", 0.3, False), FactProbability("clear(a)", 1.0)),
+    answer=Answer("pick", True, ("a", 0.25), (2, 5)),
+)
+
+
+def test_a_decision_comes_back_with_all_that_it_weighed() -> None:
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(headed())
+    state = writer.state(SEEN)
+    number = writer.call(ROOT, "program", "go", (), None, 0, state, WEIGHED)
+    writer.returned(number, CallOutcome.DONE, 3, state, WEIGHED)
+    (made,) = parse_trace(stream.getvalue().encode(), HERE).calls
+    assert made.decision == made.ending == WEIGHED
+
+
+def test_what_was_measured_may_be_an_array_of_numpy() -> None:
+    stream = io.StringIO()
+    writer = TraceWriter(stream)
+    writer.header(headed())
+    number = writer.call(ROOT, "api", "go", (), None, 0, writer.state(SEEN), NO_DECISION)
+    measured = {"tilt": np.float64(0.5), "place": np.array([1.0, 2.0]), "file": Path("a")}
+    writer.returned(number, CallOutcome.ACHIEVED, 3, execution=Execution(evidence=measured))
+    (made,) = parse_trace(stream.getvalue().encode(), HERE).calls
+    assert made.execution.evidence == {"tilt": 0.5, "place": [1.0, 2.0], "file": "a"}
+
+
+def test_a_trace_of_the_version_before_reads_as_it_was_meant() -> None:
+    trace = parse_trace(VERSION_2, HERE)
+    assert trace.header.goal == (Record("Placement", (("item", "a"), ("support", "b"))),)
+    assert trace.header.arguments == (trace.header.goal,) and trace.header.policy is PolicyKind.LEARNED
+    assert trace.header.demonstration is not None and trace.header.demonstration.calls is not None
+    assert [each.name for each in trace.header.demonstration.calls.walk()] == ["build", "pick"]
+    build, push = trace.calls
+    assert build.arguments == trace.header.arguments and build.outcome is CallOutcome.DONE
+    assert build.ending is not None and build.ending.end_probability == 0.9
+    assert push.decision.callees == (Alternative("push", 0.7), Alternative("pick", 0.3))
+    assert push.decision.arguments == (
+        (Alternative("a", 0.6), Alternative("b", 0.4)),
+        (Alternative("left", 1.0),),
+        (Alternative(0.1, 1.0),),
+    )
+    assert push.decision.scopes == (Alternative((0, 4), 0.8), Alternative(None, 0.2))
+    assert push.outcome is CallOutcome.GRASP_FAILED and push.execution.disturbances == ("slip a",)
+    assert push.execution.planning == 0.25 and push.execution.evidence == {"width": 0.01}
+    assert trace.states[0].by_name["a"].size == (0.05, 0.09, 0.03)
+    assert trace.end is not None and trace.end.ending is Ending.UNFINISHED and trace.end.success is False
+    assert trace.end.attributed_to is Attribution.GRASP and trace.end.verdict == "on(a, b) does not hold"

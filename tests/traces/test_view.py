@@ -11,15 +11,24 @@ from typing import Any
 import pytest
 from browsing import Page, browser
 from PIL import Image
-from trees import Node, written
+from trees import Node, headed, written
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.page.page_rows import rows
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.schema import (
+    ROOT,
+    DemonstratedCall,
+    End,
+    Ending,
+    Execution,
+    ShownDemonstration,
+    Trace,
+)
 from ntp_dsl.traces.writer import TraceWriter
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>&\"'\u2028"
@@ -85,7 +94,7 @@ def test_arrows_fold_unfold_and_choose(both: Page) -> None:
 def test_the_chosen_call_is_told_with_its_alternatives_and_its_statement(both: Page) -> None:
     both.press("Home", "ArrowDown")
     detail = both.text("#detail")
-    for part in ("outcome", "scope", "probability", "callee", "object 1", "object 2", "or to return"):
+    for part in ("outcome", "scope", "probability", "callee", "argument 1", "argument 2", "or to return"):
         assert part in detail
     assert re.search(r"block_stacking.ntp:\d+: pick_and_place\(p.item, p.support\)", detail)
 
@@ -206,25 +215,35 @@ def hostile(path: Path) -> Trace:
     """A file whose every text is an attack."""
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        thing = {"name": HOSTILE, "type": HOSTILE, "size": (0.05, 0.05, 0.05)}
-        shown = {"name": HOSTILE, "scope": [0, 5]}
+        thing = Thing(HOSTILE, HOSTILE, (0.05, 0.05, 0.05))
+        shown = DemonstratedCall(name=HOSTILE, arguments=(HOSTILE,), scope=(0, 5), done=True)
+        whole = DemonstratedCall(name=HOSTILE, arguments=(), scope=(0, 9), done=True, children=[shown])
         writer.header(
-            task=HOSTILE,
-            library=HOSTILE,
-            policy=HOSTILE,
-            things=[thing],
-            sources={HOSTILE: HOSTILE},
-            demonstration={"file": "../x", "frames": 9, "calls": {"children": [shown]}},
+            headed(
+                task=HOSTILE,
+                library=HOSTILE,
+                world=HOSTILE,
+                objects=(thing,),
+                sources={HOSTILE: HOSTILE},
+                demonstration=ShownDemonstration(file="../x", frames=9, calls=whole),
+            )
         )
-        seen = Observation((Thing(HOSTILE, HOSTILE, (0.05,) * 3),), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
-        decision = {"top": [[HOSTILE, 1]], "pointers": [[[HOSTILE, 1]], 3], "scopes": [[HOSTILE, 1]]}
-        decision |= {"source": HOSTILE, "probability": 0.5, "end_probability": HOSTILE}
-        decision |= {"answer": {"callee": HOSTILE}}
+        seen = Observation((thing,), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
+        likely = (Alternative(HOSTILE, 1.0),)
+        decision = Decision(
+            source=HOSTILE,
+            probability=0.5,
+            callees=likely,
+            arguments=(likely,),
+            scopes=(Alternative((0, 9), 1.0),),
+            answer=Answer(HOSTILE, arguments=(HOSTILE,)),
+        )
         root = writer.call(ROOT, "program", HOSTILE, (HOSTILE,), (0, 9), 0, writer.state(seen), decision)
         for name in ("../../secret.jpg", "/etc/hostname", "http://example.org/a.jpg", "\0", "not.jpg"):
             writer.picture(0, name)
-        writer.returned(root, HOSTILE, 1, evidence={HOSTILE: HOSTILE}, disturbances=[HOSTILE])
-        writer.end(reason=HOSTILE, verdict=HOSTILE)
+        execution = Execution(evidence={HOSTILE: HOSTILE}, disturbances=(HOSTILE,), solver=HOSTILE)
+        writer.returned(root, "done", 1, execution=execution)
+        writer.end(End(ending=Ending.DONE, reason=HOSTILE, verdict=HOSTILE))
     return read_trace(path)
 
 
@@ -269,12 +288,12 @@ def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> No
     thing = Thing("a", "Block", (0.05, 0.05, 0.05))
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(things=[{"name": "a", "type": "Block", "size": thing.size}])
+        writer.header(headed(objects=(thing,)))
         for number in range(4):
             Image.new("RGB", (40, 30), (60 * number, 0, 0)).save(frames / f"{number}.jpg")
             seen = Observation((thing,), {"a": (0.1 * number, 0.0, 0.0)}, (0.0, 0.0, 0.5), False)
             writer.picture(writer.frame(0.1 * number, seen), f"frames/{number}.jpg")
-        root = writer.call(ROOT, "program", "go", (), None, 0, writer.state(seen), {})
+        root = writer.call(ROOT, "program", "go", (), None, 0, writer.state(seen), NO_DECISION)
         writer.returned(root, "done", 4)
     trace = read_trace(path)
     found = Page(chromium, made(tmp_path, (trace, trace)))

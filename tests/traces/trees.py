@@ -6,6 +6,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,9 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Argument, Observation, Thing
 from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, End, Ending, Header, PolicyKind, Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances
@@ -29,6 +31,14 @@ CUBE = Thing("block_0", "Block", (0.05, 0.05, 0.05))
 SEEN = Observation((CUBE,), {"block_0": (0.5, 0.0, 0.025)}, (0.4, 0.0, 0.4), False)
 
 
+DONE = End(ending=Ending.DONE)
+
+
+def headed(**facts: Any) -> Header:
+    """A header of the present version."""
+    return Header(format=FORMAT, version=VERSION, **facts)
+
+
 def recorded(registry: Registry, seed: int, task: str = "few_placements", primitives: int = 40) -> bytes:
     """A scripted episode from a scrambled start, with slips and pushes, and scopes of a demonstration."""
     rng = np.random.default_rng(seed)
@@ -38,11 +48,11 @@ def recorded(registry: Registry, seed: int, task: str = "few_placements", primit
     world.reset(scrambled(instance.things, rng), seed, TROUBLE)
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(**header(registry, instance, seed, "scripted"))
+    writer.header(header(registry, instance, seed, PolicyKind.SCRIPTED))
     policy = ScriptedPolicy(expert, shown.calls if isinstance(shown, Shown) else None)
     limits = Limits(primitives=primitives)
     run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
-    writer.end(done=run.done, reason=run.reason, primitives=run.primitives)
+    writer.end(run.end())
     return stream.getvalue().encode()
 
 
@@ -54,7 +64,7 @@ class Node:
     name: str
     arguments: tuple[Argument, ...] = ()
     scope: tuple[int, int] | None = None
-    outcome: str = "done"
+    outcome: str | None = "done"
     kids: list[Node] = field(default_factory=list)
 
     @property
@@ -88,21 +98,20 @@ def written(run: Node, policy: str = "scripted") -> Trace:
     """The tree as a trace: through the writer, and read back."""
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    thing = {"name": CUBE.name, "type": CUBE.type, "size": CUBE.size}
-    writer.header(library="sample", policy=policy, things=[thing])
+    writer.header(headed(library="sample", policy=policy, objects=(CUBE,)))
     state = writer.state(SEEN)
-    waiting: list[tuple[Node | int, int, str]] = [(kid, ROOT, "") for kid in reversed(run.kids)]
+    waiting: list[tuple[Node | int, int, str | None]] = [(kid, ROOT, "") for kid in reversed(run.kids)]
     while waiting:
         node, parent, outcome = waiting.pop()
         if isinstance(node, int):
             writer.returned(node, outcome, 0, state=state)
             continue
         number = writer.call(
-            parent, node.kind, node.name, node.arguments, node.scope, 0, state, {"source": "a.ntp:1"}
+            parent, node.kind, node.name, node.arguments, node.scope, 0, state, Decision(source="a.ntp:1")
         )
         waiting.append((number, parent, node.outcome))
         waiting += [(kid, number, "") for kid in reversed(node.kids)]
-    writer.end(done=True, reason="done", primitives=0)
+    writer.end(DONE)
     return parse_trace(stream.getvalue().encode(), HERE)
 
 
@@ -127,7 +136,7 @@ def prefix(run: Node, count: int) -> Node:
         if returns:
             open_calls.pop().outcome = node.outcome
         else:
-            made = Node(node.kind, node.name, node.arguments, node.scope, outcome="")
+            made = Node(node.kind, node.name, node.arguments, node.scope, outcome=None)
             open_calls[-1].kids.append(made)
             open_calls.append(made)
     return known

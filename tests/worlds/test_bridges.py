@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.semantics.observation import Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Thing
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Scene

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ntp_dsl.language.loader import load
-from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene

@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.geometry.transforms import Pose, quaternion_from_rotation, rotation_about
+from kinematics.geometry.transforms import quaternion_from_rotation, rotation_about
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import Cylinder
 from kinematics.simulation.workcell import Workcell
 from ntp_dsl.language.loader import load
 from ntp_dsl.semantics import predicates
-from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector, extents_as_it_lies, orientation_with_extents
+from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.user_code.loading import load_with_python
-from ntp_dsl.worlds.bullet_bodies import as_it_lies
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Scene
 
@@ -37,10 +37,10 @@ def test_how_a_thing_lies_is_told_to_the_nearest_quarter_turn(
     turned: np.ndarray, axis: Vector, angle: float
 ) -> None:
     leaning = rotation_about(np.array(axis) / np.linalg.norm(axis), angle) @ turned
-    pose = Pose((0.0, 0.0, 0.0), quaternion_from_rotation(leaning))
-    assert as_it_lies(BRICK, pose)[2] == pytest.approx(np.abs(turned @ BRICK.size)[2])
+    turn = quaternion_from_rotation(leaning)
+    assert extents_as_it_lies(BRICK.size, turn)[2] == pytest.approx(np.abs(turned @ BRICK.size)[2])
     if turned[2, 2] == 0:
-        assert as_it_lies(BRICK, pose) == pytest.approx(np.abs(turned @ BRICK.size))
+        assert extents_as_it_lies(BRICK.size, turn) == pytest.approx(np.abs(turned @ BRICK.size))
 
 
 @pytest.mark.parametrize("size", sorted(set(permutations(BRICK.size))))
@@ -48,7 +48,8 @@ def test_a_thing_is_on_another_whatever_side_it_lies_on(size: Vector) -> None:
     pad = Thing("pad", "Place", (0.05, 0.05, 0.01), fixed=True)
     positions = {"table": UNDER, "pad": (0.5, 0.0, 0.005), "brick": (0.5, 0.0, 0.01 + size[2] / 2)}
     things = (TABLE, pad, BRICK)
-    seen = Observation(things, positions, (0.5, 0.2, 0.4), False, tipped={"brick": size})
+    turns = {"brick": orientation_with_extents(BRICK.size, size)}
+    seen = Observation(things, positions, (0.5, 0.2, 0.4), False, orientations=turns)
     assert predicates.on(seen, "brick", "pad") and not predicates.clear(seen, "pad")
     as_if_upright = Observation(things, positions, (0.5, 0.2, 0.4), False)
     assert predicates.on(as_if_upright, "brick", "pad") == (abs(size[2] - BRICK.size[2]) < 0.02)

@@ -6,7 +6,8 @@ from math import cos, sin
 
 import pytest
 
-from ntp_dsl.semantics.observation import Observation, Thing, Vector
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Observation, Thing
 from ntp_dsl.semantics.predicates import (
     JUDGED,
     above,

@@ -1,4 +1,4 @@
-"""`ntp eval`: success over many episodes, with who is to blame for every failure."""
+"""`ntp eval`: success over many episodes, and what every failure is attributed to."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def command(
     with progress("episodes", episodes) as bar:
         for episode in run_all(plan, episodes, workers):
             done.append(episode)
-            wins = sum(each.success for each in done)
+            wins = sum(bool(each.success) for each in done)
             bar.describe(f"{wins} of {len(done)} episodes")
             bar.advance()
     figures = summary(done, seed)
@@ -92,5 +92,5 @@ def command(
         f"{figures['placements_per_episode']:.1f} placements"
     )
     for failure in figures["failed"]:
-        answers.print(f"episode {failure['episode']}: {failure['blame']}: {failure['reason']}")
+        answers.print(f"episode {failure['episode']}: {failure['attributed_to']}: {failure['reason']}")
     return 0

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec import to_builtins
 
-from ntp_dsl.tasks.task_files import read_tasks, to_json, write_tasks
+from ntp_dsl.tasks.task_files import as_file, read_tasks, write_tasks
 
 
 def command(
@@ -24,7 +25,7 @@ def command(
 
     entries = read_tasks(file)
     if out is None:
-        print_json(to_json(entries))
+        print_json(to_builtins(as_file(entries)))
     else:
         write_tasks(entries, out)
         plural = "s" * (len(entries) != 1)

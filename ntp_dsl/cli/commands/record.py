@@ -71,11 +71,11 @@ def command(
     with progress("recording", episodes) as bar:
         for row in record(plan, episodes, workers):
             bar.advance()
-            if row["outcome"] != "done":
+            if not row.is_kept:
                 failed.append(row)
     kept = episodes - len(failed)
     for row in failed:
-        messages.print(f"episode {row['number']}: {row['outcome']}")
+        messages.print(f"episode {row.number}: {row.outcome}: {row.reason}")
     if json:
         print_json({"out": str(out), "episodes": episodes, "kept": kept, "seed": seed})
     else:

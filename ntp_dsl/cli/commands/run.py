@@ -30,7 +30,7 @@ from ntp_dsl.cli.options import (
 )
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.datasets.recording import Shown
-from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
@@ -73,7 +73,7 @@ def command(
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
     evaluator = Evaluator(plan)
-    shown = Shown(read_demonstration(demo)) if demo else None
+    shown = Shown(read_demonstration(demo, evaluator.instance(0).things)) if demo else None
     if shown is None and not expert:
         messages.print(f"no --demo: the expert shows the task once, from seed {seed}")
     carry_out(evaluator, shown, out, json)
@@ -105,7 +105,7 @@ def carry_out(evaluator: Evaluator, shown: Shown | None, out: Path | None, json:
             {
                 "success": episode.success,
                 "success_authors": episode.success_authors,
-                "blame": episode.blame,
+                "attributed_to": episode.attributed_to,
                 "reason": episode.reason,
                 "primitives": episode.primitives,
                 "simulated_seconds": episode.simulated_seconds,
@@ -115,8 +115,10 @@ def carry_out(evaluator: Evaluator, shown: Shown | None, out: Path | None, json:
         )
     for path in files:
         messages.print(f"wrote {path}")
-    if not episode.success:
-        raise TaskFailed(f"the task failed ({episode.blame}): {episode.reason}")
+    if episode.success is False:
+        raise TaskFailed(f"the task failed ({episode.attributed_to}): {episode.reason}")
+    if episode.success is None and not json:
+        messages.print("the demonstration does not say what it shows, so nobody judged the result")
     if not json:
         answers.print(
             f"done: {episode.placements} placements, {episode.primitives} primitives, "

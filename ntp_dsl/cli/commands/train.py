@@ -19,7 +19,8 @@ from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.sizing import sized
 from ntp_dsl.core.training import Trainer, use_threads
-from ntp_dsl.datasets.dataset import read_manifest, samples
+from ntp_dsl.datasets.dataset import samples
+from ntp_dsl.datasets.manifest import Manifest, read_manifest
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -83,11 +84,9 @@ def command(
     return 0
 
 
-def _labelled(
-    registry: Registry, folders: list[Path], manifests: list[dict[str, Any]], seed: int
-) -> list[Sample]:
+def _labelled(registry: Registry, folders: list[Path], manifests: list[Manifest], seed: int) -> list[Sample]:
     found: list[Sample] = []
-    total = sum(len(manifest["episodes"]) for manifest in manifests)
+    total = sum(len(manifest.episodes) for manifest in manifests)
     with progress("labelling", total) as bar:
         for folder, manifest in zip(folders, manifests, strict=True):
             for episode in samples(registry, folder, manifest, seed):
@@ -117,9 +116,9 @@ def _train(trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str,
     return {name: round(value, 5) for name, value in latest.items()}
 
 
-def _provenance(manifest: dict[str, Any]) -> dict[str, Any]:
-    """What the data are and where they come from, so that they can be made again."""
-    keys = "command task world seed trouble excluded excluded_files registry versions".split()
-    facts = {key: manifest[key] for key in keys if key in manifest}
-    rows = manifest["episodes"]
-    return facts | {"episodes": len(rows), "kept": sum(row["outcome"] == "done" for row in rows)}
+def _provenance(manifest: Manifest) -> dict[str, Any]:
+    """Return what the data are and where they come from, so that they can be made again."""
+    keys = "command task world seed perturbation_rate excluded excluded_files registry versions".split()
+    rows = manifest.episodes
+    facts = {key: getattr(manifest, key) for key in keys}
+    return facts | {"episodes": len(rows), "kept": sum(row.is_kept for row in rows)}

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from ntp_dsl.traces.comparison.alignment import Level
 from ntp_dsl.traces.comparison.comparison_rules import Kind
-from ntp_dsl.traces.comparison.confidence import Certainty
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.comparison.confidence import Confidence
+from ntp_dsl.traces.decision import Answer
+from ntp_dsl.traces.schema import Attribution, Trace
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,11 @@ class Divergence:
     caller_b: int
     a: int | None  # what the first trace called then; None where it returned
     b: int | None
-    blame: str  # decision, planner, grasp, physics, disturbance or start
+    attributed_to: Attribution | None  # None where one of the files ends
     source: str  # file:line of the statement that the first trace followed; empty where unknown
-    certainty: Certainty  # of the second trace's decision
+    confidence: Confidence  # of the second trace's decision
     apart: float | None = None  # [m] at the most, between the states of the two decisions
-    answer: Call | None = None  # of a policy that was only asked; without a name where it would return
+    answer: Answer | None = None  # of a policy that was only asked
 
 
 @dataclass(frozen=True)
@@ -41,4 +42,5 @@ class Comparison:
 
     @property
     def first(self) -> Divergence | None:
+        """Return the first divergence; None where the traces are the same."""
         return self.divergences[0] if self.divergences else None

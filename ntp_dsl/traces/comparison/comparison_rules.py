@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.traces.schema import Call, Trace
-
-if TYPE_CHECKING:
-    from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.traces.decision import Frames
+from ntp_dsl.traces.schema import Call, CallOutcome, Trace
 
 OVERLAP = 0.5  # of two scopes that count as one: frames in both, over frames in either
 NEAR = 0.01  # numbers that count as one [m], or whatever their unit is
@@ -49,9 +46,10 @@ class Rules:
     def arguments(self, call: Call) -> tuple[Argument, ...]:
         return tuple(a for a in call.arguments if self.lists or not isinstance(a, tuple))
 
-    def outcome(self, call: Call) -> str:
-        returned = call.is_program and call.outcome in ("done", "unfinished")
-        return "returned" if returned and not self.unfinished else call.outcome
+    def outcome(self, call: Call) -> CallOutcome | None:
+        """Return what a call came to; a learned program's returns are all one."""
+        returned = call.outcome is not None and call.outcome.is_return
+        return CallOutcome.DONE if returned and not self.unfinished else call.outcome
 
     def same_numbers(self, x: Call, y: Call) -> bool:
         """Of calls with one label."""
@@ -63,7 +61,7 @@ class Rules:
         return not (self.scopes and x.is_program) or overlap(x.scope, y.scope) >= OVERLAP
 
 
-def overlap(a: Scope | None, b: Scope | None) -> float:
+def overlap(a: Frames | None, b: Frames | None) -> float:
     """Frames in both over frames in either; none is all of none."""
     if a is None or b is None or a == b:
         return float(a == b)

@@ -1,4 +1,4 @@
-"""Where two traces part, how, how surely, and who is to blame."""
+"""Where two traces part, how, how surely, and what that is attributed to."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from itertools import groupby
 from math import dist, inf
 
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.traces import failure_attribution
 from ntp_dsl.traces.comparison.alignment import Level, Pair, align
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import Kind, Rules
-from ntp_dsl.traces.comparison.confidence import certainty
+from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.comparison.teacher_forcing import disagreements
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.decision import Decision
+from ntp_dsl.traces.failure_attribution import of_call
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
 
 ALIKE = 0.01  # [m] that things may lie apart in two states that count as one
-START = "start"  # to blame where the two began from different states
 
 
 def compare(a: Trace, b: Trace, scopes: bool = True) -> Comparison:
@@ -36,7 +36,7 @@ class _Finder:
     def __init__(self, a: Trace, b: Trace, rules: Rules) -> None:
         self.a, self.b, self.rules = a, b, rules
         self.last_below = _last_below(a)
-        self.disturbed = _earliest(b, lambda call: bool(call.disturbances))
+        self.disturbed = _earliest(b, lambda call: bool(call.execution.disturbances))
 
     def within(self, level: Level) -> Iterator[Divergence]:
         matched = 0
@@ -72,7 +72,7 @@ class _Finder:
     def _kind_of_gap(self, level: Level, x: Call | None, y: Call | None) -> Kind:
         if x is None or y is None:
             trace, caller = (self.a, level.caller_a) if x is None else (self.b, level.caller_b)
-            ended = trace.end is not None if caller == ROOT else bool(trace.calls[caller].outcome)
+            ended = trace.end is not None if caller == ROOT else trace.calls[caller].outcome is not None
             if not ended:
                 return Kind.CUT_OFF
             return Kind.TOO_LATE if x is None else Kind.TOO_EARLY
@@ -94,6 +94,7 @@ class _Finder:
 
     def _divergence(self, kind: Kind, level: Level, x: Call | None, y: Call | None) -> Divergence:
         apart = distance(self._state(self.a, x, level.caller_a), self._state(self.b, y, level.caller_b))
+        followed = x.decision if x else self._returned(self.a, level.caller_a)
         decision = y.decision if y else self._returned(self.b, level.caller_b)
         return Divergence(
             kind,
@@ -101,32 +102,30 @@ class _Finder:
             level.caller_b,
             x.id if x else None,
             y.id if y else None,
-            self._blame(kind, x, y, apart),
-            str((x.decision if x else self._returned(self.a, level.caller_a)).get("source", "")),
-            certainty(kind, decision, x, y),
+            self._attribution(kind, x, y, apart),
+            followed.source if followed else "",
+            confidence(kind, decision, x, y),
             apart,
         )
 
-    def _blame(self, kind: Kind, x: Call | None, y: Call | None, apart: float | None) -> str:
+    def _attribution(
+        self, kind: Kind, x: Call | None, y: Call | None, apart: float | None
+    ) -> Attribution | None:
         if kind is Kind.CUT_OFF:
-            return ""
+            return None
         if kind is Kind.OUTCOME:
             assert x is not None and y is not None
-            return (
-                failure_attribution.of_call(y)
-                or failure_attribution.of_call(x)
-                or failure_attribution.DECISION
-            )
+            return of_call(y) or of_call(x) or Attribution.DECISION
         if apart is None or apart <= ALIKE:
-            return failure_attribution.DECISION
+            return Attribution.DECISION
         # Off course: the states differ although all that was done is the same.
         if y is not None and self.disturbed < y.id:
-            return failure_attribution.DISTURBANCE
+            return Attribution.DISTURBANCE
         began = distance(_first_state(self.a), _first_state(self.b))
-        return START if began is None or began > ALIKE else failure_attribution.PHYSICS
+        return Attribution.START if began is None or began > ALIKE else Attribution.PHYSICS
 
-    def _returned(self, trace: Trace, caller: int) -> dict[str, object]:
-        return {} if caller == ROOT else dict(trace.calls[caller].ending)
+    def _returned(self, trace: Trace, caller: int) -> Decision | None:
+        return None if caller == ROOT else trace.calls[caller].ending
 
     def _state(self, trace: Trace, call: Call | None, caller: int) -> Observation | None:
         """What the decision was made by: to make this call, or else to return."""

@@ -6,79 +6,69 @@ replayed trace has the calls of the trace that it followed, and with each decisi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.traces import failure_attribution
 from ntp_dsl.traces.comparison.comparison import Divergence
 from ntp_dsl.traces.comparison.comparison_rules import Kind, Rules
-from ntp_dsl.traces.comparison.confidence import certainty
-from ntp_dsl.traces.schema import ROOT, Call, Trace, from_json, to_json
-
-
-def answer_row(
-    callee: str | None, kind: str, arguments: tuple[Argument, ...], scope: Any
-) -> Mapping[str, Any]:
-    """What was answered, for a decision's line: a callee of None is a return."""
-    shown = [to_json(argument) for argument in arguments]
-    return {"callee": callee, "kind": kind, "arguments": shown, "scope": scope}
+from ntp_dsl.traces.comparison.confidence import confidence
+from ntp_dsl.traces.decision import Answer, Decision
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallKind, Trace
 
 
 def disagreements(a: Trace, b: Trace, rules: Rules) -> list[Divergence]:
-    """Of a replayed trace with the one that it follows: every answer that is not what was done."""
+    """Return every answer of a replayed trace that is not what the trace did that it follows."""
     found = []
     for call, returns in a.events():
         if call.id >= len(b.calls):
             break  # the replay was cut off
         twin = b.calls[call.id]
         decision = twin.ending if returns else twin.decision
-        answer = _answer(decision)
-        if answer is None:
+        if decision is None or decision.answer is None:
             continue
-        kind = _kind(None if returns else call, answer, rules)
+        kind = _kind(None if returns else call, decision.answer, rules)
         if kind is not None:
-            found.append(_divergence(kind, call, returns, answer, decision))
+            found.append(_divergence(kind, call, returns, decision, decision.answer))
     return found
 
 
 def asked(trace: Trace) -> int:
-    """How many decisions of a replayed trace were answered."""
-    return sum(_answer(d) is not None for call in trace.calls for d in (call.decision, call.ending))
+    """Return how many decisions of a replayed trace were answered."""
+    decisions = (each for call in trace.calls for each in (call.decision, call.ending))
+    return sum(each is not None and each.answer is not None for each in decisions)
 
 
-def _answer(decision: Mapping[str, Any]) -> Call | None:
-    """The call that was answered, without a name where it is a return; None where nothing was asked."""
-    row = decision.get("answer")
-    if not isinstance(row, dict):
+def _answered(answer: Answer) -> Call | None:
+    """Return the call that was answered, as calls are compared; None for a return."""
+    if answer.callee is None:
         return None
-    arguments = tuple(from_json(value) for value in row.get("arguments", ()))
-    scope = row.get("scope")
-    frames = None if scope is None else (int(scope[0]), int(scope[1]))
-    callee, kind = row.get("callee"), str(row.get("kind"))
-    return Call(-1, ROOT, kind, "" if callee is None else str(callee), arguments, frames, 0, 0)
+    kind = CallKind.API if answer.is_api else CallKind.PROGRAM
+    return Call(-1, ROOT, kind, answer.callee, answer.arguments, answer.scope, 0, 0)
 
 
-def _kind(right: Call | None, answer: Call, rules: Rules) -> Kind | None:
-    if right is None or not answer.name:
-        if right is None and not answer.name:
+def _kind(right: Call | None, answer: Answer, rules: Rules) -> Kind | None:
+    given = _answered(answer)
+    if right is None or given is None:
+        if right is None and given is None:
             return None
         return Kind.TOO_LATE if right is None else Kind.TOO_EARLY
-    if answer.name != right.name:
+    if given.name != right.name:
         return Kind.PROGRAM
-    if rules.label(answer) != rules.label(right) or not rules.same_numbers(right, answer):
+    if rules.label(given) != rules.label(right) or not rules.same_numbers(right, given):
         return Kind.ARGUMENT
-    return None if rules.same_scope(right, answer) else Kind.SCOPE
+    return None if rules.same_scope(right, given) else Kind.SCOPE
 
 
-def _divergence(
-    kind: Kind, call: Call, returns: bool, answer: Call, decision: Mapping[str, Any]
-) -> Divergence:
+def _divergence(kind: Kind, call: Call, returns: bool, decision: Decision, answer: Answer) -> Divergence:
     number = None if returns else call.id
     caller = call.id if returns else call.parent
-    right, given = (None if returns else call), (answer if answer.name else None)
-    source = str((call.ending if returns else call.decision).get("source", ""))
-    sure = certainty(kind, decision, right, given)
+    followed = call.ending if returns else call.decision
     return Divergence(
-        kind, caller, caller, number, number, failure_attribution.DECISION, source, sure, None, answer
+        kind,
+        caller,
+        caller,
+        number,
+        number,
+        Attribution.DECISION,
+        followed.source if followed else "",
+        confidence(kind, decision, None if returns else call, _answered(answer)),
+        None,
+        answer,
     )

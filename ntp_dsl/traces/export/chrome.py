@@ -11,14 +11,13 @@ from typing import Any
 
 from ntp_dsl.traces.phrases import headline, in_words
 from ntp_dsl.traces.schema import Call, Trace
-from ntp_dsl.traces.times import seconds
 
 Event = dict[str, Any]
 LEAST = 1  # [µs] of a slice: what takes no time would not be seen
 
 
 def document(traces: Sequence[Trace]) -> dict[str, Any]:
-    """One JSON object, as the format has it; processes are numbered from 1."""
+    """Return one JSON object, as the format has it; processes are numbered from 1."""
     events = [event for number, trace in enumerate(traces, 1) for event in _events(trace, number)]
     return {"traceEvents": events, "displayTimeUnit": "ms"}
 
@@ -33,7 +32,7 @@ def _events(trace: Trace, process: int) -> list[Event]:
     clock = 0
     running: list[Event] = []
     for call, returns in trace.events():
-        spans = _before_return(call) if returns else {"decide": seconds(call.decision, "seconds")}
+        spans = _before_return(call) if returns else {"decide": call.decision.seconds}
         for name, spent in spans.items():
             if spent:
                 length = max(LEAST, round(1e6 * spent))
@@ -57,18 +56,18 @@ def _ended(slice: Event, clock: int) -> int:
 
 def _before_return(call: Call) -> Mapping[str, float]:
     if call.is_program:
-        return {"decide": seconds(call.ending, "seconds")}
-    return {"plan": seconds(call.details, "planning"), "move": seconds(call.details, "moving")}
+        return {"decide": call.ending.seconds if call.ending else 0.0}
+    return {"plan": call.execution.planning, "move": call.execution.moving}
 
 
 def _slice(call: Call, begin: int) -> Event:
     facts = {
         "outcome": call.outcome or "cut off",
         "scope": call.scope,
-        "probability": call.probability,
-        "source": call.decision.get("source"),
+        "probability": call.decision.probability,
+        "source": call.decision.source or None,
         "frame": call.frame,
-        "disturbances": list(call.disturbances),
+        "disturbances": list(call.execution.disturbances),
     }
     told = {name: value for name, value in facts.items() if value not in (None, [])}
     return {"ph": "X", "name": in_words(call), "cat": call.kind, "ts": begin, "dur": 0, "args": told}

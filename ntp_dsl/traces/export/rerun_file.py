@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Vector
+from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.traces.page.page_calls import motion
 from ntp_dsl.traces.page.page_pictures import pictures
 from ntp_dsl.traces.phrases import in_words
@@ -50,7 +50,7 @@ class _Side:
             self.recording.log(self._path("camera"), image)
 
     def _scene(self) -> None:
-        for thing in self.trace.things:
+        for thing in self.trace.header.objects:
             half = [extent / 2 for extent in thing.size]
             box = self.rerun.Boxes3D(half_sizes=[half], labels=[thing.name])
             self.recording.log(self._path("scene", thing.name), box, static=True)
@@ -66,7 +66,7 @@ class _Side:
     def _tracks(self) -> Mapping[str, dict[int, Vector]]:
         """Entity -> frame -> place."""
         found: defaultdict[str, dict[int, Vector]] = defaultdict(dict)
-        known = {thing.name for thing in self.trace.things}
+        known = {each.name for each in self.trace.header.objects}
         for frame, _, hand, _, moved in self.moments:
             found[self._path("hand")][frame] = hand
             for name, place in moved.items():
@@ -85,7 +85,11 @@ class _Side:
         self.recording.send_columns(self._path("calls"), indexes=self._indexes(frames), columns=log)
         depths = self.rerun.Scalars.columns(scalars=[float(depth) for *_, depth in rows])
         self.recording.send_columns(self._path("depth"), indexes=self._indexes(frames), columns=depths)
-        weighed = [(c.frame, c.probability) for c in self.trace.calls if c.probability is not None]
+        weighed = [
+            (call.frame, call.decision.probability)
+            for call in self.trace.calls
+            if call.decision.probability is not None
+        ]
         if weighed:
             sure = self.rerun.Scalars.columns(scalars=[probability for _, probability in weighed])
             frames = [frame for frame, _ in weighed]

@@ -19,8 +19,8 @@ from ntp_dsl.traces.comparison.comparison_rules import Kind
 from ntp_dsl.traces.page.page_calls import call_row, motion, number
 from ntp_dsl.traces.page.page_pictures import pictures
 from ntp_dsl.traces.page.page_rows import rows
-from ntp_dsl.traces.phrases import headline, in_words, scope_in_words
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.phrases import called, headline, in_words, scope_in_words
+from ntp_dsl.traces.schema import ROOT, DemonstratedCall, Trace
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import with_all_below
 
@@ -59,7 +59,8 @@ def summary(comparison: Comparison) -> str:
         return "The two traces are the same."
     more = len(comparison.divergences) - 1
     others = f"; {more} more" if more else ""
-    return f"First divergence: {first.kind}{f', to blame: {first.blame}' if first.blame else ''}{others}."
+    cause = f", attributed to {first.attributed_to}" if first.attributed_to else ""
+    return f"First divergence: {first.kind}{cause}{others}."
 
 
 def _assembled(title: str, document: Mapping[str, Any]) -> str:
@@ -82,14 +83,14 @@ def _hash(text: str) -> str:
 
 
 def _title(trace: Trace) -> str:
-    return str(trace.header.get("task") or "a trace")
+    return trace.header.task or "a trace"
 
 
 def _ended(trace: Trace) -> str:
     if trace.end is None:
         return "The trace is cut off."
-    verdict = trace.end.get("verdict")
-    return f"{trace.end.get('reason', '')}{f': {verdict}' if verdict else ''}"
+    told = [trace.end.ending, trace.end.reason, trace.end.verdict]
+    return ": ".join(each for each in told if each)
 
 
 def _trace(trace: Trace, folder: Path) -> dict[str, Any]:
@@ -99,7 +100,7 @@ def _trace(trace: Trace, folder: Path) -> dict[str, Any]:
         "headline": headline(trace),
         "calls": [call_row(trace, call, times[call.id]) for call in trace.calls],
         "motion": motion(trace),
-        "sizes": {thing.name: thing.size for thing in trace.things},
+        "sizes": {each.name: each.size for each in trace.header.objects},
         "pictures": [(each.frame, each.uri) for each in pictures(trace, folder)],
         "frames": max([len(trace.motions), *frames], default=0) + 1,
     }
@@ -108,7 +109,7 @@ def _trace(trace: Trace, folder: Path) -> dict[str, Any]:
 def _divergence(comparison: Comparison, found: Divergence, told: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "kind": str(found.kind),
-        "blame": found.blame,
+        "attributed_to": found.attributed_to or "",
         "row": _row(found, told),
         "a": _then(found.a, found.caller_a),
         "b": _then(found.b, found.caller_b),
@@ -116,8 +117,8 @@ def _divergence(comparison: Comparison, found: Divergence, told: list[dict[str, 
         "did_b": _did(comparison.b, found, found.b) if found.answer is None else _would(found),
         "source": found.source,
         "statement": statement(comparison.a, found.source),
-        "margin": found.certainty.margin,
-        "rank": found.certainty.rank,
+        "margin": found.confidence.margin,
+        "rank": found.confidence.rank,
         "apart": number(found.apart),
     }
 
@@ -146,36 +147,30 @@ def _did(trace: Trace, found: Divergence, call: int | None) -> str:
 
 
 def _would(found: Divergence) -> str:
-    assert found.answer is not None
-    if not found.answer.name:
+    answer = found.answer
+    assert answer is not None
+    if answer.callee is None:
         return "would return"
-    scope = f" with {scope_in_words(found.answer.scope)}" if found.kind is Kind.SCOPE else ""
-    return f"would call {in_words(found.answer)}{scope}"
+    scope = f" with {scope_in_words(answer.scope)}" if found.kind is Kind.SCOPE else ""
+    return f"would call {called(answer.callee, answer.arguments)}{scope}"
 
 
 def _demonstration(trace: Trace, shown: Demonstration | None) -> dict[str, Any]:
-    """How long it is, the calls that it shows (those below the root), and when the hand was closed."""
-    told = trace.header.get("demonstration")
-    facts: Mapping[str, Any] = told if isinstance(told, dict) else {}
+    """Return how long it is, the calls that it shows below the root, and when the hand was closed."""
+    facts = trace.header.demonstration
     scopes = [call.scope[1] for call in trace.calls if call.scope]
-    frames = facts.get("frames")
-    tree = facts.get("calls")
     return {
-        "frames": max([1, *scopes, frames if isinstance(frames, int) else 1]),
-        "calls": _shown(tree) if isinstance(tree, dict) else [],
+        "frames": max([1, *scopes, facts.frames if facts else 1]),
+        "calls": _shown(facts.calls) if facts and facts.calls else [],
         "closed": _closed(shown) if shown is not None else [],
     }
 
 
-def _shown(tree: Mapping[str, Any]) -> list[tuple[str, list[int]]]:
-    found = []
-    children = tree.get("children")
-    for child in children if isinstance(children, list) else ():
-        scope = child.get("scope") if isinstance(child, dict) else None
-        if isinstance(scope, list) and len(scope) == 2 and all(type(n) is int for n in scope):
-            things = ", ".join(str(a) for a in child.get("arguments", ()) if isinstance(a, str))
-            found.append((f"{child.get('name')}({things})", scope))
-    return found
+def _shown(tree: DemonstratedCall) -> list[tuple[str, tuple[int, int]]]:
+    return [
+        (called(child.name, tuple(a for a in child.arguments if isinstance(a, str))), child.scope)
+        for child in tree.children
+    ]
 
 
 def _closed(shown: Demonstration) -> list[tuple[int, int]]:

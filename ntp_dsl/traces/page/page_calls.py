@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any
 
-from ntp_dsl.semantics.observation import Vector
+import msgspec
+
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.traces.decision import Answer
+from ntp_dsl.traces.decision import Ranking as Alternatives
 from ntp_dsl.traces.failure_attribution import of_call
-from ntp_dsl.traces.phrases import shown
+from ntp_dsl.traces.phrases import called, shown
 from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import Times
@@ -20,77 +23,68 @@ Moment = tuple[int, float, Vector, bool, Mapping[str, Vector]]
 
 
 def call_row(trace: Trace, call: Call, times: Times) -> dict[str, Any]:
-    source = str(call.decision.get("source", ""))
+    """Return a call as the page shows it."""
+    source = call.decision.source
     return {
         "name": call.name,
         "program": call.is_program,
         "arguments": ", ".join(map(shown, call.arguments)),
         "scope": call.scope,
-        "outcome": call.outcome,
-        "probability": number(call.probability),
+        "outcome": call.outcome or "",
+        "probability": call.decision.probability,
         "times": [round(spent, 5) for spent in (times.deciding, times.planning, times.moving)],
         "frame": call.frame,
         "end_frame": call.end_frame,
         "source": source,
         "statement": statement(trace, source),
-        "blame": of_call(call),
-        "disturbances": call.disturbances,
-        "evidence": _evidence(call.details.get("evidence")),
+        "attributed_to": of_call(call) or "",
+        "disturbances": call.execution.disturbances,
+        "evidence": _evidence(call.execution.evidence),
         "alternatives": list(_alternatives(call)),
     }
 
 
 def number(value: object) -> float | None:
-    """As JSON has them: finite."""
+    """Return a number as JSON has it, finite; None for what is none."""
     return float(value) if isinstance(value, int | float) and isfinite(value) else None
 
 
-def _evidence(value: object) -> str:
-    return json.dumps(value)[:EVIDENCE] if value else ""
+def _evidence(measured: Mapping[str, Any]) -> str:
+    return msgspec.json.encode(measured).decode()[:EVIDENCE] if measured else ""
 
 
 def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
-    """What the decision might have been instead: callees, objects, scopes, and the caller's end."""
+    """Yield what the decision might have been instead: callees, arguments, scopes, and the caller's end."""
     decision = call.decision
-    yield from _ranking("callee", decision.get("top"))
-    for title, field in (("object", "pointers"), ("value", "values")):
-        rankings = decision.get(field)
-        for place, ranking in enumerate(rankings if isinstance(rankings, list) else (), 1):
-            yield from _ranking(f"{title} {place}", ranking)
-    yield from _ranking("scope", decision.get("scopes"))
-    if (end := number(decision.get("end_probability"))) is not None:
-        yield "or to return", [("end of the caller", end)]
-    if (end := number(call.ending.get("end_probability"))) is not None:
-        yield "its own end", [("end", end)]
-    answer = call.decision.get("answer")
-    if isinstance(answer, dict):
-        yield "answered", [(_answered(answer), number(decision.get("probability")) or 0.0)]
+    yield from _ranking("callee", decision.callees)
+    for place, ranking in enumerate(decision.arguments, 1):
+        yield from _ranking(f"argument {place}", ranking)
+    yield from _ranking("scope", decision.scopes)
+    if decision.end_probability is not None:
+        yield "or to return", [("end of the caller", decision.end_probability)]
+    if call.ending is not None and call.ending.end_probability is not None:
+        yield "its own end", [("end", call.ending.end_probability)]
+    if decision.answer is not None:
+        yield "answered", [(_answered(decision.answer), decision.probability or 0.0)]
 
 
-def _answered(answer: Mapping[str, Any]) -> str:
-    if answer.get("callee") is None:
-        return "return"
-    arguments = answer.get("arguments")
-    return f"{answer['callee']}({', '.join(map(str, arguments if isinstance(arguments, list) else ()))})"
+def _answered(answer: Answer) -> str:
+    return "return" if answer.callee is None else called(answer.callee, answer.arguments)
 
 
-def _ranking(title: str, ranking: object) -> Iterator[tuple[str, Ranking]]:
-    found = []
-    for entry in ranking if isinstance(ranking, list) else ():
-        if isinstance(entry, list) and len(entry) == 2 and (p := number(entry[1])) is not None:
-            found.append((_alternative(entry[0]), p))
-    if found:
-        yield title, found
+def _ranking(title: str, ranking: Alternatives[Any]) -> Iterator[tuple[str, Ranking]]:
+    if ranking:
+        yield title, [(_alternative(each.value), each.probability) for each in ranking]
 
 
 def _alternative(value: object) -> str:
     if value is None:
         return "none"
-    return f"frames {value[0]} – {value[1]}" if isinstance(value, list) and len(value) == 2 else str(value)
+    return f"frames {value[0]} – {value[1]}" if isinstance(value, tuple) else str(value)
 
 
 def motion(trace: Trace) -> list[Moment]:
-    """Frame, time, hand, closed, and what moved; from the states of the calls where motion was not traced."""
+    """Return frame, time, hand, closed and what moved; of the calls' states where motion was not traced."""
     if trace.motions:
         return [(m.frame, m.time, m.gripper, m.closed, m.positions) for m in trace.motions]
     found: list[Moment] = []

@@ -31,7 +31,7 @@ def command(
     json: Json = False,
 ) -> None:
     """Show a library's source with what was done at each line: calls, how many went well, the mean
-    probability of the decisions, and who is to blame for those that did not go well.
+    probability of the decisions, and what those are attributed to that did not go well.
 
     A statement is counted by the calls that it made, a program's own line by its returns.
 
@@ -50,7 +50,7 @@ def command(
     statements = _statements(registry)
     for name, text in sources.items():
         answers.print(Text(name, style="bold"))
-        answers.print(Text("  calls   well     p  ", style="dim").append("blame, divergences"))
+        answers.print(Text("  calls   well     p  ", style="dim").append("attributed to, divergences"))
         for row in _listing(name, text, covered, statements):
             answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
     answers.print(f"{covered.traces} traces")
@@ -105,7 +105,7 @@ def _counted(line: Line) -> Text:
     well = f"{line.well / line.calls:.0%}" if line.calls else "–"
     sure = f"{line.probability:.2f}" if line.probability is not None else "–"
     row = Text(f"{line.calls:7} {well:>6} {sure:>5}  ", style="default")
-    for counted, style in ((line.blame, "red"), (line.parted, "magenta")):
+    for counted, style in ((line.attributed_to, "red"), (line.parted, "magenta")):
         told = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
         row.append(f"{told} " if told else "", style=style)
     return row
@@ -116,6 +116,6 @@ def _row(line: Line) -> dict[str, Any]:
         "calls": line.calls,
         "well": line.well,
         "probability": line.probability,
-        "blame": dict(sorted(line.blame.items())),
+        "attributed_to": dict(sorted(line.attributed_to.items())),
         "divergences": dict(sorted(line.parted.items())),
     }

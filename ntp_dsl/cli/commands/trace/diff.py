@@ -1,4 +1,4 @@
-"""`ntp trace diff`: where two traces part, and who is to blame."""
+"""`ntp trace diff`: where two traces part, and what that is attributed to."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.display import answers, print_json
@@ -16,9 +17,10 @@ from ntp_dsl.cli.options import Json
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import Kind
 from ntp_dsl.traces.comparison.divergence import compare
-from ntp_dsl.traces.phrases import headline, in_words, plain, scope_in_words
+from ntp_dsl.traces.decision import Answer
+from ntp_dsl.traces.phrases import called, headline, in_words, plain, scope_in_words
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import Call, Trace, to_json
+from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.sources import statement
 
 SAME, DIFFERENT = 0, 1
@@ -34,10 +36,11 @@ def command(
     ] = False,
     json: Json = False,
 ) -> int:
-    """Show where the second trace first leaves the first, how surely, and who is to blame.
+    """Show where the second trace first leaves the first, how surely, and why.
 
-    Kinds: program, argument, scope, end too early, end too late, outcome. Blame is a decision where the two
-    states were alike, else what had made them differ. Exit status: 0 the same, 1 they differ, 2 misuse.
+    Kinds: program, argument, scope, end too early, end too late, outcome. A divergence is attributed to the
+    decision where the two states were alike, else to what had made them differ. Exit status: 0 the same,
+    1 they differ, 2 misuse.
 
     Example: ntp trace diff scripted.trace.jsonl learned.trace.jsonl
     """
@@ -74,23 +77,25 @@ def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
 def _warnings(comparison: Comparison) -> Iterator[Text]:
     """What the headers say that makes a comparison mean less."""
     a, b = comparison.a.header, comparison.b.header
-    for name in ("library", "task", "goal"):
-        if a.get(name) != b.get(name):
+    for name, x, y in (("library", a.library, b.library), ("task", a.task, b.task), ("goal", a.goal, b.goal)):
+        if x != y:
             yield Text(f"not of one {name}: the traces are of different tasks", style="yellow")
             return
-    if a.get("registry") != b.get("registry"):
+    if a.registry != b.registry:
         yield Text("the library was changed between the two traces", style="yellow")
 
 
 def _paragraph(comparison: Comparison, found: Divergence, title: str) -> Iterator[Text]:
     kind = Text(f"{title}: ", style="bold").append(str(found.kind), style="red")
-    yield kind.append(f", to blame: {found.blame}" if found.blame else "", style="default not bold")
+    yield kind.append(
+        f", attributed to {found.attributed_to}" if found.attributed_to else "", style="default not bold"
+    )
     path = [in_words(call) for call in reversed(list(comparison.a.ancestors(found.caller_a)))]
     yield Text(f"  in  {' > '.join(path) or 'the run'}")
     yield Text("  A   " + _did(comparison.a, found, found.a)).append(_where(comparison, found), "dim")
     yield Text("  B   " + (_did(comparison.b, found, found.b) if found.answer is None else _would(found)))
-    if certainty := _certainty(found):
-        yield Text(f"      {certainty}", style="dim")
+    if sure := _confidence(found):
+        yield Text(f"      {sure}", style="dim")
     if found.apart is not None:
         yield Text(f"      {_states(found.apart)}", style="dim")
     a, b = followed(comparison, found)
@@ -102,10 +107,10 @@ def _would(found: Divergence) -> str:
     """What a policy answered that was only asked."""
     answer = found.answer
     assert answer is not None
-    if not answer.name:
+    if answer.callee is None:
         return "would return"
     scope = f"  {scope_in_words(answer.scope)}" if found.kind is Kind.SCOPE else ""
-    return f"would call {in_words(answer)}{scope}"
+    return f"would call {called(answer.callee, answer.arguments)}{scope}"
 
 
 def _did(trace: Trace, found: Divergence, number: int | None) -> str:
@@ -114,14 +119,14 @@ def _did(trace: Trace, found: Divergence, number: int | None) -> str:
     call = trace.calls[number]
     words = in_words(call)
     if found.kind is Kind.OUTCOME or found.kind is Kind.CUT_OFF:
-        return f"{words}  {plain(call.outcome) or 'cut off'}{_told(call)}"
+        return f"{words}  {call.outcome or 'cut off'}{_told(call)}"
     if found.kind is Kind.SCOPE:
         return f"{words}  {scope_in_words(call.scope)}"
     return words
 
 
 def _told(call: Call) -> str:
-    return "".join(f"  [{plain(each)}]" for each in call.disturbances)
+    return "".join(f"  [{plain(each)}]" for each in call.execution.disturbances)
 
 
 def _where(comparison: Comparison, found: Divergence) -> str:
@@ -129,8 +134,8 @@ def _where(comparison: Comparison, found: Divergence) -> str:
     return f"   {plain(found.source)}{f':  {plain(text)}' if text else ''}" if found.source else ""
 
 
-def _certainty(found: Divergence) -> str:
-    sure = found.certainty
+def _confidence(found: Divergence) -> str:
+    sure = found.confidence
     if sure.chosen is None:
         return ""
     right = (
@@ -187,29 +192,29 @@ def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
     apart = found.apart
     return {
         "kind": str(found.kind),
-        "blame": found.blame,
+        "attributed_to": found.attributed_to or "",
         "path": [call.name for call in reversed(list(comparison.a.ancestors(found.caller_a)))],
         "a": _call(comparison.a, found.a),
         "b": _call(comparison.b, found.b) if found.answer is None else _answer(found.answer),
         "source": found.source,
         "statement": statement(comparison.a, found.source),
-        "probability": found.certainty.chosen,
-        "right_probability": found.certainty.right,
-        "right_rank": found.certainty.rank,
-        "margin": found.certainty.margin,
+        "probability": found.confidence.chosen,
+        "right_probability": found.confidence.right,
+        "right_rank": found.confidence.rank,
+        "margin": found.confidence.margin,
         "states_apart": apart if apart is None or isfinite(apart) else None,
     }
 
 
-def _answer(call: Call) -> dict[str, Any] | None:
-    arguments = [to_json(argument) for argument in call.arguments]
-    return {"name": call.name, "arguments": arguments, "scope": call.scope} if call.name else None
+def _answer(answer: Answer) -> dict[str, Any] | None:
+    if answer.callee is None:
+        return None
+    return {"name": answer.callee, "arguments": to_builtins(answer.arguments), "scope": answer.scope}
 
 
 def _call(trace: Trace, number: int | None) -> dict[str, Any] | None:
     if number is None:
         return None
     call = trace.calls[number]
-    arguments = [to_json(argument) for argument in call.arguments]
-    row = {"id": number, "name": call.name, "arguments": arguments, "scope": call.scope}
-    return row | {"outcome": call.outcome, "disturbances": list(call.disturbances)}
+    row = {"id": number, "name": call.name, "arguments": to_builtins(call.arguments), "scope": call.scope}
+    return row | {"outcome": call.outcome or "", "disturbances": list(call.execution.disturbances)}

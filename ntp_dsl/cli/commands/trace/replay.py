@@ -6,7 +6,7 @@ import io
 from collections import Counter
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,13 +15,13 @@ from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.demonstrations.demonstration import read_demonstration
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
-from ntp_dsl.policies.scripted import DemonstratedCall, ScriptedPolicy
+from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import asked
 from ntp_dsl.traces.reader import parse_trace, read_trace
@@ -55,7 +55,7 @@ def command(
     registry = _registry(trace, library, file)
     if expert and model is not None:
         raise NtpError("--expert needs no --model: the script answers")
-    path = None if expert else model_for(library or registry_path(trace), str(trace.header["task"]), model)
+    path = None if expert else model_for(library or registry_path(trace), trace.header.task, model)
     policy = _policy(registry, trace, path, demo or _beside(trace, file))
     replayed = _written(Replay(registry, policy, trace), path, out)
     comparison = compare(trace, replayed)
@@ -74,37 +74,35 @@ def command(
 
 
 def registry_path(trace: Trace) -> Path:
-    return Path(str(trace.header.get("library", "")))
+    return Path(trace.header.library)
 
 
 def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
-    for field in ("library", "task"):
-        if field not in trace.header:
+    for field, value in (("library", trace.header.library), ("task", trace.header.task)):
+        if not value:
             raise NtpError(f"{file}: the trace does not say of which {field} it is; it cannot be replayed")
     try:
         registry = load_with_python(library or registry_path(trace))
     except NtpError as error:
         hint = "" if library else "; say where the library is with --library"
         raise NtpError(f"{error}{hint}") from error
-    if registry.hash != trace.header.get("registry"):
+    if registry.hash != trace.header.registry:
         raise NtpError(
-            f"{file}: was made with another version of library '{trace.header['library']}' "
-            f"({trace.header.get('registry')}); expected {registry.hash}"
+            f"{file}: was made with another version of library '{trace.header.library}' "
+            f"({trace.header.registry}); expected {registry.hash}"
         )
     return registry
 
 
 def _beside(trace: Trace, file: Path) -> Path | None:
-    told = trace.header.get("demonstration")
-    name = told.get("file") if isinstance(told, dict) else None
-    return file.parent / Path(name).name if isinstance(name, str) and name else None
+    shown = trace.header.demonstration
+    return file.parent / Path(shown.file).name if shown is not None and shown.file else None
 
 
 def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | None) -> Policy:
     if model is None:
-        told = trace.header.get("demonstration")
-        calls = told.get("calls") if isinstance(told, dict) else None
-        return ScriptedPolicy(Expert(registry), DemonstratedCall.from_json(calls) if calls else None)
+        shown = trace.header.demonstration
+        return ScriptedPolicy(Expert(registry), shown.calls if shown else None)
     if demo is None:
         raise NtpError(
             "the trace names no demonstration, and a learned program needs one: say --demo FILE, "
@@ -117,9 +115,8 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
 
 
 def _written(replay: Replay, model: Path | None, out: Path | None) -> Trace:
-    facts: dict[str, Any] = {"model": str(model) if model else None}
     stream = io.StringIO()
-    replay.write(TraceWriter(stream), **facts)
+    replay.write(TraceWriter(stream), str(model) if model else None)
     text = stream.getvalue()
     with written_whole(out) if out else nullcontext() as partial:
         if partial is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.calls import as_json, demonstration_frames, line
@@ -16,7 +17,7 @@ from ntp_dsl.cli.options import Json
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.traces.phrases import headline, in_words, plain
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Call, Ending, Trace
 from ntp_dsl.traces.times import Times, with_all_below
 
 LINES = 160  # beyond so many, what goes well is folded away
@@ -53,7 +54,7 @@ def command(
         chosen = _folded(trace, chosen)
     if json:
         rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
-        print_json({"header": trace.header, "calls": rows, "end": trace.end})
+        print_json({"header": to_builtins(trace.header), "calls": rows, "end": to_builtins(trace.end)})
         return
     answers.print(Text(headline(trace), style="bold"))
     narrowed = failed or only is not None
@@ -104,7 +105,7 @@ def _folded(trace: Trace, chosen: set[int]) -> set[int]:
     """What failed or was unsure, and of the rest the upper levels, as many as fit."""
     if len(chosen) <= LINES:
         return chosen
-    doubtful = [c for c in trace.calls if not c.went_well or (c.probability or 1.0) < UNSURE]
+    doubtful = [c for c in trace.calls if not c.went_well or (c.decision.probability or 1.0) < UNSURE]
     kept = _with_callers(trace, doubtful)
     if len(kept) > LINES:
         kept = set()
@@ -156,15 +157,15 @@ def _alike(trace: Trace, call: Call) -> object:
     """Calls that made none themselves are one line where they are the same, one after another."""
     if trace.children(call.id):
         return call.id
-    return in_words(call), call.scope, call.outcome, call.disturbances
+    return in_words(call), call.scope, call.outcome, call.execution.disturbances
 
 
 def _ending(trace: Trace) -> Text:
-    if trace.end is None:
+    end = trace.end
+    if end is None:
         return Text("cut off: the trace ends here", style="yellow")
-    done = bool(trace.end.get("success", trace.end.get("done")))
-    counted = f" ({trace.end['primitives']} primitives)" if "primitives" in trace.end else ""
-    verdict = trace.end.get("verdict")
-    failed = f"; failed ({trace.end.get('blame')}): {verdict}" if verdict else ""
-    told = plain(f"{trace.end.get('reason', '')}{counted}{failed}")
-    return Text(told, style="green" if done else "red")
+    is_good = end.ending is Ending.DONE if end.success is None else end.success
+    reason = f": {end.reason}" if end.reason else ""
+    failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
+    told = plain(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
+    return Text(told, style="green" if is_good else "red")

@@ -10,7 +10,8 @@ import typer
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.demonstrations.demonstration import Demonstration, read_demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.reader import read_trace
@@ -50,7 +51,6 @@ def command(
 def _demonstration(trace: Trace, file: Path, given: Path | None) -> Demonstration | None:
     if given is not None:
         return read_demonstration(given)
-    told = trace.header.get("demonstration")
-    name = told.get("file") if isinstance(told, dict) else None
-    beside = file.parent / Path(name).name if isinstance(name, str) and name else None
+    shown = trace.header.demonstration
+    beside = file.parent / Path(shown.file).name if shown is not None and shown.file else None
     return read_demonstration(beside) if beside is not None and beside.is_file() else None

@@ -17,7 +17,7 @@ function parting(found) {
     "div",
     { class: "parts", role: "note" },
     element("strong", { class: "bad" }, `≠ ${found.kind}`),
-    `${found.blame ? ` to blame: ${found.blame}.` : ""}${sure}${apart} `,
+    `${found.attributed_to ? ` attributed to: ${found.attributed_to}.` : ""}${sure}${apart} `,
     element("span", {}, `A ${found.did_a}; B ${found.did_b}. `),
     element("code", {}, found.source + (found.statement ? `: ${found.statement}` : "")),
   );
@@ -31,7 +31,7 @@ function card(side, made) {
     scope: made.scope ? `frames ${made.scope[0]} – ${made.scope[1]}` : "none",
     probability: probability(made.probability),
     time: spent(made.times),
-    blame: made.blame,
+    "attributed to": made.attributed_to,
     disturbed: made.disturbances.join(", "),
     evidence: made.evidence,
     source: made.source + (made.statement ? `: ${made.statement}` : ""),

@@ -1,0 +1,109 @@
+"""The manifest of a folder of recorded episodes: how it was recorded, and what came of each episode."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from ntp_dsl.common.files import written_whole
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Record
+
+FORMAT = "ntp-dataset"
+VERSION = 2
+MANIFEST = "manifest.json"
+
+
+class Recorded(StrEnum):
+    """What came of recording an episode; only what is done is kept."""
+
+    DONE = "done"
+    NO_DEMONSTRATION = "the demonstration failed"
+    EPISODE_FAILED = "the labelled episode failed"
+
+
+class RecordedEpisode(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """A row of the manifest."""
+
+    number: int
+    seed: int
+    goal: tuple[Record, ...]
+    outcome: Recorded
+    reason: str = ""  # of a failure
+    frames: int = 0  # of the demonstration
+    primitives: int = 0
+
+    @property
+    def is_kept(self) -> bool:
+        """Return whether its two files are in the folder."""
+        return self.outcome is Recorded.DONE
+
+
+class Manifest(Struct, frozen=True, kw_only=True):
+    """How a folder was recorded, with every episode, failed ones too."""
+
+    format: str
+    version: int
+    library: str
+    registry: str  # hash of its programs and apis
+    task: str
+    episodes: tuple[RecordedEpisode, ...]
+    world: str = "kinematic"
+    arm: str | None = None
+    seed: int = 0
+    perturbation_rate: float = 0.0
+    command: str = ""  # as it was typed
+    excluded: int = 0  # end configurations that were never drawn
+    excluded_files: dict[str, str] = {}  # name -> sha256
+    varied: dict[str, tuple[int, int]] = {}  # length, topology, semantics -> range
+    versions: dict[str, str] = {}  # package -> version
+
+
+def write_manifest(manifest: Manifest, folder: Path) -> None:
+    """Write a folder's manifest; it appears under its name only when it is whole."""
+    with written_whole(folder / MANIFEST) as unfinished:
+        unfinished.write_bytes(msgspec.json.format(msgspec.json.encode(manifest), indent=1))
+
+
+def read_manifest(folder: Path, registry: Registry) -> Manifest:
+    """Read a folder's manifest. Raises `NtpError` where the folder was not recorded by this library."""
+    path = folder / MANIFEST
+    try:
+        manifest = _decoded(path.read_bytes(), path)
+    except OSError as error:
+        raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
+    if manifest.registry != registry.hash:
+        raise NtpError(
+            f"{folder}: was recorded with another library or version: '{manifest.library}' "
+            f"({manifest.registry}); expected '{registry.name}' ({registry.hash}): record anew"
+        )
+    return manifest
+
+
+def _decoded(text: bytes, path: Path) -> Manifest:
+    try:
+        row = msgspec.json.decode(text)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
+    if not isinstance(row, dict) or row.get("format") != FORMAT:
+        raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
+    try:
+        return msgspec.convert(_upgraded(row) if row.get("version") == 1 else row, Manifest)
+    except (msgspec.ValidationError, KeyError, TypeError, AttributeError) as error:
+        raise NtpError(f"{path}: the manifest is damaged: {error}; record anew") from error
+
+
+def _upgraded(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a manifest of the first version as the present one is: outcomes were sentences."""
+    episodes = []
+    for each in row["episodes"]:
+        outcome, _, reason = each["outcome"].partition(": ")
+        goal = [{"type": "", "fields": list(record.items())} for record in each["goal"]]
+        episodes.append({**each, "outcome": outcome, "reason": reason, "goal": goal})
+    kept = {name: value for name, value in row.items() if name != "trouble"}
+    return {**kept, "version": VERSION, "episodes": episodes, "perturbation_rate": row.get("trouble", 0.0)}

@@ -1,0 +1,51 @@
+"""Vectors and quaternions, and how objects lie."""
+
+from __future__ import annotations
+
+from math import cos, isclose, sin, sqrt
+
+Vector = tuple[float, float, float]  # [m], world frame: x ahead of the robot's base, z up
+Quaternion = tuple[float, float, float, float]  # x, y, z, w, of length one; object to world
+
+UNTURNED: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+def about_vertical(yaw: float) -> Quaternion:
+    """Return a turn about the world's z axis [rad]."""
+    return 0.0, 0.0, sin(yaw / 2), cos(yaw / 2)
+
+
+def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
+    """Return an object's extents along the world's axes, to the nearest quarter turn [m].
+
+    What stands upright keeps its size, however it is turned about the vertical.
+    """
+    x, y, z, w = orientation
+    upward = (abs(2 * (x * z - w * y)), abs(2 * (y * z + w * x)), abs(1 - 2 * (x * x + y * y)))
+    axis = upward.index(max(upward))
+    if axis == 2:
+        return size
+    along_x = (abs(1 - 2 * (y * y + z * z)), abs(2 * (x * y - w * z)), abs(2 * (x * z + w * y)))
+    first, second = sorted((each for each in range(3) if each != axis), key=lambda each: -along_x[each])
+    return size[first], size[second], size[axis]
+
+
+def orientation_with_extents(size: Vector, extents: Vector) -> Quaternion:
+    """Return a turn after which an object has these extents. Raises `ValueError` where there is none."""
+    for order, turn in _QUARTER_TURNS.items():
+        lying = tuple(size[axis] for axis in order)
+        if all(isclose(a, b, abs_tol=1e-4) for a, b in zip(lying, extents, strict=True)):
+            return turn
+    raise ValueError(f"an object of {size} cannot lie with the extents {extents}")
+
+
+_HALF = sqrt(0.5)
+# By which of its axes comes to lie along x, y and z.
+_QUARTER_TURNS: dict[tuple[int, ...], Quaternion] = {
+    (0, 1, 2): UNTURNED,
+    (0, 2, 1): (_HALF, 0.0, 0.0, _HALF),
+    (2, 1, 0): (0.0, _HALF, 0.0, _HALF),
+    (1, 0, 2): (0.0, 0.0, _HALF, _HALF),
+    (2, 0, 1): (0.5, 0.5, 0.5, 0.5),
+    (1, 2, 0): (-0.5, -0.5, -0.5, 0.5),
+}

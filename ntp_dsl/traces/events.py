@@ -1,0 +1,109 @@
+"""The lines of a trace, as they are written and read: one type for each `event`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from ntp_dsl.semantics.geometry import Quaternion, Vector
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Thing
+from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
+from ntp_dsl.traces.schema import NOT_EXECUTED, CallKind, CallOutcome, End, Execution, Header
+
+DIGITS = 5  # of positions [m]
+
+
+class StateEvent(Struct, tag_field="event", tag="state", frozen=True, omit_defaults=True):
+    """An observation that decisions were made by."""
+
+    id: Count
+    positions: dict[str, Vector]  # world frame [m]
+    gripper: Vector
+    closed: bool
+    orientations: dict[str, Quaternion] = {}
+    deviations: dict[str, float] = {}  # [m]
+    facts: tuple[DeclaredFact, ...] = ()
+    unreachable: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, number: int, seen: Observation) -> StateEvent:
+        """Return an observation as a line, in tenths of a millimetre and of a milliradian."""
+        return cls(
+            number,
+            {name: _rounded(place) for name, place in seen.positions.items()},
+            _rounded(seen.gripper),
+            bool(seen.closed),
+            {name: _turn(turn) for name, turn in seen.orientations.items()},
+            {name: round(float(sigma), DIGITS) for name, sigma in seen.deviations.items()},
+            tuple(sorted(seen.facts)),
+            tuple(sorted(seen.unreachable)),
+        )
+
+    def observation(self, objects: tuple[Thing, ...]) -> Observation:
+        """Return the line as an observation of a scene's objects."""
+        return Observation(
+            objects,
+            self.positions,
+            self.gripper,
+            self.closed,
+            frozenset(self.unreachable),
+            self.orientations,
+            self.deviations,
+            frozenset(self.facts),
+        )
+
+
+class CallEvent(Struct, tag_field="event", tag="call", frozen=True, omit_defaults=True):
+    """A call that is made."""
+
+    id: Count
+    parent: Annotated[int, Meta(ge=-1)]
+    kind: CallKind
+    name: str
+    arguments: tuple[Argument, ...]
+    frame: Count
+    state: Count
+    scope: Frames | None = None
+    decision: Decision = NO_DECISION
+
+
+class ReturnEvent(Struct, tag_field="event", tag="return", frozen=True, omit_defaults=True):
+    """The end of the call that is running."""
+
+    id: Count
+    outcome: CallOutcome
+    frame: Count
+    state: Count | None = None
+    decision: Decision | None = None
+    execution: Execution = NOT_EXECUTED
+
+
+class FrameEvent(Struct, tag_field="event", tag="frame", frozen=True):
+    """A moment of the motion, ten a second."""
+
+    id: Count
+    time: Seconds
+    moved: dict[str, Vector]
+    gripper: Vector
+    closed: bool
+
+
+class PictureEvent(Struct, tag_field="event", tag="picture", frozen=True):
+    """What a camera saw."""
+
+    frame: Count
+    file: str
+
+
+Event = Header | StateEvent | CallEvent | ReturnEvent | FrameEvent | PictureEvent | End
+
+
+def _rounded(point: Vector) -> Vector:
+    x, y, z = point
+    return round(float(x), DIGITS), round(float(y), DIGITS), round(float(z), DIGITS)
+
+
+def _turn(quaternion: Quaternion) -> Quaternion:
+    x, y, z, w = quaternion
+    return round(float(x), 4), round(float(y), 4), round(float(z), 4), round(float(w), 4)
