@@ -21,7 +21,7 @@ from ntp_dsl.cli.models import model_for
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation import episodes
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.reader import parse_trace
@@ -97,29 +97,27 @@ def written(calls: int, seed: int) -> bytes:
     rng = np.random.default_rng(seed)
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    things = tuple(Thing(f"block_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
-    writer.header(Header(format=FORMAT, version=VERSION, objects=things))
+    objects = tuple(SceneObject(f"block_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
+    writer.header(Header(format=FORMAT, version=VERSION, objects=objects))
     root = writer.call(
-        ROOT, CallKind.PROGRAM, "build", (), (0, 900), 0, writer.state(seen(things, 0)), NO_DECISION
+        ROOT, CallKind.PROGRAM, "build", (), (0, 900), 0, writer.state(seen(objects, 0)), NO_DECISION
     )
     for part in range(calls // 5):
-        state = writer.state(seen(things, part))
-        thing = things[part % 8].name
-        number = writer.call(
-            root, CallKind.PROGRAM, "part", (thing,), (part, part + 9), 0, state, NO_DECISION
-        )
+        state = writer.state(seen(objects, part))
+        obj = objects[part % 8].name
+        number = writer.call(root, CallKind.PROGRAM, "part", (obj,), (part, part + 9), 0, state, NO_DECISION)
         for place in range(4):
             name = f"step_{place if rng.random() > 0.01 else rng.integers(9)}"
-            api = writer.call(number, CallKind.API, name, (thing,), None, 0, state, Decision(seconds=0.001))
+            api = writer.call(number, CallKind.API, name, (obj,), None, 0, state, Decision(seconds=0.001))
             writer.returned(api, CallOutcome.ACHIEVED, 0, execution=Execution(planning=0.01, moving=0.1))
         writer.returned(number, CallOutcome.DONE, 0, state=state)
     writer.returned(root, CallOutcome.DONE, 0)
     return stream.getvalue().encode()
 
 
-def seen(things: tuple[Thing, ...], step: int) -> Observation:
-    positions = {thing.name: (0.1 * n, 0.001 * step, 0.025) for n, thing in enumerate(things)}
-    return Observation(things, positions, (0.4, 0.0, 0.4), False)
+def seen(objects: tuple[SceneObject, ...], step: int) -> Observation:
+    positions = {obj.name: (0.1 * n, 0.001 * step, 0.025) for n, obj in enumerate(objects)}
+    return Observation(objects, positions, (0.4, 0.0, 0.4), False)
 
 
 def spread(values: list[float]) -> dict[str, float]:

@@ -35,7 +35,7 @@ def expert(function: str) -> Callable[[F], F]: ...
 def expert(function: Any) -> Any:
     """Marks an expert: `(world, *arguments)` to a call, several in the order of preference, or None.
 
-    `world` has the declared predicates as methods, `things(type)`, and nothing that could change.
+    `world` has the declared predicates as methods, `objects(type)`, and nothing that could change.
     """
     return _mark("expert", function)
 
@@ -66,7 +66,7 @@ def sampler(function: Any) -> Any:
     """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal.
 
     Knobs are numbers, but for `topology` and `semantics`: where the function takes these, each is a
-    generator for what hangs together how, and for which things take part. Fewer elements than `length`
+    generator for what hangs together how, and for which objects take part. Fewer elements than `length`
     asks for are an error: else what is said of goals of ten would be of whatever there was.
     """
     return _mark("sampler", function)

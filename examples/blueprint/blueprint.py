@@ -8,8 +8,8 @@ def build(world, plan):
     """Whatever stands on something settled can come next."""
     supports = {p["item"]: p["support"] for p in plan}
 
-    def settled(thing):
-        return thing not in supports or (world.on(thing, supports[thing]) and settled(supports[thing]))
+    def settled(obj):
+        return obj not in supports or (world.on(obj, supports[obj]) and settled(supports[obj]))
 
     return first(
         call("pick_and_place", item, support)

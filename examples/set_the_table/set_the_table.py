@@ -46,7 +46,7 @@ def set_aside(world, item, plate, side):
 
 @expert
 def lay(world, piece, plate, side):
-    if any(world.near(other, plate, side) for other in world.things("Piece") if other != piece):
+    if any(world.near(other, plate, side) for other in world.objects("Piece") if other != piece):
         return call("make_room", plate, side)
     return call("bring", piece, plate, side) if world.holding(piece) else call("pick", piece)
 

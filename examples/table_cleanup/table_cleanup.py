@@ -2,7 +2,7 @@
 
 from ntp_dsl.authoring import predicate, sampler
 
-OVERLAP = 0.01  # of their heights, from which one thing is in another's way [m]
+OVERLAP = 0.01  # of their heights, from which one object is in another's way [m]
 
 
 @predicate
@@ -11,10 +11,10 @@ def crowds(observation, other, item, support):
         return False
     if support not in observation.positions or other not in observation.positions:
         return False
-    things = [observation.by_name[name] for name in (other, item, support)]
-    if things[2].cavity is not None and any(thing.cavity is None for thing in things):
+    objects = [observation.by_name[name] for name in (other, item, support)]
+    if objects[2].cavity is not None and any(obj.cavity is None for obj in objects):
         return False  # within the rim of a hollow nothing is in the way
-    (width, depth, height), own, below = (thing.size for thing in things)
+    (width, depth, height), own, below = (obj.size for obj in objects)
     (x, y, z), (sx, sy, sz) = observation.positions[other], observation.positions[support]
     near = abs(x - sx) < (width + own[0]) / 2 and abs(y - sy) < (depth + own[1]) / 2
     bottom = sz + below[2] / 2  # of the item, once it is there

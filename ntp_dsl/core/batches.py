@@ -14,7 +14,7 @@ from ntp_dsl.core import keyframes
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
 from ntp_dsl.demonstrations.queries import Answer, Query
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 
 IGNORE = -100
 NOTHING = -1
@@ -67,13 +67,13 @@ class Answers:
 
 
 @lru_cache(maxsize=4096)
-def type_rows(memory: Memory, things: tuple[Thing, ...]) -> Tensor:
+def type_rows(memory: Memory, things: tuple[SceneObject, ...]) -> Tensor:
     """(things, types): a thing is of its type and of all the ancestors of it."""
     return torch.tensor([[memory.takes(t.type, name) for name in memory.types] for t in things]).float()
 
 
 def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> States:
-    count = max(len(query.observation.things) for query in queries)
+    count = max(len(query.observation.objects) for query in queries)
     size = len(queries)
     positions = torch.zeros(size, count, 3)
     types = torch.zeros(size, count, len(memory.types))
@@ -83,11 +83,11 @@ def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> St
     for index, query in enumerate(queries):
         seen = query.observation
         relative, visible = relative_positions(seen)
-        n = len(seen.things)
+        n = len(seen.objects)
         positions[index, :n] = relative
         there[index, :n] = visible
-        types[index, :n] = type_rows(memory, tuple(seen.things))
-        names = [thing.name for thing in seen.things]
+        types[index, :n] = type_rows(memory, tuple(seen.objects))
+        names = [thing.name for thing in seen.objects]
         signature = memory.signature(query.program)
         objects, others = signature.split(query.arguments)
         for place, name in enumerate(objects):
@@ -112,8 +112,8 @@ def states(memory: Memory, queries: Sequence[Query], specs: Sequence[int]) -> St
 def relative_positions(seen: Observation) -> tuple[Tensor, Tensor]:
     """(things, 3) minus the gripper's point, and which of them are there."""
     nowhere = seen.gripper
-    points = np.array([seen.positions.get(thing.name, nowhere) for thing in seen.things])
-    visible = [thing.name in seen.positions for thing in seen.things]
+    points = np.array([seen.positions.get(thing.name, nowhere) for thing in seen.objects])
+    visible = [thing.name in seen.positions for thing in seen.objects]
     relative = torch.from_numpy((points - np.array(seen.gripper)).astype(np.float32))
     return relative, torch.tensor(visible)
 
@@ -132,7 +132,7 @@ def frames(
     """
     shown = [keyframes.within(demonstration, scope) for demonstration, scope, _ in parts]
     length = max(map(len, shown))
-    count = max(things, *(len(demonstration.things) for demonstration, _, _ in parts))
+    count = max(things, *(len(demonstration.objects) for demonstration, _, _ in parts))
     size = len(parts)
     positions = torch.zeros(size, length, count, 3)
     closed = torch.zeros(size, length)
@@ -141,16 +141,16 @@ def frames(
     there = torch.zeros(size, count, dtype=torch.bool)
     still = torch.zeros(size, count, dtype=torch.bool)
     for index, (demonstration, _, _) in enumerate(parts):
-        chosen, n = shown[index], len(demonstration.things)
+        chosen, n = shown[index], len(demonstration.objects)
         span = len(chosen)
         order = _order(demonstration, orders[index] if orders else demonstration.names)
         seen = demonstration.relative[chosen][:, order]
         positions[index, :span, :n] = torch.from_numpy(seen)
         closed[index, :span] = torch.from_numpy(demonstration.closed[chosen].astype(np.float32))
         mask[index, :span] = True
-        types[index, :n] = type_rows(memory, tuple(demonstration.things[i] for i in order))
+        types[index, :n] = type_rows(memory, tuple(demonstration.objects[i] for i in order))
         there[index, :n] = True
-        fixed = [not demonstration.things[i].movable for i in order]
+        fixed = [not demonstration.objects[i].movable for i in order]
         still[index, :n] = torch.tensor(fixed) if any(fixed) else True
     rows = torch.tensor([memory.index(program) for _, _, program in parts])
     return Frames(positions, closed, mask, types, there, still, rows, torch.ones(size))
@@ -177,7 +177,7 @@ def answers(
             continue
         lost[index] = int(answer.scope is None)
         slot[index] = memory.row(query.program).callees.index(answer.callee)
-        names = [thing.name for thing in query.observation.things]
+        names = [thing.name for thing in query.observation.objects]
         signature = memory.signature(answer.callee)
         objects, others = signature.split(answer.arguments)
         for place, name in enumerate(objects):
@@ -209,7 +209,7 @@ def answers(
 
 
 @lru_cache(maxsize=4096)
-def candidate_rows(memory: Memory, callee: str, things: tuple[Thing, ...]) -> Tensor:
+def candidate_rows(memory: Memory, callee: str, things: tuple[SceneObject, ...]) -> Tensor:
     """(arity, things): what each argument of the callee may point at."""
     rows = torch.zeros(memory.arity, len(things), dtype=torch.bool)
     for place, type_name in enumerate(memory.signature(callee).object_types):
@@ -222,7 +222,7 @@ def _candidates(memory: Memory, queries: Sequence[Query], right: Sequence[Answer
     rows = torch.zeros(len(queries), memory.arity, things, dtype=torch.bool)
     for index, (query, answer) in enumerate(zip(queries, right, strict=True)):
         if answer.callee is not None:
-            seen = query.observation.things
+            seen = query.observation.objects
             rows[index, :, : len(seen)] = candidate_rows(memory, answer.callee, tuple(seen))
     return rows
 

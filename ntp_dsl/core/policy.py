@@ -108,9 +108,9 @@ class LearnedPolicy:
     ) -> tuple[tuple[str, ...], float, list[Ranking[str]]]:
         """The arguments, how certain they are together, and what else each might have been."""
         scores = self.core.point(thought, states, torch.tensor([slot]))[0]  # (arity, things)
-        rows = batches.candidate_rows(self.core.memory, callee, seen.things)
+        rows = batches.candidate_rows(self.core.memory, callee, seen.objects)
         chances = torch.softmax(scores.masked_fill(~rows, -1e4), -1)
-        names = tuple(thing.name for thing in seen.things)
+        names = tuple(thing.name for thing in seen.objects)
         chosen, certainty, pointers = [], 1.0, []
         for place in range(len(self.core.memory.signature(callee).object_types)):
             index = int(chances[place].argmax())
@@ -147,7 +147,7 @@ class LearnedPolicy:
 
     def _reading(self, query: Query) -> Reading:
         """Kept: a part of a demonstration is read once for a program."""
-        names = tuple(thing.name for thing in query.observation.things)
+        names = tuple(thing.name for thing in query.observation.objects)
         if names != self._order:
             self._check_objects(names)
             self._order, self._readings = names, {}

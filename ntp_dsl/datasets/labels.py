@@ -20,7 +20,7 @@ from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall, Trace
 
 OFF_STACK = 2  # queries about other programs, for each state
 NEW_OFF_STACK = 8  # the same, for each state that no episode went through
-BYSTANDERS = 0.5  # how often one more thing stands there, which is for the most part of no account
+BYSTANDERS = 0.5  # how often one more object stands there, which is for the most part of no account
 NAMED = "bystander"
 ASIDE = 0.2  # from everything else, seen from above [m]
 TABLE = ((0.15, 0.95), (-0.5, 0.5))  # where it may stand [m]
@@ -38,7 +38,7 @@ def labelled(
     """Decisions of the trace, and for each of its states the expert's word on programs drawn at random.
 
     Args:
-        new_states: of any scenes, with whatever things; nothing in the demonstration is about them.
+        new_states: of any scenes, with whatever objects; nothing in the demonstration is about them.
     """
     yield from _on_stack(expert, demonstration, trace)
     for observation in trace.states:
@@ -109,17 +109,17 @@ def random_call(
 
 
 def with_bystander(observation: Observation, rng: np.random.Generator) -> Observation:
-    """The same moment with one more thing, like one of those there, and far from them if there is room."""
-    movable = [thing for thing in observation.things if thing.movable]
+    """The same moment with one more object, like one of those there, and far from them if there is room."""
+    movable = [obj for obj in observation.objects if obj.movable]
     if not movable:
         return observation
     like = movable[int(rng.integers(len(movable)))]
-    names = (thing.name for thing in observation.things if not thing.roomy)
+    names = (obj.name for obj in observation.objects if not obj.roomy)
     taken = [observation.gripper, *(observation.positions[n] for n in names if n in observation.positions)]
     for _ in range(DRAWS):
         x, y = (float(rng.uniform(*bounds)) for bounds in TABLE)
         if all(hypot(x - other[0], y - other[1]) > ASIDE for other in taken):
             extra = replace(like, name=NAMED)
             places = {**observation.positions, NAMED: (x, y, like.size[2] / 2)}
-            return replace(observation, things=(*observation.things, extra), positions=places)
+            return replace(observation, objects=(*observation.objects, extra), positions=places)
     return observation

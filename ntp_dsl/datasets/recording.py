@@ -149,5 +149,5 @@ def header(registry: Registry, instance: Instance, seed: int, policy: PolicyKind
         arguments=instance.arguments,
         seed=seed,
         policy=policy,
-        objects=instance.things,
+        objects=instance.objects,
     )

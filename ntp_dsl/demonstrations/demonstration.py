@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from ntp_dsl.semantics.observation import DeclaredFact, Observation, Record, Thing
+from ntp_dsl.semantics.observation import DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.worlds.protocol import World
 
 Scope = tuple[int, int]  # frames [begin, end)
@@ -47,7 +47,7 @@ class Demonstration:
     Two demonstrations are the same only if they are one.
     """
 
-    things: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     times: NDArray[np.float32]  # (T,) [s]
     closed: NDArray[np.bool_]  # (T,)
     grippers: NDArray[np.float64]  # (T, 3): the point between the fingertips, world frame [m]
@@ -65,7 +65,7 @@ class Demonstration:
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the objects."""
-        return tuple(thing.name for thing in self.things)
+        return tuple(obj.name for obj in self.objects)
 
     @cached_property
     def relative(self) -> NDArray[np.float32]:
@@ -93,10 +93,10 @@ class Recorder:
     def demonstration(self, origin: Origin = UNKNOWN) -> Demonstration:
         """Return all frames so far. A lost object cannot be shown, so each frame has all of them."""
         seen = [observation for _, observation in self._frames]
-        things = seen[0].things
-        names = [thing.name for thing in things]
+        objects = seen[0].objects
+        names = [obj.name for obj in objects]
         return Demonstration(
-            things,
+            objects,
             np.array([time for time, _ in self._frames], dtype=np.float32),
             np.array([each.closed for each in seen]),
             np.array([each.gripper for each in seen]),

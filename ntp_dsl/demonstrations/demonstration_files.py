@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, Facts, Origin
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import DeclaredFact, Record, Thing
+from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
 
 FORMAT = "ntp-demonstration"  # also the key of the header among the file's metadata
 VERSION = 2
@@ -28,14 +28,14 @@ class Header(msgspec.Struct, frozen=True, kw_only=True):
 
     format: str
     version: int
-    objects: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     origin: Origin = UNKNOWN
 
 
 class _HeaderOfVersion1(msgspec.Struct, frozen=True):
     """The first version: places were relative to the gripper, which it did not tell."""
 
-    things: tuple[Thing, ...]
+    things: tuple[SceneObject, ...]
     notes: dict[str, Any] = {}
 
 
@@ -62,13 +62,15 @@ def write_demonstration(demonstration: Demonstration, path: Path) -> None:
     if demonstration.facts is not None:
         texts = [msgspec.json.encode(sorted(facts)).decode() for facts in demonstration.facts]
         columns["facts"] = pa.array(texts)
-    header = Header(format=FORMAT, version=VERSION, objects=demonstration.things, origin=demonstration.origin)
+    header = Header(
+        format=FORMAT, version=VERSION, objects=demonstration.objects, origin=demonstration.origin
+    )
     table = pa.table(columns).replace_schema_metadata({FORMAT: msgspec.json.encode(header)})
     with written_whole(path) as partial:
         parquet.write_table(table, partial)
 
 
-def read_demonstration(path: Path, scene: Sequence[Thing] = ()) -> Demonstration:
+def read_demonstration(path: Path, scene: Sequence[SceneObject] = ()) -> Demonstration:
     """Read a demonstration.
 
     Args:
@@ -80,16 +82,16 @@ def read_demonstration(path: Path, scene: Sequence[Thing] = ()) -> Demonstration
     header = _header(table, path)
     if isinstance(header, _HeaderOfVersion1):
         return _checked(_version_1(table, header, path), path)
-    things = header.objects if header else _named(table, scene, path)
+    objects = header.objects if header else _named(table, scene, path)
     try:
         found = Demonstration(
-            things,
+            objects,
             table["time"].to_numpy().astype(np.float32),
             table["closed"].to_numpy(zero_copy_only=False).astype(bool),
             _rows(table, "gripper", 3),
-            np.stack([_rows(table, POSITION + each.name, 3) for each in things], axis=1),
-            _optional(table, ORIENTATION, things, 4),
-            _optional(table, DEVIATION, things, 1),
+            np.stack([_rows(table, POSITION + each.name, 3) for each in objects], axis=1),
+            _optional(table, ORIENTATION, objects, 4),
+            _optional(table, DEVIATION, objects, 1),
             _facts(table),
             header.origin if header else UNKNOWN,
         )
@@ -127,7 +129,7 @@ def _header(table: Any, path: Path) -> Header | _HeaderOfVersion1 | None:
     raise NtpError(f"{path}: expected version {VERSION} of the format, found {version}")
 
 
-def _named(table: Any, scene: Sequence[Thing], path: Path) -> tuple[Thing, ...]:
+def _named(table: Any, scene: Sequence[SceneObject], path: Path) -> tuple[SceneObject, ...]:
     """Return the objects that the columns of a file without a header are about."""
     names = [each.removeprefix(POSITION) for each in table.column_names if each.startswith(POSITION)]
     if not names:
@@ -177,9 +179,11 @@ def _rows(table: Any, column: str, length: int) -> NDArray[np.float64]:
     return flat.reshape(-1, length)
 
 
-def _optional(table: Any, prefix: str, things: Sequence[Thing], length: int) -> NDArray[np.float32] | None:
+def _optional(
+    table: Any, prefix: str, objects: Sequence[SceneObject], length: int
+) -> NDArray[np.float32] | None:
     """Return (T, N, length), or (T, N) for single numbers; None where the file has no such columns."""
-    columns = [prefix + each.name for each in things]
+    columns = [prefix + each.name for each in objects]
     if not any(each in table.column_names for each in columns):
         return None
     if length == 1:

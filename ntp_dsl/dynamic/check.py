@@ -67,8 +67,8 @@ def check_dynamically(
             sound.append(task)
     if not registry.tasks:
         instances = [_some_of_everything(runnable)]
-    instances = [each for each in instances if each.things]  # without any, there is nothing to try
-    instances = sorted(instances, key=lambda instance: len(instance.things))[:SCENES]
+    instances = [each for each in instances if each.objects]  # without any, there is nothing to try
+    instances = sorted(instances, key=lambda instance: len(instance.objects))[:SCENES]
     if instances:
         found += _run(runnable, sound, instances, reach, path, seed, told)
     return list(dict.fromkeys(found))  # a function may be at fault in several tasks
@@ -114,17 +114,17 @@ def _run(
 
 
 def _some_of_everything(registry: Registry) -> Instance:
-    """A scene for a library without tasks: a few things of every type that nothing inherits from."""
+    """A scene for a library without tasks: a few objects of every type that nothing inherits from."""
     inherited = set(registry.parents.values())
     leaves = [name for name in registry.parents if name not in inherited and registry.is_a(name, "Place")]
     types = [name for name in leaves if name not in registry.constants.values()]
     scene = tuple(SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types)
-    things = layout(registry, TaskDeclaration("", scene=_with_readings(scene, registry))).things
-    return Instance(TaskDeclaration(""), things, (), "", ())
+    objects = layout(registry, TaskDeclaration("", scene=_with_readings(scene, registry))).objects
+    return Instance(TaskDeclaration(""), objects, (), "", ())
 
 
 def _with_readings(scene: tuple[SceneGroup, ...], registry: Registry) -> tuple[SceneGroup, ...]:
-    """The scene with all that can be read of its things: what one task has no need to say, a program that is
+    """The scene with all that can be read of its objects: what one task has no need to say, a program that is
     tried in its scene may ask."""
     readings = [
         each

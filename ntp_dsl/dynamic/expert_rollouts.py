@@ -23,7 +23,7 @@ from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
 from ntp_dsl.traces.phrases import shown
 from ntp_dsl.worlds.protocol import World
 
-USUAL, CROWD = 16, 60  # things of a scene: up to which all trials are made, and from which one
+USUAL, CROWD = 16, 60  # objects of a scene: up to which all trials are made, and from which one
 PROGRAM_TRIES = 6  # of every program as a root
 
 
@@ -53,9 +53,9 @@ class Rehearsal:
         trials: list[Trial] = []
         shown: list[bool] = []  # for each scattered start, whether anything is left to be done
         untold: set[str] = set()  # what of the goals holds before anything is done
-        things = len(self._instance(task, 0)[0].things)
+        objects = len(self._instance(task, 0)[0].objects)
         for start, (_, count) in STARTS.items():
-            for number in range(_affordable(count, start, things)):
+            for number in range(_affordable(count, start, objects)):
                 try:
                     trials.append(self._trial(task, start, number, untold, shown))
                 except Livelock as livelock:
@@ -168,15 +168,15 @@ class Rehearsal:
             yield Diagnostic("W605", message, program.span, (note,))
 
 
-def _affordable(count: int, start: str, things: int) -> int:
-    """Fewer trials of scenes with many things, which take the longer."""
-    if things > CROWD:
+def _affordable(count: int, start: str, objects: int) -> int:
+    """Fewer trials of scenes with many objects, which take the longer."""
+    if objects > CROWD:
         return int(start == "scrambled")
-    return max(1, round(count * min(1.0, (USUAL / things) ** 2)))
+    return max(1, round(count * min(1.0, (USUAL / objects) ** 2)))
 
 
 def _is_of_an_element(fact: Fact, instance: Instance) -> bool:
-    """Whether a fact says of the things of one element of the goal how they stand to each other."""
+    """Whether a fact says of the objects of one element of the goal how they stand to each other."""
     if not isinstance(fact, Literal):
         return False
     rows = [{value for _, value in row.fields} for row in instance.goal]
@@ -184,7 +184,7 @@ def _is_of_an_element(fact: Fact, instance: Instance) -> bool:
 
 
 def _judged(task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnostic]:
-    """The kinds of starts from which the goal is not reached; of a lost thing only an end is asked."""
+    """The kinds of starts from which the goal is not reached; of a lost object only an end is asked."""
     failed = [trial for trial in trials if trial.lacking and trial.start != "lost"]
     if not failed:
         return
@@ -241,7 +241,7 @@ def _refused(livelock: Livelock, name: str, start: str, span: Span) -> Diagnosti
     """Round in a circle since the world does not do what it is asked: not by the expert's fault, perhaps."""
     said = dict.fromkeys(f"{api}({_given(arguments)}): {why}" for api, arguments, why in livelock.refused)
     message = f"'{name}' comes no further ({start} start): the world refuses {next(iter(said))}"
-    help = "leave more room: fewer or smaller things, or wider regions; or call something else then"
+    help = "leave more room: fewer or smaller objects, or wider regions; or call something else then"
     return Diagnostic("W603", message, span, (), help)
 
 

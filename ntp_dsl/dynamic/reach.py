@@ -26,7 +26,7 @@ class Reach:
         }
 
     def not_executed(self) -> Iterator[Diagnostic]:
-        """A note for each thing that is left out, at its declaration."""
+        """A note for each object that is left out, at its declaration."""
         for (kind, name), span in self._python.items():
             message = f"not executed: the {kind} '{name}' is left to Python"
             help = "to import it and try what depends on it: ntp check --execute"

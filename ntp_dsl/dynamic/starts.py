@@ -15,8 +15,8 @@ from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import in_hand_at
 
-PILE = 5  # things in a pile, about
-HAND_HEIGHT = 0.3  # of a thing that is in the hand at the start [m]
+PILE = 5  # objects in a pile, about
+HAND_HEIGHT = 0.3  # of an object that is in the hand at the start [m]
 
 Start = Callable[[Instance, np.random.Generator], Scene]
 
@@ -39,7 +39,7 @@ def leaning(instance: Instance, rng: np.random.Generator) -> Scene:
 def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something is in the hand that nobody asked to be there."""
     scene = instance.scattered(rng)
-    items = [thing.name for thing in movable(scene.things)]
+    items = [obj.name for obj in movable(scene.objects)]
     held = str(rng.choice(items))
     hand: Vector = (0.5, 0.0, HAND_HEIGHT)
     place = in_hand_at(scene.by_name[held], hand)
@@ -49,7 +49,7 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 def buried(instance: Instance, rng: np.random.Generator) -> Scene:
     """A few piles, so that most of what is needed has something on it."""
     scene = instance.scattered(rng)
-    items = movable(scene.things)
+    items = movable(scene.objects)
     order = [items[index] for index in rng.permutation(len(items))]
     positions = dict(scene.positions)
     tops = order[: max(2, len(order) // PILE)]
@@ -64,8 +64,8 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
     scene = instance.scrambled(rng, in_hand=False, straight=1.0)
-    solid = [thing.name for thing in movable(scene.things) if thing.cavity is None]
-    order = rng.permutation(solid or [thing.name for thing in movable(scene.things)])
+    solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
+    order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
     missing = str(max(order, key=lambda name: scene.positions[name][2]))
     positions = {name: place for name, place in scene.positions.items() if name != missing}
     return replace(scene, positions=positions)
@@ -74,26 +74,26 @@ def lost(instance: Instance, rng: np.random.Generator) -> Scene:
 def told(seen: Observation) -> str:
     """What stands on what, and what is in the hand; what is not named stands by itself."""
     said = []
-    for thing in seen.by_name.values():
-        if not thing.movable:
+    for obj in seen.by_name.values():
+        if not obj.movable:
             continue
-        if thing.name not in seen.positions:
-            said.append(f"{thing.name} is lost")
-        elif thing.name == seen.held:
-            said.append(f"{thing.name} in the hand")
+        if obj.name not in seen.positions:
+            said.append(f"{obj.name} is lost")
+        elif obj.name == seen.held:
+            said.append(f"{obj.name} in the hand")
         else:
-            said += _below(seen, thing.name)[:1]
+            said += _below(seen, obj.name)[:1]
     return ", ".join(said) or "everything by itself"
 
 
 def _below(seen: Observation, item: str) -> list[str]:
-    others = [other.name for other in seen.things if other.name != item and other.size[0] <= TOO_WIDE]
+    others = [other.name for other in seen.objects if other.name != item and other.size[0] <= TOO_WIDE]
     lies_in = [f"{item} in {other}" for other in others if inside(seen, item, other)]
     return lies_in or [f"{item} on {other}" for other in others if on(seen, item, other)]
 
 
 def whereabouts(seen: Observation, names: Iterable[object]) -> str:
-    """Where the middles of things are [m]."""
+    """Where the middles of objects are [m]."""
     known = [name for name in dict.fromkeys(names) if isinstance(name, str) and name in seen.positions]
     places = (", ".join(f"{value:.3f}" for value in seen.positions[name]) for name in known)
     return "; ".join(f"{name} at ({place}) m" for name, place in zip(known, places, strict=True))

@@ -94,10 +94,10 @@ class WatchedPolicy(ScriptedPolicy):
             again = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
             if again != decision:
                 raise Impure(frame.program, "asked twice", (decision, again))
-            backwards = seen.permuted(tuple(reversed(range(len(seen.things)))))
+            backwards = seen.permuted(tuple(reversed(range(len(seen.objects)))))
             other = self.expert.decide(frame.program, frame.arguments, State(registry, backwards))
             if other != decision:
-                raise Impure(frame.program, "with the things listed in another order", (decision, other))
+                raise Impure(frame.program, "with the objects listed in another order", (decision, other))
         return decision
 
     def _remember(self, key: Key) -> None:

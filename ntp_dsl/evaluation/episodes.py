@@ -280,8 +280,8 @@ def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Epi
 
 def check_objects(demonstration: Demonstration, instance: Instance) -> None:
     """Raise `NtpError` unless a demonstration shows the objects of the scene, all and no others."""
-    shown = {(thing.name, thing.type) for thing in demonstration.things}
-    there = {(thing.name, thing.type) for thing in instance.things}
+    shown = {(obj.name, obj.type) for obj in demonstration.objects}
+    there = {(obj.name, obj.type) for obj in instance.objects}
     for verb, odd in (("lacks", there - shown), ("also shows", shown - there)):
         if odd:
             listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in odd))

@@ -29,7 +29,7 @@ from ntp_dsl.worlds.scenes import movable
 STILL_FOR = 2.0  # [s] that the result must stand
 STILL = 0.001  # [m] that anything may creep in that time
 RESTING = ("on", "in")  # of which the world is asked for contacts as well
-STAYED = 0.01  # [m] that a thing the goal does not name may have moved
+STAYED = 0.01  # [m] that an object the goal does not name may have moved
 
 
 class Kind(Enum):
@@ -45,7 +45,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Shortfall:
-    """The first thing that is not as it should be."""
+    """The first object that is not as it should be."""
 
     kind: Kind
     message: str
@@ -104,16 +104,16 @@ def _shortfall(
         return Shortfall(Kind.IN_HAND, f"{in_hand} is in the hand")
     named = {argument for literal in literals for argument in literal.arguments}
     named |= {value for row in instance.goal for _, value in row.fields}
-    for thing in movable(instance.things):
-        if thing.name in named or thing.name in world.disturbed:
+    for obj in movable(instance.objects):
+        if obj.name in named or obj.name in world.disturbed:
             continue
-        if any(thing.name in _above(scene, name) for name in named):
+        if any(obj.name in _above(scene, name) for name in named):
             continue  # it had to make room
-        if _distance(now.positions[thing.name], scene.positions[thing.name]) > STAYED:
-            if thing.name not in run.handled:
-                return Shortfall(Kind.KNOCKED_ASIDE, f"{thing.name} was knocked aside")
-            if thing.name not in _moved_by_expert(registry, instance, scene):
-                return Shortfall(Kind.MOVED, f"{thing.name} was moved")
+        if _distance(now.positions[obj.name], scene.positions[obj.name]) > STAYED:
+            if obj.name not in run.handled:
+                return Shortfall(Kind.KNOCKED_ASIDE, f"{obj.name} was knocked aside")
+            if obj.name not in _moved_by_expert(registry, instance, scene):
+                return Shortfall(Kind.MOVED, f"{obj.name} was moved")
     return None
 
 
@@ -146,7 +146,7 @@ def _built_in(registry: Registry, predicate: str) -> str:
 
 
 def _above(scene: Scene, support: Argument) -> set[str]:
-    """What stood over a thing at the start, at whatever height."""
+    """What stood over an object at the start, at whatever height."""
     if not isinstance(support, str) or support not in scene.positions:
         return set()
     x, y, z = scene.positions[support]
@@ -154,11 +154,11 @@ def _above(scene: Scene, support: Argument) -> set[str]:
     if below.roomy:
         return set()
     return {
-        thing.name
-        for thing in movable(scene.things)
-        if scene.positions[thing.name][2] > z
-        and abs(scene.positions[thing.name][0] - x) < (below.size[0] + thing.size[0]) / 2
-        and abs(scene.positions[thing.name][1] - y) < (below.size[1] + thing.size[1]) / 2
+        obj.name
+        for obj in movable(scene.objects)
+        if scene.positions[obj.name][2] > z
+        and abs(scene.positions[obj.name][0] - x) < (below.size[0] + obj.size[0]) / 2
+        and abs(scene.positions[obj.name][1] - y) < (below.size[1] + obj.size[1]) / 2
     }
 
 
@@ -178,7 +178,7 @@ def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> se
 def _crept(before: Observation, after: Observation) -> Shortfall | None:
     """Return what moves. A heap in a bin or bowl may settle: that it stays inside is asked anyway."""
     for name, position in after.positions.items():
-        lies_in_one = any(inside(after, name, thing.name) for thing in after.things)
+        lies_in_one = any(inside(after, name, obj.name) for obj in after.objects)
         if _distance(position, before.positions[name]) > STILL and not lies_in_one:
             return Shortfall(Kind.NOT_STILL, f"{name} is not still")
     return None

@@ -213,16 +213,16 @@ class UndeclaredCall(NtpError):
 
 
 class View:
-    """The read-only state of a Python expert: declared predicates as methods, things by type."""
+    """The read-only state of a Python expert: declared predicates as methods, objects by type."""
 
     def __init__(self, registry: Registry, state: State) -> None:
         self._registry, self._state = registry, state
 
-    def things(self, type_name: str) -> list[str]:
+    def objects(self, type_name: str) -> list[str]:
         """Raises `NtpError` for a type that the library does not have."""
         if type_name not in self._registry.parents:
             raise NtpError(f"no type is called '{type_name}'{guess(type_name, self._registry.parents)}")
-        return self._state.things(type_name)
+        return self._state.objects(type_name)
 
     def __getattr__(self, predicate: str) -> Callable[..., Any]:
         declared = self._registry.predicates.get(predicate)

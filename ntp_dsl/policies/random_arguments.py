@@ -1,4 +1,4 @@
-"""Arguments at random, by type: things of the scene, members, numbers of the range, and records of these."""
+"""Arguments at random, by type: objects of the scene, members, numbers of the range, and records of these."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ntp_dsl.semantics.state import State
 def random_arguments(
     parameters: Sequence[Parameter], state: State, rng: np.random.Generator
 ) -> tuple[Argument, ...] | None:
-    """One for each parameter, no thing twice; None for a list, or where the scene has none."""
+    """One for each parameter, no object twice; None for a list, or where the scene has none."""
     chosen: list[Argument] = []
     for parameter in parameters:
         argument = _argument(parameter, state, without_lists(tuple(chosen)), rng)
@@ -37,9 +37,9 @@ def _argument(
     elif parameter.type not in registry.parents:
         return float(rng.uniform(*bounds(parameter)))
     else:
-        things = state.things(parameter.type)
+        objects = state.objects(parameter.type)
         fixed = [n for n, kind in registry.constants.items() if registry.is_a(kind, parameter.type)]
-        candidates = [name for name in dict.fromkeys([*things, *fixed]) if name not in before]
+        candidates = [name for name in dict.fromkeys([*objects, *fixed]) if name not in before]
     return candidates[int(rng.integers(len(candidates)))] if candidates else None
 
 

@@ -48,12 +48,12 @@ def counterpart(
 
 
 def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
-    """The same but for numbers, which depend on where things are."""
+    """The same but for numbers, which depend on where objects are."""
     return _named(some) == _named(others)
 
 
 def _named(arguments: tuple[Argument, ...]) -> list[Argument]:
-    """Things and members, those of records too, and lists as they are."""
+    """Objects and members, those of records too, and lists as they are."""
     flat = [argument for argument in arguments if isinstance(argument, tuple)]
     return [*flat, *(value for value in without_lists(arguments) if not isinstance(value, float))]
 

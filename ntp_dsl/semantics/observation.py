@@ -16,7 +16,7 @@ class Record:
     """A record of the language at run time, such as a `Placement`."""
 
     type: str
-    fields: tuple[tuple[str, str | float], ...]  # things, members and numbers [SI]
+    fields: tuple[tuple[str, str | float], ...]  # objects, members and numbers [SI]
 
     def __getitem__(self, name: str) -> str | float:
         return dict(self.fields)[name]
@@ -27,8 +27,8 @@ class Record:
 
 Argument = str | float | Record | tuple[Record | str, ...]
 TOO_WIDE = 0.8  # to be anything but a table, which never moves and whose top is the ground [m]
-IN_HAND = 0.035  # from the tool's point to where a thing is held [m]
-ROOMY = 0.12  # what never moves and is wider than this has room for several things [m]
+IN_HAND = 0.035  # from the tool's point to where an object is held [m]
+ROOMY = 0.12  # what never moves and is wider than this has room for several objects [m]
 
 
 WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
@@ -53,7 +53,7 @@ class DeclaredFact(NamedTuple):
 
 
 class Cavity(NamedTuple):
-    """What is inside: half of its extent along x and y, and its floor above the thing's bottom [m]."""
+    """What is inside: half of its extent along x and y, and its floor above the object's bottom [m]."""
 
     half_x: float
     half_y: float
@@ -61,7 +61,7 @@ class Cavity(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Thing:
+class SceneObject:
     """Something of the scene that arguments may point at. `size` is its full extent [m].
 
     `traits` are what a task's scene says of it, such as a category or a colour: reading -> value.
@@ -81,7 +81,7 @@ class Thing:
 
     @property
     def roomy(self) -> bool:
-        """A surface to put things on wherever there is place, such as a table or a tray."""
+        """A surface to put objects on wherever there is place, such as a table or a tray."""
         return not self.movable and min(self.size[:2]) > ROOMY
 
     @property
@@ -105,20 +105,20 @@ class Thing:
         is_round = self.shape in ("cylinder", "bowl")
         return self.size[0] / 2 if is_round else hypot(*self.size[:2]) / 2
 
-    def has_room_for(self, item: Thing) -> bool:
+    def has_room_for(self, item: SceneObject) -> bool:
         """Whether the item goes into its hollow: what is wider rests on the rim."""
         return self.cavity is not None and item.reach < self.reach - 1e-6
 
-    def takes(self, item: Thing) -> bool:
+    def takes(self, item: SceneObject) -> bool:
         """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
         return item.cavity is None and self.has_room_for(item)
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What can be seen at one moment. Things that are lost have no position."""
+    """What can be seen at one moment. Objects that are lost have no position."""
 
-    things: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     positions: Mapping[str, Vector]  # centres, world frame [m]
     gripper: Vector  # the point between the fingertips, world frame [m]
     closed: bool
@@ -128,49 +128,49 @@ class Observation:
     facts: frozenset[DeclaredFact] = frozenset()  # that hold of the objects and are not geometry
 
     @cached_property
-    def by_name(self) -> Mapping[str, Thing]:
+    def by_name(self) -> Mapping[str, SceneObject]:
         """Each as it lies: what has tipped over has its extents exchanged."""
-        return {thing.name: self._lying(thing) for thing in self.things}
+        return {obj.name: self._lying(obj) for obj in self.objects}
 
     def orientation(self, name: str) -> Quaternion:
         """Return how an object is turned, world frame; `UNTURNED` where nothing is said."""
         return self.orientations.get(name, UNTURNED)
 
-    def _lying(self, thing: Thing) -> Thing:
-        """Of hollow things and of what never moves nothing is said but where they are."""
-        turn = self.orientations.get(thing.name)
-        if turn is None or not thing.movable or thing.cavity is not None:
-            return thing
-        size = extents_as_it_lies(thing.size, turn)
-        return thing if size == thing.size else replace(thing, size=size)
+    def _lying(self, obj: SceneObject) -> SceneObject:
+        """Of hollow objects and of what never moves nothing is said but where they are."""
+        turn = self.orientations.get(obj.name)
+        if turn is None or not obj.movable or obj.cavity is not None:
+            return obj
+        size = extents_as_it_lies(obj.size, turn)
+        return obj if size == obj.size else replace(obj, size=size)
 
     @cached_property
     def held(self) -> str | None:
-        """The thing between the closed fingers, if there is one: the nearest."""
+        """The object between the closed fingers, if there is one: the nearest."""
         if not self.closed:
             return None
         near = [
-            (distance, thing.name)
-            for thing in self.by_name.values()
-            if thing.movable and thing.name in self.positions
-            if (distance := self._from_grip(thing)) < IN_HAND
+            (distance, obj.name)
+            for obj in self.by_name.values()
+            if obj.movable and obj.name in self.positions
+            if (distance := self._from_grip(obj)) < IN_HAND
         ]
         return min(near)[1] if near else None
 
-    def _from_grip(self, thing: Thing) -> float:
-        """From the tool's point to where a thing is held: its middle, or the rim of a bowl [m].
+    def _from_grip(self, obj: SceneObject) -> float:
+        """From the tool's point to where an object is held: its middle, or the rim of a bowl [m].
 
         What is tall is held near its top. All of a rim is equally far from the bowl's middle, however the
         bowl hangs; but a hand over the middle is about something else.
         """
-        (gx, gy, gz), (x, y, z) = self.gripper, self.positions[thing.name]
+        (gx, gy, gz), (x, y, z) = self.gripper, self.positions[obj.name]
         aside = hypot(x - gx, y - gy)
-        if thing.cavity is None:
-            return max(aside, abs(z - gz) - max(0.0, thing.size[2] / 2 - IN_HAND))
-        if aside < thing.size[0] / 4:
+        if obj.cavity is None:
+            return max(aside, abs(z - gz) - max(0.0, obj.size[2] / 2 - IN_HAND))
+        if aside < obj.size[0] / 4:
             return inf
-        return abs(hypot(aside, z - gz) - hypot(thing.size[0], thing.size[2]) / 2)
+        return abs(hypot(aside, z - gz) - hypot(obj.size[0], obj.size[2]) / 2)
 
     def permuted(self, order: tuple[int, ...]) -> Observation:
-        """The same moment with its things listed in another order."""
-        return replace(self, things=tuple(self.things[index] for index in order))
+        """The same moment with its objects listed in another order."""
+        return replace(self, objects=tuple(self.objects[index] for index in order))

@@ -14,14 +14,14 @@ ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
 ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
-OVERLAP = 0.9  # of a thing's width: nearer centres than this overlap, seen from above
+OVERLAP = 0.9  # of an object's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
-HEAPED = 0.02  # of a thing's middle above the rim, at which it still lies in a heaped bin [m]
-FREE_GAP = 0.015  # room around a held thing for the table below to count as free
+HEAPED = 0.02  # of an object's middle above the rim, at which it still lies in a heaped bin [m]
+FREE_GAP = 0.015  # room around a held object for the table below to count as free
 
 
 def held(observation: Observation) -> str | None:
-    """The thing between the closed fingers, if there is one."""
+    """The object between the closed fingers, if there is one."""
     return observation.held
 
 
@@ -64,14 +64,14 @@ def covers(observation: Observation, item: str, support: str) -> bool:
     above, below = observation.by_name[item].size, observation.by_name[support].size
     reach_x, reach_y = (OVERLAP * (above[axis] + below[axis]) / 2 for axis in (0, 1))
     near = abs(x - sx) < reach_x and abs(y - sy) < reach_y
-    sunk = 0.6 * min(above[2], below[2])  # a thing that leans, or stands beside, is lower than on top
+    sunk = 0.6 * min(above[2], below[2])  # an object that leans, or stands beside, is lower than on top
     return near and -sunk < _gap(observation, item, support) < 0.5 * above[2]
 
 
 def clear(observation: Observation, item: str) -> bool:
     """Nothing covers `item`."""
     return present(observation, item) and not any(
-        covers(observation, thing.name, item) for thing in observation.things
+        covers(observation, obj.name, item) for obj in observation.objects
     )
 
 
@@ -99,15 +99,15 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
 
 
 def _over_container(observation: Observation, in_hand: str | None, target: str) -> bool:
-    """What is held is over the hollow, ready to fall in; an empty hand is over the thing, ready to grasp."""
+    """What is held is over the hollow, ready to fall in; an empty hand is over the object, ready to grasp."""
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
-    thing = observation.by_name[target]
-    rise = observation.gripper[2] - (tz + thing.size[2] / 2)
+    obj = observation.by_name[target]
+    rise = observation.gripper[2] - (tz + obj.size[2] / 2)
     if in_hand is None:  # a bowl is grasped by its wall
-        return abs(hypot(x - tx, y - ty) - thing.size[0] / 2) < OVER and 0.03 < rise < 0.2
-    assert thing.cavity is not None
-    within = abs(x - tx) < thing.cavity.half_x and abs(y - ty) < thing.cavity.half_y
+        return abs(hypot(x - tx, y - ty) - obj.size[0] / 2) < OVER and 0.03 < rise < 0.2
+    assert obj.cavity is not None
+    within = abs(x - tx) < obj.cavity.half_x and abs(y - ty) < obj.cavity.half_y
     return within and z > tz and rise < 0.25
 
 
@@ -133,7 +133,7 @@ def load(observation: Observation, container: str | None) -> list[str]:
     """What goes along where a bowl goes."""
     if container is None or observation.by_name[container].cavity is None:
         return []
-    return [thing.name for thing in observation.things if inside(observation, thing.name, container)]
+    return [obj.name for obj in observation.objects if inside(observation, obj.name, container)]
 
 
 def hollow(observation: Observation, item: str) -> bool:
@@ -156,22 +156,22 @@ def footprints(
     observation: Observation, except_for: Container[str | None]
 ) -> Iterator[tuple[Vector, Vector]]:
     """Where what stands on the table is, and its size: all but the widest furniture."""
-    for thing in observation.by_name.values():
-        if thing.name not in except_for and thing.size[0] <= TOO_WIDE:
-            if thing.name in observation.positions:
-                yield observation.positions[thing.name], thing.size
+    for obj in observation.by_name.values():
+        if obj.name not in except_for and obj.size[0] <= TOO_WIDE:
+            if obj.name in observation.positions:
+                yield observation.positions[obj.name], obj.size
 
 
 def trait(name: str) -> Callable[[Observation, str], str | float]:
-    """A reading of what the task's scene says of a thing.
+    """A reading of what the task's scene says of an object.
 
-    Raises `NtpError` for a thing of which it says nothing.
+    Raises `NtpError` for an object of which it says nothing.
     """
 
-    def read(observation: Observation, thing: str) -> str | float:
-        traits = dict(observation.by_name[thing].traits)
+    def read(observation: Observation, obj: str) -> str | float:
+        traits = dict(observation.by_name[obj].traits)
         if name not in traits:
-            raise NtpError(f"the scene says no {name} of '{thing}'; write: ... with {name}(...)")
+            raise NtpError(f"the scene says no {name} of '{obj}'; write: ... with {name}(...)")
         return traits[name]
 
     return read

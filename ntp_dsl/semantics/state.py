@@ -101,10 +101,10 @@ class State:
             self._known[key] = self._ask(*key)
         return self._known[key]
 
-    def things(self, type_name: str) -> list[str]:
-        """Names of the scene's things of a type, in the observation's order."""
+    def objects(self, type_name: str) -> list[str]:
+        """Names of the scene's objects of a type, in the observation's order."""
         is_a = self.registry.is_a
-        return [t.name for t in self.observation.things if is_a(t.type, type_name)]
+        return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
 
     def true(self, expression: nodes.Expression | None, scope: Bindings) -> bool:
         """Whether an expression holds; no expression holds always."""
@@ -153,9 +153,9 @@ class State:
         return Condition(f"{text} with {given}" if given else text, expression, scope)
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
-        """One scope per element of a list, or per thing of a type, that meets the condition."""
+        """One scope per element of a list, or per object of a type, that meets the condition."""
         iterable = generator.iterable.id
-        source = scope[iterable] if iterable in scope else tuple(self.things(iterable))
+        source = scope[iterable] if iterable in scope else tuple(self.objects(iterable))
         assert isinstance(source, tuple)
         for element in source:
             inner: Bindings = {**scope, generator.variable: element}
@@ -206,7 +206,7 @@ class State:
         return self._provider(declared)(self.observation, *arguments)
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
-        """The world's own predicate, a function in Python, or what the scene says of a thing."""
+        """The world's own predicate, a function in Python, or what the scene says of an object."""
         name = declared.by.id if declared.by else declared.name
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)

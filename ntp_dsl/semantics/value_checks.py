@@ -1,4 +1,4 @@
-"""Whether a value fits what is declared: a thing of its type, a member, a record, a number and its range."""
+"""Whether a value fits its declaration: an object of the type, a member, a record, a number in its range."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ntp_dsl.language.syntax.nodes import NOWHERE, Span, TypeName
 from ntp_dsl.semantics.observation import Argument, Observation, Record
 
 SLACK = 1e-6  # by which a calculated number may miss the end of a range [SI]
-Types = Mapping[str, str]  # of the things of a scene and of constants
+Types = Mapping[str, str]  # of the objects of a scene and of constants
 
 
 class OutOfRange(NtpError):
@@ -35,7 +35,7 @@ def plain(value: Any) -> Any:
 
 def types_of(registry: Registry, observation: Observation) -> Types:
     """What is there to point at, lost or not."""
-    return dict(registry.constants) | {thing.name: thing.type for thing in observation.things}
+    return dict(registry.constants) | {obj.name: obj.type for obj in observation.objects}
 
 
 def misfit(registry: Registry, parameter: Parameter, value: object, types: Types) -> str:
@@ -51,7 +51,7 @@ def misfit(registry: Registry, parameter: Parameter, value: object, types: Types
     if parameter.type not in registry.parents:
         return "" if isinstance(value, int | float) and not isinstance(value, bool) else "a number"
     if not isinstance(value, str) or value not in types:
-        return "the name of a thing in the scene"
+        return "the name of an object in the scene"
     if registry.is_a(types[value], parameter.type):
         return ""
     return f"{wanted}, and '{value}' is {phrase(TypeName(types[value]))}"

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 
 AUTHORS_SCENE = "stacking"  # what the authors call the scene of their block-stacking tasks
 TYPES = {"cubes": "Block"}  # a model's folder -> its type in the standard library
@@ -27,10 +27,10 @@ class AuthorsScene(Struct, frozen=True):
 
     objects: Annotated[tuple[AuthorsObject, ...], Meta(min_length=1)]
 
-    def things(self) -> tuple[Thing, ...]:
+    def as_ours(self) -> tuple[SceneObject, ...]:
         """Return the objects as ours."""
         return tuple(
-            Thing(each.name, TYPES[each.filename.split("/")[0]], each.scale) for each in self.objects
+            SceneObject(each.name, TYPES[each.filename.split("/")[0]], each.scale) for each in self.objects
         )
 
 

@@ -55,7 +55,7 @@ def draw_goal(
     rng: np.random.Generator,
     varied: Variation | None = None,
 ) -> Goal:
-    """A goal as the task declares it, of the things that are laid out.
+    """A goal as the task declares it, of the objects that are laid out.
 
     Args:
         varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
@@ -80,7 +80,7 @@ def _draw_goal(
     sources = tuple(groups[name] if name in groups else registry.enums[name] for name in sampler.groups)
     draw = _draw(sources, options, rng)
     if sampler.by is not None:
-        types = dict(registry.constants) | {thing.name: thing.type for thing in laid.things}
+        types = dict(registry.constants) | {obj.name: obj.type for obj in laid.objects}
         return _by_function(registry, sampler, draw, types)
     kind = KINDS[sampler.name]
     for knob, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
@@ -159,7 +159,7 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
 
 
 def _entry(registry: Registry, where: str, field: Parameter, value: object, types: Types) -> str | float:
-    """What a function drew for a field: a number, a member of its enumeration, or a thing of the scene."""
+    """What a function drew for a field: a number, a member of its enumeration, or an object of the scene."""
     if isinstance(value, SupportsFloat) and not isinstance(value, str):
         value = float(value)
     expected = misfit(registry, field, value, types) or strays(field, value)
@@ -174,7 +174,7 @@ def _entry(registry: Registry, where: str, field: Parameter, value: object, type
 
 
 def towers(draw: Draw) -> list[Pair]:
-    """Towers of the things: so many placements, the tallest of such a height; listed from the bottom up."""
+    """Towers of the objects: so many placements, the tallest of such a height; listed from the bottom up."""
     names = [name for source in draw.sources for name in source]
     low, high = draw.between("height", 2, 4)
     fewest, most = draw.between("placements", 1, len(names) - 1)
@@ -188,17 +188,17 @@ def towers(draw: Draw) -> list[Pair]:
     return goal
 
 
-def _possible(things: int, fewest: int, most: int, low: int, high: int) -> list[int]:
-    counts = [n for n in range(fewest, most + 1) if _partitions(things, n, low, high)]
+def _possible(objects: int, fewest: int, most: int, low: int, high: int) -> list[int]:
+    counts = [n for n in range(fewest, most + 1) if _partitions(objects, n, low, high)]
     if not counts:
         raise NtpError(
-            f"no goal has {fewest}..{most} placements in towers of {low}..{high} out of {things} things"
+            f"no goal has {fewest}..{most} placements in towers of {low}..{high} out of {objects} objects"
         )
     return counts
 
 
-def _heights(things: int, placements: int, low: int, high: int, draw: Draw) -> list[int]:
-    partitions = _partitions(things, placements, low, high)
+def _heights(objects: int, placements: int, low: int, high: int, draw: Draw) -> list[int]:
+    partitions = _partitions(objects, placements, low, high)
     if draw.topology_index is not None:  # other indices are other towers, as long as there are any
         chosen = list(partitions[draw.topology_index % len(partitions)])
     else:
@@ -206,8 +206,8 @@ def _heights(things: int, placements: int, low: int, high: int, draw: Draw) -> l
     return [chosen[index] for index in draw.topology.permutation(len(chosen))]
 
 
-def _partitions(things: int, placements: int, low: int, high: int) -> list[tuple[int, ...]]:
-    """Tower heights that use so many placements and no more things, the tallest in low..high."""
+def _partitions(objects: int, placements: int, low: int, high: int) -> list[tuple[int, ...]]:
+    """Tower heights that use so many placements and no more objects, the tallest in low..high."""
 
     def split(left: int, cap: int) -> list[tuple[int, ...]]:
         if left == 0:
@@ -218,7 +218,7 @@ def _partitions(things: int, placements: int, low: int, high: int) -> list[tuple
             for rest in split(left - first, first)
         ]
 
-    fits = (p for p in split(placements, high - 1) if sum(p) <= things)
+    fits = (p for p in split(placements, high - 1) if sum(p) <= objects)
     return [partition for partition in fits if max(partition) >= low]
 
 

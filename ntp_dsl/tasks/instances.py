@@ -14,7 +14,7 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
+from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
@@ -28,10 +28,10 @@ OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
 
 @dataclass(frozen=True)
 class Instance:
-    """One task to carry out: its things, the goal that was drawn, and the root call."""
+    """One task to carry out: its objects, the goal that was drawn, and the root call."""
 
     task: TaskDeclaration
-    things: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     goal: Goal
     program: str
     arguments: tuple[Argument, ...]
@@ -45,7 +45,7 @@ class Instance:
 
     def holds_in(self, registry: Registry, scene: Scene) -> bool:
         """Whether success is there already, with an open hand that is out of the way."""
-        seen = Observation(scene.things, scene.positions, OUT_OF_THE_WAY, closed=False)
+        seen = Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False)
         state = State(registry, seen)
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
@@ -57,16 +57,16 @@ class Instance:
 
     def scattered(self, rng: np.random.Generator) -> Scene:
         """Everything apart from everything else, where the task lets it start."""
-        return scattered(self.things, rng, self.starts)
+        return scattered(self.objects, rng, self.starts)
 
     def scrambled(self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT) -> Scene:
-        """Partial and wrong towers, buried things, now and then a thing in hand."""
-        return scrambled(self.things, rng, in_hand, self.starts, straight)
+        """Partial and wrong towers, buried objects, now and then an object in hand."""
+        return scrambled(self.objects, rng, in_hand, self.starts, straight)
 
 
 def enough_primitives(instance: Instance) -> int:
     """After which a run may be broken off: several times what any of the examples needs."""
-    return max(400, 20 * len(instance.things))
+    return max(400, 20 * len(instance.objects))
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
@@ -99,7 +99,7 @@ def draw(
     assert task.goal is not None
     laid = layout(registry, task, rng)
     goal = draw_goal(registry, task.goal, laid, rng, varied)
-    drawn = instance(task, laid.things, goal, groups=laid.groups)
+    drawn = instance(task, laid.objects, goal, groups=laid.groups)
     return replace(drawn, starts=laid.starts)
 
 
@@ -145,11 +145,11 @@ def _record(registry: Registry, name: str, row: GoalRow, entry: TaskFileEntry, w
 
 
 def _check_objects(registry: Registry, entry: TaskFileEntry, where: str) -> None:
-    for thing in entry.objects:
-        if thing.type not in registry.parents:
-            raise NtpError(f"{where}: library '{registry.name}' has no type '{thing.type}'")
-        if thing.name in registry.constants:
-            raise NtpError(f"{where}: '{thing.name}' is a constant of library '{registry.name}'")
+    for obj in entry.objects:
+        if obj.type not in registry.parents:
+            raise NtpError(f"{where}: library '{registry.name}' has no type '{obj.type}'")
+        if obj.name in registry.constants:
+            raise NtpError(f"{where}: '{obj.name}' is a constant of library '{registry.name}'")
 
 
 def _check_no_circle(goal: Goal, where: str) -> None:
@@ -165,7 +165,7 @@ def _check_no_circle(goal: Goal, where: str) -> None:
 
 def instance(
     task: TaskDeclaration,
-    things: tuple[Thing, ...],
+    objects: tuple[SceneObject, ...],
     goal: Goal,
     name: str = "",
     groups: Mapping[str, Sequence[str]] | None = None,
@@ -175,7 +175,7 @@ def instance(
     bindings: dict[str, Argument] = {GOAL: goal}
     bindings |= {group: tuple(names) for group, names in (groups or {}).items()}
     arguments = tuple(_argument(term, bindings) for term in task.run.arguments)
-    return Instance(task, things, goal, task.run.callee, arguments, name or task.name, bindings)
+    return Instance(task, objects, goal, task.run.callee, arguments, name or task.name, bindings)
 
 
 def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
@@ -193,7 +193,7 @@ def end_configuration(goal: Goal) -> Configuration:
 
 
 def configuration(rows: Iterable[GoalRow]) -> Configuration:
-    """Return which object ends up where, by the numbers at the end of their names: first and last of a row."""
+    """Return which object ends up where, by the numbers at the end of names: first and last of a row."""
     values = (list(map(str, row.values())) for row in rows)
     return frozenset((_number(row[0]), _number(row[-1])) for row in values)
 

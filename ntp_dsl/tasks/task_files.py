@@ -1,9 +1,9 @@
 """Files of tasks: objects and goals from outside, in our JSON or as the paper's authors wrote them.
 
 Ours is `{"format": "ntp-tasks", "version": 2, "tasks": [TASK...]}`, where a TASK is
-`{"id", "objects": [OBJECT...], "goal": [{"item", "support"}...]}`. An OBJECT has a `name`, a `type` and a `size` [m],
-and if need be a `shape`, `file`, `fixed` and `traits`; an element of the goal has the fields of the record that the
-task's program takes. Their order is that of a demonstration.
+`{"id", "objects": [OBJECT...], "goal": [{"item", "support"}...]}`. An OBJECT has a `name`, a `type` and a
+`size` [m], and if need be a `shape`, `file`, `fixed` and `traits`; an element of the goal has the fields of
+the record that the task's program takes. Their order is that of a demonstration.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from msgspec import Meta, Struct
 
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.authors_files import AUTHORS_SCENE, AuthorsFile
 
 FORMAT = "ntp-tasks"
@@ -31,7 +31,7 @@ class TaskFileEntry(Struct, frozen=True, omit_defaults=True):
     """One task of a file: what is in its scene, and its goal, in order."""
 
     id: str
-    objects: Annotated[tuple[Thing, ...], Meta(min_length=1)]
+    objects: Annotated[tuple[SceneObject, ...], Meta(min_length=1)]
     goal: Annotated[tuple[dict[str, str | float], ...], Meta(min_length=1)]
 
     @property
@@ -97,7 +97,7 @@ def _entries(data: Any) -> list[TaskFileEntry]:
         if data["name"] != AUTHORS_SCENE:
             raise Unexpected(f"expected tasks of '{AUTHORS_SCENE}', found {_shown(data['name'])}")
         authors = msgspec.convert(data, AuthorsFile)
-        objects = authors.scene.things()
+        objects = authors.scene.as_ours()
         return [TaskFileEntry(task.id, objects, task.goal()) for task in authors.tasks]
     found = ", ".join(f"'{key}'" for key in list(data)[:6]) or "nothing"
     raise Unexpected(f"expected {EXPECTED}, found an object of {found}")

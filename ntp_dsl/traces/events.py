@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from ntp_dsl.semantics.geometry import Quaternion, Vector
-from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Thing
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
 from ntp_dsl.traces.schema import NOT_EXECUTED, CallKind, CallOutcome, End, Execution, Header
 
@@ -40,7 +40,7 @@ class StateEvent(Struct, tag_field="event", tag="state", frozen=True, omit_defau
             tuple(sorted(seen.unreachable)),
         )
 
-    def observation(self, objects: tuple[Thing, ...]) -> Observation:
+    def observation(self, objects: tuple[SceneObject, ...]) -> Observation:
         """Return the line as an observation of a scene's objects."""
         return Observation(
             objects,

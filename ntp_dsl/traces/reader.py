@@ -14,7 +14,7 @@ from typing import Any, overload
 import msgspec
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.events import (
     CallEvent,
     Event,
@@ -194,7 +194,7 @@ class States(Sequence[Observation]):
     """Made into observations when they are asked for: most readers look at few."""
 
     def __init__(self) -> None:
-        self.objects: tuple[Thing, ...] = ()
+        self.objects: tuple[SceneObject, ...] = ()
         self._events: list[StateEvent] = []
         self._made = lru_cache(maxsize=64)(lambda number: self._events[number].observation(self.objects))
 

@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import Struct
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
+from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
@@ -144,7 +144,7 @@ class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults
     world: str | None = None
     arm: str | None = None  # None for the Panda
     disturbances: Disturbances | None = None
-    objects: tuple[Thing, ...] = ()
+    objects: tuple[SceneObject, ...] = ()
     demonstration: ShownDemonstration | None = None
     sources: dict[str, str] = {}  # file name -> text of a library that decisions refer to
 

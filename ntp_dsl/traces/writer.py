@@ -1,4 +1,4 @@
-"""Writes a trace line by line: what has happened is on its way to the disk before the next thing does."""
+"""Writes a trace line by line: what has happened is on its way to the disk before the next object does."""
 
 from __future__ import annotations
 

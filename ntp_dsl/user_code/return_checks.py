@@ -56,7 +56,7 @@ def _reading(registry: Registry, declared: PredicateDeclaration) -> Test:
     if members is not None:
         return lambda answer: "" if isinstance(answer, str) and answer in members else " or ".join(members)
     if declared.result.name in registry.parents:
-        return lambda answer: "" if isinstance(answer, str) else "the name of a thing"
+        return lambda answer: "" if isinstance(answer, str) else "the name of an object"
     return _number
 
 

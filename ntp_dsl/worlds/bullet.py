@@ -30,8 +30,8 @@ from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome,
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
-MOVED = 0.005  # from where a disturbance counts as having moved a thing [m]
-LIKE_FAILURES = 3  # after so many in a row a thing is unreachable until it moves
+MOVED = 0.005  # from where a disturbance counts as having moved an object [m]
+LIKE_FAILURES = 3  # after so many in a row an object is unreachable until it moves
 
 FAILURES: Mapping[Reason, Failure] = {
     Reason.UNKNOWN_BODY: Failure.MISSING_OBJECT,
@@ -80,12 +80,12 @@ class BulletWorld:
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if scene.held is not None:
-            raise NtpError("the bullet world cannot start with a thing in the hand")
+            raise NtpError("the bullet world cannot start with an object in the hand")
         self._cell.on_frame = None
         self._cell.reset(bodies_of(scene), seed)
         self._cell.on_frame = self._emit
-        self._things = scene.things
-        self._furniture = furniture_positions(scene.things)
+        self._objects = scene.objects
+        self._furniture = furniture_positions(scene.objects)
         self._disturbances = disturbances
         self._seed, self._calls = seed, 0
         self._noise_rng = np.random.default_rng((seed, 1))
@@ -103,7 +103,7 @@ class BulletWorld:
         poses = self._cell.poses()
         positions = {name: pose.position for name, pose in poses.items()}
         return Observation(
-            self._things,
+            self._objects,
             positions | self._furniture,
             self._cell.tool_position(),
             self._cell.hand_closed,
@@ -123,7 +123,7 @@ class BulletWorld:
         return replace(truth, positions=noisy, deviations=dict.fromkeys(noisy, sigma))
 
     def supported(self, item: str, support: str) -> bool:
-        """By contact; what is in a container may lie on other things in there."""
+        """By contact; what is in a container may lie on other objects in there."""
         below = TABLE if support in self._furniture else support
         if self._cell.contacts(item, below):
             return True
@@ -196,7 +196,7 @@ class BulletWorld:
         return _outcome(motion, self._push(held))
 
     def _push(self, item: str) -> tuple[str, ...]:
-        """After a placement on another thing, perhaps, an impulse that may topple what was built."""
+        """After a placement on another object, perhaps, an impulse that may topple what was built."""
         seen = self.truth()
         stacked = any(
             predicates.on(seen, item, other) and seen.by_name[other].movable for other in self._cell.bodies
@@ -267,7 +267,7 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
 
 
 def _standing(arm: str | None) -> Robot:
-    """An arm, placed so that the middle of where it works is the middle of where things start."""
+    """An arm, placed so that the middle of where it works is the middle of where objects start."""
     robot = load(arm or "panda")
     (x0, x1), (y0, y1) = workspace_of(robot).region
     return standing(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)

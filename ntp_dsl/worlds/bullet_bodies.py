@@ -1,4 +1,4 @@
-"""From a scene's things to the bodies that the arm's simulation holds."""
+"""From a scene's objects to the bodies that the arm's simulation holds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinematics.shapes.bodies import Body, Colour
 from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import about_vertical
-from ntp_dsl.semantics.observation import TOO_WIDE, Thing
+from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
@@ -20,7 +20,7 @@ MASSES = {"fork": 0.02, "bowl": 0.12}  # [kg]
 BIN_WALL, BOWL_WALL = 0.005, 0.004  # [m]
 ALIKE = 0.01  # of the extents of a file and what the scene says of them [m]
 NARROWEST_BOWL, LOWEST_BOWL, SHORTEST_FORK = 0.05, 0.025, 0.05  # [m]
-COLOUR = "colour"  # the trait that says what a thing looks like
+COLOUR = "colour"  # the trait that says what an object looks like
 PALETTE = (
     (0.86, 0.24, 0.22),
     (0.20, 0.48, 0.78),
@@ -45,21 +45,21 @@ def bodies_of(scene: Scene) -> list[Body]:
 
     Raises `NtpError` for what cannot be made.
     """
-    things = [thing for thing in scene.things if thing.size[0] <= TOO_WIDE]
-    colours = _colours(things)
-    return [_body(thing, scene, colours[thing.name]) for thing in things]
+    objects = [obj for obj in scene.objects if obj.size[0] <= TOO_WIDE]
+    colours = _colours(objects)
+    return [_body(obj, scene, colours[obj.name]) for obj in objects]
 
 
-def _body(thing: Thing, scene: Scene, colour: Colour) -> Body:
-    turned = about_vertical(scene.yaws.get(thing.name, 0.0))
-    mass = _mass(thing) if thing.movable else 0.0
-    return Body(thing.name, shape_of(thing), scene.positions[thing.name], turned, mass, colour)
+def _body(obj: SceneObject, scene: Scene, colour: Colour) -> Body:
+    turned = about_vertical(scene.yaws.get(obj.name, 0.0))
+    mass = _mass(obj) if obj.movable else 0.0
+    return Body(obj.name, shape_of(obj), scene.positions[obj.name], turned, mass, colour)
 
 
-def shape_of(thing: Thing) -> Shape:
+def shape_of(obj: SceneObject) -> Shape:
     """Raises `NtpError` for what cannot be made."""
-    x, y, z = thing.size
-    match thing.shape:
+    x, y, z = obj.size
+    match obj.shape:
         case "box":
             return Box((x / 2, y / 2, z / 2))
         case "cylinder":
@@ -71,49 +71,49 @@ def shape_of(thing: Thing) -> Shape:
         case "fork" if x >= SHORTEST_FORK:
             return catalogue.fork(x, z)
         case "mesh" | "urdf":
-            return _from_file(thing)
-    measures = " x ".join(f"{100 * each:g}" for each in thing.size)
+            return _from_file(obj)
+    measures = " x ".join(f"{100 * each:g}" for each in obj.size)
     least = f"{100 * NARROWEST_BOWL:g} cm wide and {100 * LOWEST_BOWL:g} cm high"
     raise NtpError(
-        f"{thing.name} is a {thing.shape} of {measures} cm, which cannot be made in the bullet world; "
+        f"{obj.name} is a {obj.shape} of {measures} cm, which cannot be made in the bullet world; "
         f"it has boxes, cylinders, bins, bowls from {least}, forks from {100 * SHORTEST_FORK:g} cm, "
         "meshes and URDFs"
     )
 
 
-def _from_file(thing: Thing) -> Shape:
+def _from_file(obj: SceneObject) -> Shape:
     """A mesh is stretched to the extents that the scene says; a URDF has its own, which must be those."""
-    path = Path(thing.file)
+    path = Path(obj.file)
     if not path.is_file():
-        raise NtpError(f"{thing.name} is made of {path}, and there is no such file")
+        raise NtpError(f"{obj.name} is made of {path}, and there is no such file")
     try:
-        if thing.shape == "mesh":
-            return catalogue.hull_of_size(path, thing.size)
+        if obj.shape == "mesh":
+            return catalogue.hull_of_size(path, obj.size)
         shape = catalogue.compound_from_urdf(path)
     except (UnusableShape, ValueError, RuntimeError) as unexpected:
-        raise NtpError(f"{thing.name} cannot be made of {path}: {unexpected}") from unexpected
+        raise NtpError(f"{obj.name} cannot be made of {path}: {unexpected}") from unexpected
     extents = [2 * half for half in half_extents_of(shape)]
-    if any(abs(a - b) > ALIKE for a, b in zip(extents, thing.size, strict=True)):
-        found, said = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, thing.size))
-        raise NtpError(f"{thing.name}: {path} measures {found}, and the scene says {said}; take the first")
+    if any(abs(a - b) > ALIKE for a, b in zip(extents, obj.size, strict=True)):
+        found, said = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, obj.size))
+        raise NtpError(f"{obj.name}: {path} measures {found}, and the scene says {said}; take the first")
     return shape
 
 
-def _mass(thing: Thing) -> float:
-    x, y, z = thing.size
-    return MASSES.get(thing.shape, min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST))
+def _mass(obj: SceneObject) -> float:
+    x, y, z = obj.size
+    return MASSES.get(obj.shape, min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST))
 
 
-def _colours(things: list[Thing]) -> Mapping[str, Colour]:
+def _colours(objects: list[SceneObject]) -> Mapping[str, Colour]:
     """By the trait of that name, else by the first trait, else one after the other."""
-    values = list(dict.fromkeys(thing.traits[0] for thing in things if thing.traits))
-    plain = [t.name for t in things if t.movable and not t.traits and t.shape not in DISHES]
+    values = list(dict.fromkeys(obj.traits[0] for obj in objects if obj.traits))
+    plain = [t.name for t in objects if t.movable and not t.traits and t.shape not in DISHES]
     found = {}
-    for thing in things:
-        said = NAMED.get(str(dict(thing.traits).get(COLOUR)))
-        if said is None and thing.traits:
-            said = PALETTE[values.index(thing.traits[0]) % len(PALETTE)]
-        elif said is None and thing.name in plain:
-            said = PALETTE[plain.index(thing.name) % len(PALETTE)]
-        found[thing.name] = (*(said or DISHES.get(thing.shape, STAYS)), 1.0)
+    for obj in objects:
+        said = NAMED.get(str(dict(obj.traits).get(COLOUR)))
+        if said is None and obj.traits:
+            said = PALETTE[values.index(obj.traits[0]) % len(PALETTE)]
+        elif said is None and obj.name in plain:
+            said = PALETTE[plain.index(obj.name) % len(PALETTE)]
+        found[obj.name] = (*(said or DISHES.get(obj.shape, STAYS)), 1.0)
     return found

@@ -71,7 +71,7 @@ def lacking(world: World, registry: Registry) -> list[str]:
 
 
 def _is_provided(declared: PredicateDeclaration) -> bool:
-    """By the world, by Python, or, a reading of one thing, by what a scene says of it."""
+    """By the world, by Python, or, a reading of one object, by what a scene says of it."""
     provider = declared.by.id if declared.by else declared.name
     said = declared.result is not None and declared.by is None and len(declared.parameters) == 1
     return provider in {PYTHON, *BUILT_IN} or said

@@ -1,4 +1,4 @@
-"""The kinematic world: no forces, but things rest, fall, slip and topple; thousands of episodes a minute."""
+"""The kinematic world: no forces, but objects rest, fall, slip and topple; thousands of episodes a minute."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import numpy as np
 
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.geometry import Vector, about_vertical
-from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Thing
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
 from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.places import height_below
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
-from ntp_dsl.worlds.resting import RestingThings
+from ntp_dsl.worlds.resting import RestingObjects
 from ntp_dsl.worlds.scenes import Region, movable
 from ntp_dsl.worlds.starts import REGION, WIDE
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
-PLACEMENT_ERROR = 0.0007  # standard deviation of where a released thing ends up [m]
+PLACEMENT_ERROR = 0.0007  # standard deviation of where a released object ends up [m]
 FRAME = 0.1  # [s]
-REACH = 0.035  # from where the hand closes around a thing below it, seen from above [m]
+REACH = 0.035  # from where the hand closes around an object below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
 
 
-class KinematicWorld(RestingThings):
-    """Positions only. A held thing follows the tool; a thing let go falls on what is below it."""
+class KinematicWorld(RestingObjects):
+    """Positions only. A held object follows the tool; an object let go falls on what is below it."""
 
     starts_holding = True
 
@@ -45,10 +45,10 @@ class KinematicWorld(RestingThings):
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         self._rng = np.random.default_rng(seed)
         self._noise_rng = np.random.default_rng((seed, 1))
-        self._things = scene.things
+        self._objects = scene.objects
         self._by_name = scene.by_name
-        self._items: dict[str, Thing] = {thing.name: thing for thing in movable(scene.things)}
-        self._solid = {t.name: t for t in scene.things if t.size[0] <= TOO_WIDE}  # on the table
+        self._items: dict[str, SceneObject] = {obj.name: obj for obj in movable(scene.objects)}
+        self._solid = {t.name: t for t in scene.objects if t.size[0] <= TOO_WIDE}  # on the table
         self._region = _region(REGION if len(self._solid) == len(self._items) else WIDE, scene)
         self._bounds = _bounds(self._region, scene)
         self._positions = dict(scene.positions)
@@ -71,7 +71,7 @@ class KinematicWorld(RestingThings):
 
     def truth(self) -> Observation:
         return Observation(
-            self._things,
+            self._objects,
             dict(self._positions),
             self._gripper,
             self._closed,
@@ -157,12 +157,12 @@ class KinematicWorld(RestingThings):
     def _grip(self, target: str) -> Vector:
         """Where the hand closes: around the middle, or at the nearest place of a bowl's wall."""
         x, y, z = self._positions[target]
-        thing = self._items[target]
-        if thing.cavity is None:
+        obj = self._items[target]
+        if obj.cavity is None:
             return x, y, z
         dx, dy = self._gripper[0] - x, self._gripper[1] - y
-        reach = thing.size[0] / 2 / max(hypot(dx, dy), 1e-6)
-        return x + reach * dx, y + reach * dy, z + thing.size[2] / 2 - BELOW_RIM
+        reach = obj.size[0] / 2 / max(hypot(dx, dy), 1e-6)
+        return x + reach * dx, y + reach * dy, z + obj.size[2] / 2 - BELOW_RIM
 
     def _release(self) -> Outcome:
         if self._held is None:
@@ -232,7 +232,7 @@ class KinematicWorld(RestingThings):
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)
         x, y, z = self._positions[target]
-        ox, oy = self._offset_in_hand()  # the held thing, not the tool, is to be over the target
+        ox, oy = self._offset_in_hand()  # the held object, not the tool, is to be over the target
         return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
 
     def _over_rim(self, target: str) -> Vector:
@@ -246,14 +246,14 @@ class KinematicWorld(RestingThings):
         return self._clearest_place(self._held, self._by_name[target])[2]
 
     def _offset_in_hand(self) -> tuple[float, float]:
-        """From the held thing to the tool, seen from above."""
+        """From the held object to the tool, seen from above."""
         if self._held is None:
             return 0.0, 0.0
         x, y, _ = self._positions[self._held]
         return self._gripper[0] - x, self._gripper[1] - y
 
     def _drop_held(self, spread: float) -> None:
-        """Let go; the thing comes down within `spread` [m] of where it is."""
+        """Let go; the object comes down within `spread` [m] of where it is."""
         item = self._held
         assert item is not None
         self._held, self._closed = None, False
@@ -270,9 +270,9 @@ class KinematicWorld(RestingThings):
 
 
 def _region(region: Region, scene: Scene) -> Region:
-    """Where things may be put on the table: the arm's region, and wherever something stood from the start."""
+    """Return where objects may be put on the table: the arm's region, and where something stood at the start."""
     (x0, x1), (y0, y1) = region
-    names = {thing.name for thing in movable(scene.things)} - {scene.held}
+    names = {obj.name for obj in movable(scene.objects)} - {scene.held}
     standing = [place for name, place in scene.positions.items() if name in names]
     xs, ys = ([place[axis] for place in standing] for axis in (0, 1))
     return (min([x0, *xs]), max([x1, *xs])), (min([y0, *ys]), max([y1, *ys]))
@@ -280,13 +280,11 @@ def _region(region: Region, scene: Scene) -> Region:
 
 def _bounds(region: Region, scene: Scene) -> Region:
     """The arm's region and a little more, and all that bins and trays take up."""
-    fixed = [thing for thing in scene.things if not thing.movable and thing.size[0] <= TOO_WIDE]
+    fixed = [obj for obj in scene.objects if not obj.movable and obj.size[0] <= TOO_WIDE]
     sides = []
     for axis in (0, 1):
         ends = [
-            scene.positions[thing.name][axis] + side * thing.size[axis] / 2
-            for thing in fixed
-            for side in (-1, 1)
+            scene.positions[obj.name][axis] + side * obj.size[axis] / 2 for obj in fixed for side in (-1, 1)
         ]
         low, high = region[axis]
         sides.append((min([low - 0.05, *ends]), max([high + 0.05, *ends])))

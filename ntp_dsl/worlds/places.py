@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
 from ntp_dsl.semantics.predicates import FREE_GAP, footprints, load
 from ntp_dsl.worlds.starts import REGION, WIDE
 
@@ -39,7 +39,7 @@ def free_places(seen: Observation, surface: str) -> tuple[list[tuple[float, floa
 
 
 def _left_free(lattice: np.ndarray, free: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """(N,) how many of the free places stay so when a thing of that size is put down at each."""
+    """(N,) how many of the free places stay so when an object of that size is put down at each."""
     apart = (np.abs(lattice[:, None] - lattice[None, free]) - size).max(axis=-1)  # (N, free)
     return np.asarray((apart > FREE_GAP + SPARE).sum(axis=1), dtype=float)
 
@@ -56,10 +56,10 @@ def height_below(seen: Observation, x: float, y: float) -> float:
     return max(tops, default=0.0)
 
 
-def _lattice(seen: Observation, surface: Thing, size: Vector) -> np.ndarray:
-    """(N, 2): where the middle of a thing of that size may be put down [m]."""
+def _lattice(seen: Observation, surface: SceneObject, size: Vector) -> np.ndarray:
+    """(N, 2): where the middle of an object of that size may be put down [m]."""
     if surface.size[0] > TOO_WIDE:
-        region = np.array(WIDE if any(thing.fixed for thing in seen.things) else REGION)  # (axis, ends)
+        region = np.array(WIDE if any(obj.fixed for obj in seen.objects) else REGION)  # (axis, ends)
     else:
         middle = np.array(seen.positions[surface.name][:2])
         half = np.maximum(0.0, (np.array(surface.size[:2]) - size[:2]) / 2)

@@ -9,22 +9,22 @@ from functools import cached_property
 from typing import Any, Protocol
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, Thing
+from ntp_dsl.semantics.observation import Argument, Observation, SceneObject
 
 
 @dataclass(frozen=True)
 class Scene:
-    """The things of a scene and where they start. `table` and its like are things that never move."""
+    """The objects of a scene and where they start. `table` and its like are objects that never move."""
 
-    things: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     positions: Mapping[str, Vector]  # centres
     yaws: Mapping[str, float] = field(default_factory=dict)  # [rad]
     gripper: Vector | None = None  # where the tool starts; at home where nothing is said
     held: str | None = None  # what is in the hand at the start; the kinematic world alone can do this
 
     @cached_property
-    def by_name(self) -> Mapping[str, Thing]:
-        return {thing.name: thing for thing in self.things}
+    def by_name(self) -> Mapping[str, SceneObject]:
+        return {obj.name: obj for obj in self.objects}
 
 
 class Failure(StrEnum):
@@ -76,12 +76,12 @@ UNDISTURBED = Disturbances()
 
 
 class World(Protocol):
-    """Things on a table and an arm over them."""
+    """Objects on a table and an arm over them."""
 
     on_frame: Callable[[Observation], None] | None  # every 0.1 s of a primitive, and after it
     skills: dict[str, Callable[..., Outcome]]  # by name, what it can carry out
-    starts_holding: bool  # whether a scene may start with a thing in the hand
-    disturbed: set[str]  # things that a disturbance has moved since the reset
+    starts_holding: bool  # whether a scene may start with an object in the hand
+    disturbed: set[str]  # objects that a disturbance has moved since the reset
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None: ...
 

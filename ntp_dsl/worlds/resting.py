@@ -1,4 +1,4 @@
-"""How things rest in the kinematic world: on the table, on each other, in bowls; what carries them or not."""
+"""How objects rest in the kinematic world: on the table, on each other, in bowls; and what carries them."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, Thing
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
 from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.scenes import CUBE, Region
 from ntp_dsl.worlds.starts import CENTRE, NESTED
 
-BESIDE = 0.06  # from an edge's thing to where what falls off it lands, beside half its width [m]
-HEAP = 0.1  # of its height, by which a thing lies higher for each that is in the bin before it
-SLIVER = 0.008  # of an overlap that neither carries a thing nor keeps it from going down [m]
+BESIDE = 0.06  # from an edge's object to where what falls off it lands, beside half its width [m]
+HEAP = 0.1  # of its height, by which an object lies higher for each that is in the bin before it
+SLIVER = 0.008  # of an overlap that neither carries an object nor keeps it from going down [m]
 
 
-class RestingThings:
-    """Positions, and the rules by which things come to rest. The hand's doings are the world's."""
+class RestingObjects:
+    """Positions, and the rules by which objects come to rest. The hand's doings are the world's."""
 
     _positions: dict[str, Vector]
-    _items: dict[str, Thing]  # what can be moved
-    _solid: dict[str, Thing]  # what stands on the table, movable or not
-    _by_name: Mapping[str, Thing]
+    _items: dict[str, SceneObject]  # what can be moved
+    _solid: dict[str, SceneObject]  # what stands on the table, movable or not
+    _by_name: Mapping[str, SceneObject]
     _region: Region
     _bounds: Region  # beyond which nothing falls
     _held: str | None
@@ -79,7 +79,7 @@ class RestingThings:
         return [name for name, _ in self._others(item) if self._overlap(item, (x, y), name) > SLIVER]
 
     def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
-        """How far two things overlap seen from above, along the axis where they do least [m]."""
+        """How far two objects overlap seen from above, along the axis where they do least [m]."""
         px, py, _ = self._positions[other]
         a, b = self._solid[item].size, self._solid[other].size
         return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
@@ -109,7 +109,7 @@ class RestingThings:
         ]
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
-        """The topmost thing below that overlaps, where what is as high does not carry the item together."""
+        """The topmost object below that overlaps, where what is as high does not carry the item together."""
         below = self._below(item, x, y)
         if not below or self._container_below(item, x, y) is not None:
             return None
@@ -129,7 +129,7 @@ class RestingThings:
         return float(np.diff(angles, append=angles[0] + 2 * np.pi).max()) < np.pi
 
     def _touching(self, item: str, x: float, y: float, other: str) -> list[tuple[float, float]]:
-        """Corners of the rectangle in which two things overlap seen from above; none where they do not."""
+        """Corners of the rectangle in which two objects overlap seen from above; none where they do not."""
         sides = []
         for axis, place in enumerate((x, y)):
             half, its = self._solid[item].size[axis] / 2, self._solid[other].size[axis] / 2
@@ -158,7 +158,9 @@ class RestingThings:
         below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
         return self._is_balanced(item, place[0], place[1], below)
 
-    def _clearest_place(self, item: str | None, surface: Thing | None = None) -> tuple[float, float, float]:
+    def _clearest_place(
+        self, item: str | None, surface: SceneObject | None = None
+    ) -> tuple[float, float, float]:
         """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
 
         On a tray it lies within the tray; on the table, within the arm's region, and at its border if

@@ -1,4 +1,4 @@
-"""What a task's scene consists of: names, sizes and traits of its things, and where each may start."""
+"""What a task's scene consists of: names, sizes and traits of its objects, and where each may start."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 
-CUBE = 0.05  # what a thing is where the scene does not say [m]
+CUBE = 0.05  # what an object is where the scene does not say [m]
 FORK_THICKNESS = 0.006  # [m]
 TABLE = "table"
 TABLE_SIZE = (1.5, 1.5, 0.04)
@@ -30,7 +30,7 @@ Region = tuple[Interval, Interval]  # of x and of y, world frame [m]
 
 @dataclass(frozen=True)
 class Start:
-    """Where a thing starts: on what, within which region, and how far from others [m]."""
+    """Where an object starts: on what, within which region, and how far from others [m]."""
 
     surface: str = TABLE
     x: Interval | None = None
@@ -40,9 +40,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Layout:
-    """The things of one instance of a task, by group, and where each starts."""
+    """The objects of one instance of a task, by group, and where each starts."""
 
-    things: tuple[Thing, ...]
+    objects: tuple[SceneObject, ...]
     groups: Mapping[str, list[str]]
     starts: Mapping[str, Start] = field(default_factory=dict)
 
@@ -55,7 +55,7 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
     """
     used: Counter[str] = Counter()
     groups: dict[str, list[str]] = {}
-    things: list[Thing] = []
+    objects: list[SceneObject] = []
     starts: dict[str, Start] = {}
     for group in task.scene:
         count = _count(group, rng)
@@ -63,11 +63,11 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
         used[group.type.name] += count
         names = [f"{stem}_{number}" for number in range(first, first + count)]
         for index, name in enumerate(names):
-            things.append(_thing(name, group, index, registry))
+            objects.append(_object(name, group, index, registry))
             below = groups.get(group.place, [group.place])
             starts[name] = _start(group, index, below[index % len(below)])
         groups[group.name] = names
-    return Layout(with_furniture(registry, things), groups, starts)
+    return Layout(with_furniture(registry, objects), groups, starts)
 
 
 def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
@@ -76,7 +76,7 @@ def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
     return group.most if rng is None else int(rng.integers(group.count, group.most + 1))
 
 
-def _thing(name: str, group: SceneGroup, index: int, registry: Registry) -> Thing:
+def _object(name: str, group: SceneGroup, index: int, registry: Registry) -> SceneObject:
     """A cube, where the group does not say otherwise."""
     type_name = group.type.name
     fixed = LIFTED in registry.parents and not registry.is_a(type_name, LIFTED)
@@ -92,7 +92,7 @@ def _thing(name: str, group: SceneGroup, index: int, registry: Registry) -> Thin
                 file = str(folder / settings[0].value)
         elif detail.name not in PLACING:
             traits[detail.name] = _trait(settings[index % len(settings)])
-    return Thing(name, type_name, size, shape, file, fixed, tuple(traits.items()))
+    return SceneObject(name, type_name, size, shape, file, fixed, tuple(traits.items()))
 
 
 def _size(detail: nodes.Detail) -> Vector:
@@ -137,14 +137,14 @@ def _interval(setting: nodes.Setting | None) -> Interval | None:
     return _number(setting.low), _number(setting.high)
 
 
-def with_furniture(registry: Registry, things: Iterable[Thing]) -> tuple[Thing, ...]:
-    """The things, and the constants that a primitive may be aimed at: the table, and trays beside it."""
+def with_furniture(registry: Registry, objects: Iterable[SceneObject]) -> tuple[SceneObject, ...]:
+    """The objects, and the constants that a primitive may be aimed at: the table, and trays beside it."""
     furniture = [
-        Thing(name, type_name, *_extent(registry, type_name))
+        SceneObject(name, type_name, *_extent(registry, type_name))
         for name, type_name in registry.constants.items()
         if registry.is_a(type_name, "Place")
     ]
-    return (*things, *furniture)
+    return (*objects, *furniture)
 
 
 def _extent(registry: Registry, type_name: str) -> tuple[Vector, str, str, bool]:
@@ -152,5 +152,5 @@ def _extent(registry: Registry, type_name: str) -> tuple[Vector, str, str, bool]
     return (TABLE_SIZE if table else TRAY_SIZE), "box", "", not table
 
 
-def movable(things: Iterable[Thing]) -> list[Thing]:
-    return [thing for thing in things if thing.movable]
+def movable(objects: Iterable[SceneObject]) -> list[SceneObject]:
+    return [obj for obj in objects if obj.movable]

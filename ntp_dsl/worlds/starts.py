@@ -1,4 +1,4 @@
-"""Where things start: scattered, or scrambled into whatever state an arm may find itself in."""
+"""Where objects start: scattered, or scrambled into whatever state an arm may find itself in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Thing
+from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
 
@@ -20,141 +20,143 @@ ASIDE = ((0.5, 0.34), (0.5, -0.34), (0.32, 0.36), (0.32, -0.36))  # of constants
 JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
 COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
 REDRAWS = 20_000  # of the spots, until all are far enough from each other
-GAP = 0.03  # between things of other sizes [m]
-TIGHT = 0.007  # between things on a grid, at least [m]
-CROWDED = 0.4  # of a region's free part that is covered, from which things stand on a grid
+GAP = 0.03  # between objects of other sizes [m]
+TIGHT = 0.007  # between objects on a grid, at least [m]
+CROWDED = 0.4  # of a region's free part that is covered, from which objects stand on a grid
 MOST_CELLS = 4  # of a grid, for each of them: more is no use
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
 NESTED = 0.008  # of a bowl in the one below it [m]
 STRAIGHT = 0.6  # of what stands on something, right in its middle
-TOPPLES = 1.6  # times as wide as what is below: such a thing is not put on top
+TOPPLES = 1.6  # times as wide as what is below: such an object is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 Spot = tuple[float, float]
-Footprint = tuple[Spot, Vector]  # of a thing: where its middle is, and its size
+Footprint = tuple[Spot, Vector]  # of an object: where its middle is, and its size
 
 
 def scattered(
-    things: tuple[Thing, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
+    objects: tuple[SceneObject, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
 ) -> Scene:
     """Everything apart from everything else, turned anyhow; nothing on anything but where it is to start."""
-    standing = [thing for thing in things if thing.size[0] <= TOO_WIDE]
+    standing = [obj for obj in objects if obj.size[0] <= TOO_WIDE]
     starts = starts or {}
-    items = sorted(standing, key=lambda thing: _height(thing.name, starts))
+    items = sorted(standing, key=lambda obj: _height(obj.name, starts))
     plain = all(start == Start() for start in starts.values()) and all(
-        thing.movable and thing.size == (CUBE, CUBE, CUBE) for thing in items
+        obj.movable and obj.size == (CUBE, CUBE, CUBE) for obj in items
     )
     spots = _on_grid(items, rng) if plain else _spread(items, starts, rng)
-    positions: dict[str, Vector] = furniture_positions(things)
-    by_name = {thing.name: thing for thing in things}
+    positions: dict[str, Vector] = furniture_positions(objects)
+    by_name = {obj.name: obj for obj in objects}
     yaws: dict[str, float] = {}
-    for thing in items:
-        x, y = spots[thing.name]
-        surface = starts.get(thing.name, Start()).surface
+    for obj in items:
+        x, y = spots[obj.name]
+        surface = starts.get(obj.name, Start()).surface
         floor = 0.0
         if surface in spots:
-            floor = positions[surface][2] + _floor(by_name[surface], thing)
-        positions[thing.name] = (x, y, floor + thing.size[2] / 2)
-        yaws[thing.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if thing.movable else 0.0
-    return Scene(things, positions, yaws)
+            floor = positions[surface][2] + _floor(by_name[surface], obj)
+        positions[obj.name] = (x, y, floor + obj.size[2] / 2)
+        yaws[obj.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0
+    return Scene(objects, positions, yaws)
 
 
 def _height(name: str, starts: Mapping[str, Start]) -> int:
-    """How many things there are below one: what carries something has its place first."""
+    """How many objects there are below one: what carries something has its place first."""
     count = 0
     while (name := starts.get(name, Start()).surface) in starts and count < len(starts):
         count += 1
     return count + (name != TABLE)
 
 
-def _on_grid(items: Sequence[Thing], rng: np.random.Generator) -> dict[str, Spot]:
+def _on_grid(items: Sequence[SceneObject], rng: np.random.Generator) -> dict[str, Spot]:
     """The authors' way with cubes: each in a cell of its own, jittered, none nearer than the spacing."""
     cells = [(x, y) for x in COLUMNS for y in COLUMNS]
     for _ in range(REDRAWS):
         chosen = rng.permutation(len(cells))[: len(items)]
         spots = [_jittered(cells[index], rng) for index in chosen]
         if len(spots) == len(items) and _spaced(spots):
-            return {thing.name: spot for thing, spot in zip(items, spots, strict=True)}
-    raise NtpError(f"{len(items)} things do not fit on the table; its grid has {len(cells)} cells")
+            return {obj.name: spot for obj, spot in zip(items, spots, strict=True)}
+    raise NtpError(f"{len(items)} objects do not fit on the table; its grid has {len(cells)} cells")
 
 
-def _spread(items: Sequence[Thing], starts: Mapping[str, Start], rng: np.random.Generator) -> dict[str, Spot]:
-    """Things of any size: the largest first, each anywhere in its region that is free."""
-    by_name = {thing.name: thing for thing in items}
+def _spread(
+    items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
+) -> dict[str, Spot]:
+    """Objects of any size: the largest first, each anywhere in its region that is free."""
+    by_name = {obj.name: obj for obj in items}
     given = _aside(items, starts)
     order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
-    fixed = sum(not thing.movable for thing in order)
+    fixed = sum(not obj.movable for obj in order)
     for _ in range(RESTARTS):
         spots: dict[str, Spot] = dict(given)
-        for index, thing in enumerate(order):
+        for index, obj in enumerate(order):
             if index == fixed:  # what stays has its place
                 in_place = [(spots[name], by_name[name].size) for name in spots]
                 spots |= _crowded(order[fixed:], starts, in_place, rng)
-            start = starts.get(thing.name, Start())
-            if start.surface in by_name or thing.name in spots:
+            start = starts.get(obj.name, Start())
+            if start.surface in by_name or obj.name in spots:
                 continue
-            spot = _free_spot(thing, start, spots, by_name, starts, rng)
+            spot = _free_spot(obj, start, spots, by_name, starts, rng)
             if spot is None:
                 break
-            spots[thing.name] = spot
+            spots[obj.name] = spot
         else:
             stacked = _stacked_starts(items, starts, spots, by_name, rng)
             if stacked is not None:
                 return spots | stacked
-    sizes = ", ".join(f"{thing.name} ({thing.size[0]:g} x {thing.size[1]:g} m)" for thing in order[:4])
+    sizes = ", ".join(f"{obj.name} ({obj.size[0]:g} x {obj.size[1]:g} m)" for obj in order[:4])
     raise NtpError(
-        f"{len(items)} things do not fit where they are to start, among them {sizes}; "
+        f"{len(items)} objects do not fit where they are to start, among them {sizes}; "
         "take fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)"
     )
 
 
-def _aside(items: Sequence[Thing], starts: Mapping[str, Start]) -> dict[str, Spot]:
+def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[str, Spot]:
     """Places for the trays of which the scene says nothing: off those that it tells exactly."""
-    told: list[tuple[Spot, Thing]] = []
-    for thing in items:
-        start = starts.get(thing.name, Start())
+    told: list[tuple[Spot, SceneObject]] = []
+    for obj in items:
+        start = starts.get(obj.name, Start())
         if start.surface == TABLE and start.x and start.y and start.x[0] == start.x[1]:
-            told.append(((start.x[0], start.y[0]), thing))
+            told.append(((start.x[0], start.y[0]), obj))
     found: dict[str, Spot] = {}
     for tray in (t for t in items if t.fixed and t.name not in starts and t.roomy):
-        free = [spot for spot in ASIDE if all(_apart(spot, tray, place, thing) for place, thing in told)]
+        free = [spot for spot in ASIDE if all(_apart(spot, tray, place, obj) for place, obj in told)]
         found[tray.name] = free[0] if free else ASIDE[-1]
         told.append((found[tray.name], tray))
     return found
 
 
 def _crowded(
-    items: Sequence[Thing],
+    items: Sequence[SceneObject],
     starts: Mapping[str, Start],
     taken: Sequence[Footprint],
     rng: np.random.Generator,
 ) -> dict[str, Spot]:
-    """Cells of a jittered grid, for things too many to find room by chance; none over what is there."""
-    shared: dict[Start, list[Thing]] = {}
-    for thing in items:
-        start = starts.get(thing.name, Start())
+    """Cells of a jittered grid, for objects too many to find room by chance; none over what is there."""
+    shared: dict[Start, list[SceneObject]] = {}
+    for obj in items:
+        start = starts.get(obj.name, Start())
         if start.surface == TABLE:
-            shared.setdefault(Start(x=start.x, y=start.y), []).append(thing)
+            shared.setdefault(Start(x=start.x, y=start.y), []).append(obj)
     in_place = list(taken)
     cells: dict[str, Spot] = {}
-    for start, things in shared.items():
+    for start, objects in shared.items():
         region = start.x or REGION[0], start.y or REGION[1]
         (x0, x1), (y0, y1) = region
         if x0 == x1 or y0 == y1:
             continue  # where they start is said already
-        width = max(max(thing.size[:2]) for thing in things)
+        width = max(max(obj.size[:2]) for obj in objects)
         covered = sum(_covered(region, spot, size) for spot, size in in_place)
-        if len(things) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
+        if len(objects) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
             continue
-        found = _free_cells(len(things), width, region, in_place)
+        found = _free_cells(len(objects), width, region, in_place)
         if found is None:
             continue
         free, pitch = found
         jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
-        for thing, cell in zip(things, rng.permutation(len(free)), strict=False):
+        for obj, cell in zip(objects, rng.permutation(len(free)), strict=False):
             dx, dy = rng.uniform(-jitter, jitter, 2)
-            cells[thing.name] = (free[cell][0] + float(dx), free[cell][1] + float(dy))
-            in_place.append((cells[thing.name], thing.size))
+            cells[obj.name] = (free[cell][0] + float(dx), free[cell][1] + float(dy))
+            in_place.append((cells[obj.name], obj.size))
     return cells
 
 
@@ -180,12 +182,12 @@ def _free_cells(
 
 
 def _overlaps(middle: Spot, width: float, spot: Spot, size: Vector) -> bool:
-    """Whether a square and a thing's footprint do."""
+    """Whether a square and an object's footprint do."""
     return all(abs(middle[axis] - spot[axis]) < (width + size[axis]) / 2 for axis in (0, 1))
 
 
 def _covered(region: tuple[Interval, Interval], spot: Spot, size: Vector) -> float:
-    """How much of a region a thing's footprint takes up [m2]."""
+    """How much of a region an object's footprint takes up [m2]."""
     sides = [
         min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
         for axis in (0, 1)
@@ -200,19 +202,19 @@ def _grid(count: int, length: float, width: float) -> tuple[int, int]:
 
 
 def _free_spot(
-    thing: Thing,
+    obj: SceneObject,
     start: Start,
     spots: Mapping[str, Spot],
-    by_name: Mapping[str, Thing],
+    by_name: Mapping[str, SceneObject],
     starts: Mapping[str, Start],
     rng: np.random.Generator,
 ) -> Spot | None:
-    default = REGION if thing.movable else WIDE
+    default = REGION if obj.movable else WIDE
     (x0, x1), (y0, y1) = start.x or default[0], start.y or default[1]
     for _ in range(TRIES):
         x, y = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
         if all(
-            _apart((x, y), thing, spots[name], by_name[name])
+            _apart((x, y), obj, spots[name], by_name[name])
             and hypot(x - spots[name][0], y - spots[name][1])
             >= max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0)
             for name in spots
@@ -221,59 +223,58 @@ def _free_spot(
     return None
 
 
-def _apart(spot: Sequence[float], thing: Thing, other_spot: Sequence[float], other: Thing) -> bool:
+def _apart(spot: Sequence[float], obj: SceneObject, other_spot: Sequence[float], other: SceneObject) -> bool:
     return any(
-        abs(spot[axis] - other_spot[axis]) - (thing.size[axis] + other.size[axis]) / 2 > GAP
-        for axis in (0, 1)
+        abs(spot[axis] - other_spot[axis]) - (obj.size[axis] + other.size[axis]) / 2 > GAP for axis in (0, 1)
     )
 
 
 def _stacked_starts(
-    items: Sequence[Thing],
+    items: Sequence[SceneObject],
     starts: Mapping[str, Start],
     spots: Mapping[str, Spot],
-    by_name: Mapping[str, Thing],
+    by_name: Mapping[str, SceneObject],
     rng: np.random.Generator,
 ) -> dict[str, Spot] | None:
     """Those that start on others: in the middle, or anywhere free on a tray; None where there is no room."""
     found: dict[str, Spot] = {}
-    for thing in items:
-        start = starts.get(thing.name, Start())
+    for obj in items:
+        start = starts.get(obj.name, Start())
         if start.surface not in by_name or start.surface == TABLE:
             continue
         below = by_name[start.surface]
         x, y = {**spots, **found}[start.surface]
         if below.roomy:
             inner = below.cavity or (below.size[0] / 2, below.size[1] / 2)
-            dx, dy = (max(0.0, inner[axis] - thing.size[axis] / 2) for axis in (0, 1))
+            dx, dy = (max(0.0, inner[axis] - obj.size[axis] / 2) for axis in (0, 1))
             region = Start(start.surface, (x - dx, x + dx), (y - dy, y + dy), start.spacing)
             there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
-            spot = _free_spot(thing, region, there, by_name, starts, rng)
+            spot = _free_spot(obj, region, there, by_name, starts, rng)
             if spot is None:
                 return None
             x, y = spot
-        found[thing.name] = (x, y)
+        found[obj.name] = (x, y)
     return found
 
 
 def scrambled(
-    things: tuple[Thing, ...],
+    objects: tuple[SceneObject, ...],
     rng: np.random.Generator,
     in_hand: bool = True,
     starts: Mapping[str, Start] | None = None,
     straight: float = STRAIGHT,
 ) -> Scene:
-    """Partial and wrong towers, buried things, now and then a thing in hand and the hand anywhere.
+    """Partial and wrong towers, buried objects, now and then an object in hand and the hand anywhere.
 
     Args:
-        straight: how often things stand in the middle of what is below, as an undisturbed arm leaves them.
+        straight: how often objects stand in the middle of what is below, as an undisturbed arm leaves them.
     """
-    scene = scattered(things, rng, starts)
+    scene = scattered(objects, rng, starts)
     into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
-    names = [thing.name for thing in movable(things)]
+    names = [obj.name for obj in movable(objects)]
     positions = dict(scene.positions)
     bases = [names[index] for index in rng.permutation(len(names))]
-    tops: list[str] = [t.name for t in things if t.fixed]  # what stays may carry something from the start
+    tops: list[str] = [t.name for t in objects if t.fixed]  # what stays may carry something from the start
     for name in bases:
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
@@ -300,7 +301,7 @@ def scrambled(
     for name, (container, offset) in into.items():
         if name != held:
             positions[name] = _moved(positions[container], offset)
-    return Scene(things, positions, scene.yaws, gripper, held)
+    return Scene(objects, positions, scene.yaws, gripper, held)
 
 
 def _moved(place: Vector, by: Vector, times: float = 1) -> Vector:
@@ -308,8 +309,8 @@ def _moved(place: Vector, by: Vector, times: float = 1) -> Vector:
 
 
 def _stacked(
-    item: Thing,
-    below: Thing,
+    item: SceneObject,
+    below: SceneObject,
     positions: Mapping[str, Vector],
     rng: np.random.Generator,
     straight: float,
@@ -326,25 +327,25 @@ def _stacked(
     return (x + float(dx), y + float(dy), height)
 
 
-def _floor(below: Thing, item: Thing) -> float:
+def _floor(below: SceneObject, item: SceneObject) -> float:
     """Where an item's bottom is on what is below, or in it, from the middle of that [m]."""
     if below.cavity is not None and below.takes(item):
         return below.cavity.floor - below.size[2] / 2
     return below.size[2] / 2 - (NESTED if item.shape == below.shape == "bowl" else 0.0)
 
 
-def in_hand_at(thing: Thing, gripper: Vector) -> Vector:
-    """Where a thing is when the hand holds it: between the fingers, or a bowl by its wall."""
+def in_hand_at(obj: SceneObject, gripper: Vector) -> Vector:
+    """Where an object is when the hand holds it: between the fingers, or a bowl by its wall."""
     x, y, z = gripper
-    return (x + thing.size[0] / 2, y, z) if thing.cavity is not None else gripper
+    return (x + obj.size[0] / 2, y, z) if obj.cavity is not None else gripper
 
 
-def _is_free(item: Thing, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
+def _is_free(item: SceneObject, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
     """Whether nothing on the same tray stands there."""
     bottom = place[2] - item.size[2] / 2
     return all(
         _apart(place, item, positions[other.name], other)
-        for other in movable(scene.things)
+        for other in movable(scene.objects)
         if other.name != item.name
         and abs(positions[other.name][2] - other.size[2] / 2 - bottom) < min(item.size[2], other.size[2])
     )
@@ -360,9 +361,9 @@ def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
     return (x + float(dx), y + float(dy), z + CUBE / 2 + float(rng.uniform(0.04, 0.12)))
 
 
-def furniture_positions(things: Iterable[Thing]) -> dict[str, Vector]:
+def furniture_positions(objects: Iterable[SceneObject]) -> dict[str, Vector]:
     """A table's top is at height zero."""
-    return {thing.name: (*CENTRE, -thing.size[2] / 2) for thing in things if thing.size[0] > TOO_WIDE}
+    return {obj.name: (*CENTRE, -obj.size[2] / 2) for obj in objects if obj.size[0] > TOO_WIDE}
 
 
 def _jittered(cell: Spot, rng: np.random.Generator) -> Spot:

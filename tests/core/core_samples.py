@@ -11,7 +11,7 @@ from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.queries import Query
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.starts import scrambled
@@ -28,7 +28,7 @@ def shown_task(registry: Registry, seed: int) -> tuple[Instance, Shown]:
 
 def scrambled_state(instance: Instance, seed: int) -> Observation:
     world = KinematicWorld()
-    world.reset(scrambled(instance.things, np.random.default_rng(seed)), seed)
+    world.reset(scrambled(instance.objects, np.random.default_rng(seed)), seed)
     return world.observe()
 
 
@@ -36,7 +36,7 @@ def queries(registry: Registry, seed: int) -> list[Query]:
     """One about each program, in a state that has nothing to do with the demonstration's."""
     instance, shown = shown_task(registry, seed)
     state = scrambled_state(instance, seed)
-    blocks = [thing.name for thing in instance.things[:2]]
+    blocks = [obj.name for obj in instance.objects[:2]]
     found = []
     for name, program in registry.programs.items():
         arguments = tuple(p for p in program.parameters if not p.is_list)
@@ -46,31 +46,33 @@ def queries(registry: Registry, seed: int) -> list[Query]:
 
 
 def renamed(query: Query, names: dict[str, str]) -> Query:
-    """The same question with its things called otherwise."""
+    """The same question with its objects called otherwise."""
     seen = query.observation
     return replace(
         query,
         arguments=tuple(names[str(name)] for name in query.arguments),
         observation=replace(
             seen,
-            things=_renamed_things(seen.things, names),
+            objects=_renamed_objects(seen.objects, names),
             positions={names[name]: place for name, place in seen.positions.items()},
         ),
-        demonstration=replace(query.demonstration, things=_renamed_things(query.demonstration.things, names)),
+        demonstration=replace(
+            query.demonstration, objects=_renamed_objects(query.demonstration.objects, names)
+        ),
     )
 
 
 def reordered(query: Query, seed: int) -> Query:
-    """The same question with its things listed otherwise, here and in the demonstration."""
+    """The same question with its objects listed otherwise, here and in the demonstration."""
     rng = np.random.default_rng(seed)
-    count = len(query.observation.things)
+    count = len(query.observation.objects)
     shown = query.demonstration
     order = [int(index) for index in rng.permutation(count)]
     return replace(
         query,
         observation=query.observation.permuted(tuple(int(i) for i in rng.permutation(count))),
         demonstration=Demonstration(
-            tuple(shown.things[index] for index in order),
+            tuple(shown.objects[index] for index in order),
             shown.times,
             shown.closed,
             shown.grippers,
@@ -79,5 +81,5 @@ def reordered(query: Query, seed: int) -> Query:
     )
 
 
-def _renamed_things(things: tuple[Thing, ...], names: dict[str, str]) -> tuple[Thing, ...]:
-    return tuple(replace(thing, name=names[thing.name]) for thing in things)
+def _renamed_objects(objects: tuple[SceneObject, ...], names: dict[str, str]) -> tuple[SceneObject, ...]:
+    return tuple(replace(obj, name=names[obj.name]) for obj in objects)

@@ -1,4 +1,4 @@
-"""What the core is told of where things are and of what was moved."""
+"""What the core is told of where objects are and of what was moved."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CARRIED, LET_GO, FRAMES, THINGS = 2, 8, 12, 5
 
 
 def carrying(seed: int) -> Tensor:
-    """(1, frames, things, 3): the hand carries one thing, lets it go among the others, and leaves."""
+    """(1, frames, objects, 3): the hand carries one object, lets it go among the others, and leaves."""
     generator = torch.Generator().manual_seed(seed)
     others = 0.02 * torch.rand(THINGS, 3, generator=generator)  # all within two centimetres
     steps = 0.05 * torch.nn.functional.normalize(torch.randn(FRAMES, 3, generator=generator), dim=-1)
@@ -36,7 +36,7 @@ def test_what_was_carried_stands_out_also_after_it_was_let_go(seed: int) -> None
 
 @given(seeds)
 @settings(max_examples=30, deadline=None)
-def test_the_order_of_things_and_those_that_are_not_there_do_not_matter(seed: int) -> None:
+def test_the_order_of_objects_and_those_that_are_not_there_do_not_matter(seed: int) -> None:
     positions, there = carrying(seed), torch.ones(1, THINGS, dtype=torch.bool)
     told = moved(positions, there)
     order = torch.randperm(THINGS, generator=torch.Generator().manual_seed(seed))
@@ -53,7 +53,7 @@ def test_a_single_frame_tells_of_no_motion() -> None:
 
 @given(seeds)
 @settings(max_examples=30, deadline=None)
-def test_a_length_is_compared_with_how_far_things_are_apart(seed: int) -> None:
+def test_a_length_is_compared_with_how_far_objects_are_apart(seed: int) -> None:
     generator = torch.Generator().manual_seed(seed)
     away = 0.3 * torch.randn(4, 3, generator=generator)
     nothing = offsets(torch.zeros(4, 3)).reshape(4, -1, 4)[..., 0]

@@ -16,7 +16,7 @@ from ntp_dsl.execution.interpreter import Interpreter
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
@@ -30,24 +30,24 @@ def ask(checkpoint: Checkpoint, query: Query) -> Answer:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_names_of_things_do_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
+def test_names_of_objects_do_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
     for query in queries(stacking, seed):
-        names = {t.name: f"thing {n}" for n, t in enumerate(query.observation.things)}
+        names = {t.name: f"object {n}" for n, t in enumerate(query.observation.objects)}
         plain, other = ask(shipped, query), ask(shipped, renamed(query, names))
         assert other == replace(plain, arguments=tuple(names[str(name)] for name in plain.arguments))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_order_of_things_does_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
+def test_the_order_of_objects_does_not_matter(stacking: Registry, shipped: Checkpoint, seed: int) -> None:
     for query in queries(stacking, seed):
         assert ask(shipped, reordered(query, seed)) == ask(shipped, query)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_one_more_thing_out_of_the_way_does_not_matter(
+def test_one_more_object_out_of_the_way_does_not_matter(
     stacking: Registry, shipped: Checkpoint, seed: int
 ) -> None:
-    extra = Thing("extra", "Block", (0.05, 0.05, 0.05))
+    extra = SceneObject("extra", "Block", (0.05, 0.05, 0.05))
     for query in queries(stacking, seed):
         seen, shown = query.observation, query.demonstration
         table = shown.positions[:, shown.names.index("table")]
@@ -56,12 +56,12 @@ def test_one_more_thing_out_of_the_way_does_not_matter(
             query,
             observation=replace(
                 seen,
-                things=(*seen.things, extra),
+                objects=(*seen.objects, extra),
                 positions={**seen.positions, "extra": (0.95, 0.45, 0.025)},
             ),
             demonstration=replace(
                 shown,
-                things=(*shown.things, extra),
+                objects=(*shown.objects, extra),
                 positions=np.concatenate([shown.positions, far[:, None]], 1),
             ),
         )
@@ -91,7 +91,7 @@ def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_
     demonstrated, shown = shown_task(stacking, seed)
     assert declared.goal != demonstrated.goal
     world = KinematicWorld()
-    world.reset(scattered(declared.things, np.random.default_rng(seed)), seed)
+    world.reset(scattered(declared.objects, np.random.default_rng(seed)), seed)
     policy = LearnedPolicy(shipped.core, replace(shown.demonstration, origin=UNKNOWN))
     Interpreter(stacking, policy, world).run(declared.program, declared.arguments)
     state = State(stacking, world.truth())
@@ -99,7 +99,7 @@ def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_learned_program_calls_only_what_its_declaration_names_on_things_of_the_declared_types(
+def test_a_learned_program_calls_only_what_its_declaration_names_on_objects_of_the_declared_types(
     stacking: Registry, shipped: Checkpoint, seed: int
 ) -> None:
     for query in queries(stacking, seed):
@@ -107,7 +107,7 @@ def test_a_learned_program_calls_only_what_its_declaration_names_on_things_of_th
         if answer.callee is None:
             continue
         assert answer.callee in stacking.programs[query.program].callees
-        types = {thing.name: thing.type for thing in query.observation.things}
+        types = {obj.name: obj.type for obj in query.observation.objects}
         parameters = [p for p in stacking[answer.callee].parameters if not p.is_list]
         for name, parameter in zip(answer.arguments, parameters, strict=True):
             assert stacking.is_a(types[name], parameter.type)
@@ -118,12 +118,12 @@ def test_the_query_of_a_learned_program_has_no_room_for_a_goal() -> None:
     assert given == {"program", "arguments", "scope", "observation", "demonstration"}
 
 
-def test_a_demonstration_that_lacks_a_thing_of_the_scene_is_refused(
+def test_a_demonstration_that_lacks_a_object_of_the_scene_is_refused(
     stacking: Registry, shipped: Checkpoint
 ) -> None:
     query = next(query for query in queries(stacking, 0) if query.scope is not None)
     shown = query.demonstration
-    lacking = replace(shown, things=shown.things[1:], positions=shown.positions[:, 1:])
+    lacking = replace(shown, objects=shown.objects[1:], positions=shown.positions[:, 1:])
     with pytest.raises(NtpError, match="lacks block_0"):
         ask(shipped, replace(query, demonstration=lacking))
 

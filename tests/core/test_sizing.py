@@ -1,4 +1,4 @@
-"""A core points at one thing more where what is carried has something in it."""
+"""A core points at one object more where what is carried has something in it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_a_load_is_noticed_whatever_else_there_is_and_in_whatever_order() -> Non
     demonstration = shown(registry, "kinematic")
     positions, closed = demonstration.relative, demonstration.closed
     order = np.random.default_rng(0).permutation(positions.shape[1])
-    table = [thing.name for thing in demonstration.things].index("table")
+    table = [obj.name for obj in demonstration.objects].index("table")
     bystanders = np.repeat(positions[:, table : table + 1], 3, axis=1) + 0.1
     assert carries_a_load(positions, closed)
     assert carries_a_load(positions[:, order], closed)

@@ -16,7 +16,7 @@ from ntp_dsl.core.model import Core, Hint
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.queries import Query
 from ntp_dsl.language.loader import load
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 
 LIBRARY = """library mine
 use tabletop
@@ -42,9 +42,9 @@ def test_a_number_is_copied_exactly(source: int, number: float, tmp_path: Path) 
     memory = Memory.of(load(path))
     core = Core(CoreConfig(), memory)
     cube = (0.05, 0.05, 0.05)
-    things = tuple(Thing(name, "Block", cube) for name in ("one", "other"))
-    seen = Observation(things, {"one": (0.4, 0.0, 0.025), "other": (0.6, 0.1, 0.025)}, (0.5, 0, 0.3), False)
-    nothing = Demonstration(things, np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros((1, 2, 3)))
+    objects = tuple(SceneObject(name, "Block", cube) for name in ("one", "other"))
+    seen = Observation(objects, {"one": (0.4, 0.0, 0.025), "other": (0.6, 0.1, 0.025)}, (0.5, 0, 0.3), False)
+    nothing = Demonstration(objects, np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.zeros((1, 2, 3)))
     states = batches.states(memory, [Query("bring", ("one", 0.137, "left"), (0, 1), seen, nothing)], [0])
     points = torch.tensor([[[0.1, 0.0, -0.1], [0.3, -0.162, -0.1]]])
     hint = Hint(

@@ -27,7 +27,7 @@ def test_a_bystander_stands_apart_and_is_of_no_account() -> None:
         world.reset(instance.scrambled(rng), seed)
         alone = world.truth()
         joined = with_bystander(alone, rng)
-        assert [thing.name for thing in joined.things] == [*(t.name for t in alone.things), NAMED]
+        assert [obj.name for obj in joined.objects] == [*(t.name for t in alone.objects), NAMED]
         place = joined.positions[NAMED]
         others = [p for name, p in alone.positions.items() if name != "table"]
         assert min(dist(place[:2], other[:2]) for other in others) > ASIDE

@@ -14,14 +14,14 @@ from pyarrow import parquet
 from ntp_dsl.demonstrations.demonstration import Demonstration, Origin, Recorder, Specification
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import DeclaredFact, Record, Thing
+from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Scene
 
 THINGS = (
-    Thing("a", "Block", (0.05, 0.05, 0.05)),
-    Thing("b", "Block", (0.05, 0.05, 0.05)),
-    Thing("table", "Table", (1.5, 1.5, 0.04)),
+    SceneObject("a", "Block", (0.05, 0.05, 0.05)),
+    SceneObject("b", "Block", (0.05, 0.05, 0.05)),
+    SceneObject("table", "Table", (1.5, 1.5, 0.04)),
 )
 PLACES = {"a": (0.45, 0.1, 0.025), "b": (0.55, -0.1, 0.025), "table": (0.5, 0.0, -0.02)}
 
@@ -44,7 +44,7 @@ def file(tmp_path: Path) -> Path:
 
 def test_a_demonstration_comes_back_as_it_was_written(file: Path) -> None:
     written, read = shown(), read_demonstration(file)
-    assert (read.things, read.origin) == (written.things, written.origin)
+    assert (read.objects, read.origin) == (written.objects, written.origin)
     for name in ("positions", "grippers", "relative", "closed", "times"):
         expected, found = getattr(written, name), getattr(read, name)
         assert found.dtype == expected.dtype and np.array_equal(found, expected)
@@ -115,7 +115,7 @@ def test_a_demonstration_of_the_first_version_shows_what_it_showed(file: Path) -
     table = pa.table(columns).replace_schema_metadata({"ntp-demonstration": json.dumps(header)})
     parquet.write_table(table, file)
     read = read_demonstration(file)
-    assert read.things == THINGS and np.array_equal(read.relative, whole.relative)
+    assert read.objects == THINGS and np.array_equal(read.relative, whole.relative)
     assert [row.fields for row in read.origin.goal] == [(("item", "a"), ("support", "b"))]
 
 

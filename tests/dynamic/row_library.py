@@ -1,4 +1,4 @@
-"""A library that leaves all that it can to Python: things in a row, at distances that the goal says."""
+"""A library that leaves all that it can to Python: objects in a row, at distances that the goal says."""
 
 from __future__ import annotations
 

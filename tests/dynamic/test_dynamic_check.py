@@ -59,7 +59,7 @@ program fill(goal: list[Placement]):
         PLACING + STACKING.format(run="fill(goal)", success="some not on(p.item, table) for p in goal"),
         "some not on(p.item, table) for p in goal",
     ),
-    "E605 two things that push each other off one pad": (
+    "E605 two objects that push each other off one pad": (
         """
 type Pad is Place
 """
@@ -99,7 +99,7 @@ def test_a_planted_fault_is_found_at_its_place(tmp_path: Path, fault: str) -> No
 
 
 def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
-    path = written(tmp_path, FOUND["E605 two things that push each other off one pad"][0])
+    path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
     (livelock,) = [each for each in found(path) if each.code == "E605"]
     steps = [note.message.split(".")[0] for note in livelock.notes]
     assert steps == [str(number) for number in range(1, len(steps) + 1)]
@@ -114,7 +114,7 @@ def test_a_goal_that_is_not_reached_is_told_with_the_start_and_without_a_seed(tm
     assert "--seed" not in failed.help
 
 
-def test_a_buried_start_is_told_thing_by_thing() -> None:
+def test_a_buried_start_is_told_object_by_object() -> None:
     registry = load("block_stacking")
     rng = np.random.default_rng(0)
     instance = draw(registry, find_task(registry, "block_stacking"), rng)
@@ -126,7 +126,7 @@ def test_a_buried_start_is_told_thing_by_thing() -> None:
     assert told(world.truth()).endswith(" in the hand")
 
 
-def test_a_broken_word_is_told_with_where_things_are_after_the_call(tmp_path: Path) -> None:
+def test_a_broken_word_is_told_with_where_objects_are_after_the_call(tmp_path: Path) -> None:
     (error,) = found(written(tmp_path, FOUND["E601 an api that does not ask for an empty hand"][0]))
     assert re.search(r"does not hold.*; after it: block_\d at \(0\.\d{3}, .*\) m$", error.notes[0].message)
 
@@ -270,11 +270,11 @@ def test_what_a_scene_leaves_out_is_no_fault_of_who_asks(tmp_path: Path, text: s
 
 
 @pytest.mark.parametrize("text", ["library a\n", "library a\ntype Thing\ntype Tool is Thing\n"])
-def test_of_a_library_without_things_there_is_nothing_to_try(tmp_path: Path, text: str) -> None:
+def test_of_a_library_without_objects_there_is_nothing_to_try(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.ntp").write_text(text)
     assert found(tmp_path / "a.ntp") == []
 
 
 def test_the_check_is_the_same_for_a_seed(tmp_path: Path) -> None:
-    path = written(tmp_path, FOUND["E605 two things that push each other off one pad"][0])
+    path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
     assert found(path) == found(path)

@@ -44,7 +44,7 @@ def drawn(registry: Registry, seed: int, task: str = "") -> tuple[Instance, Kine
     name = task or ("block_stacking", "tall_towers")[seed % 2]
     instance = draw(registry, find_task(registry, name), rng)
     world = KinematicWorld()
-    world.reset(scrambled(instance.things, rng), seed)
+    world.reset(scrambled(instance.objects, rng), seed)
     return instance, world
 
 
@@ -54,7 +54,7 @@ def run_from_anywhere(
     """A run from a scrambled state, and whether the goal holds in truth at its end."""
     rng = np.random.default_rng(seed)
     instance, world = drawn(expert.registry, seed)
-    world.reset(scrambled(instance.things, rng), seed, disturbances)
+    world.reset(scrambled(instance.objects, rng), seed, disturbances)
     limits = Limits(primitives=primitives)
     interpreter = Interpreter(expert.registry, ScriptedPolicy(expert), world, limits=limits)
     run = interpreter.run(instance.program, instance.arguments)

@@ -14,7 +14,7 @@ from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Decision, Expert, NextCall, UndeclaredCall, View, call
-from ntp_dsl.semantics.observation import Argument, Observation, Record, Thing
+from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Literal, State
 
 SEEDS = range(60)
@@ -51,10 +51,10 @@ def decide(expert: Expert, question: Question) -> Decision:
 
 def renamed(question: Question, names: Mapping[str, str]) -> Question:
     program, arguments, seen = question
-    things = tuple(replace(thing, name=names.get(thing.name, thing.name)) for thing in seen.things)
+    objects = tuple(replace(obj, name=names.get(obj.name, obj.name)) for obj in seen.objects)
     positions = {names.get(name, name): place for name, place in seen.positions.items()}
     given = tuple(renamed_argument(argument, names) for argument in arguments)
-    return program, given, replace(seen, things=things, positions=positions)
+    return program, given, replace(seen, objects=objects, positions=positions)
 
 
 def renamed_argument(argument: Argument, names: Mapping[str, str]) -> Argument:
@@ -78,24 +78,24 @@ def test_asking_twice_gives_the_same_answer(stacking: Registry, kind: str) -> No
 
 
 @pytest.mark.parametrize("kind", ["declared", "in Python"])
-def test_the_order_of_the_things_does_not_matter(stacking: Registry, kind: str) -> None:
+def test_the_order_of_the_objects_does_not_matter(stacking: Registry, kind: str) -> None:
     expert = experts(stacking)[kind]
     for seed in SEEDS:
         rng = np.random.default_rng(seed)
         for program, arguments, seen in questions(stacking, seed):
-            order = tuple(int(index) for index in rng.permutation(len(seen.things)))
+            order = tuple(int(index) for index in rng.permutation(len(seen.objects)))
             shuffled = (program, arguments, seen.permuted(order))
             assert decide(expert, (program, arguments, seen)) == decide(expert, shuffled)
 
 
 @pytest.mark.parametrize("kind", ["declared", "in Python"])
-def test_names_of_things_do_not_matter(stacking: Registry, kind: str) -> None:
+def test_names_of_objects_do_not_matter(stacking: Registry, kind: str) -> None:
     expert = experts(stacking)[kind]
     for seed in SEEDS:
         for question in questions(stacking, seed):
-            blocks = [thing.name for thing in question[2].things if thing.type == "Block"]
+            blocks = [obj.name for obj in question[2].objects if obj.type == "Block"]
             order = np.random.default_rng(seed).permutation(len(blocks))
-            names = {block: f"thing {order[index]}" for index, block in enumerate(blocks)}
+            names = {block: f"object {order[index]}" for index, block in enumerate(blocks)}
             expected, answer = decide(expert, question), decide(expert, renamed(question, names))
             if isinstance(expected, NextCall):
                 given = tuple(renamed_argument(each, names) for each in expected.arguments)
@@ -104,15 +104,15 @@ def test_names_of_things_do_not_matter(stacking: Registry, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["declared", "in Python"])
-def test_more_things_elsewhere_do_not_matter(stacking: Registry, kind: str) -> None:
+def test_more_objects_elsewhere_do_not_matter(stacking: Registry, kind: str) -> None:
     expert = experts(stacking)[kind]
     for seed in SEEDS:
         for program, arguments, seen in questions(stacking, seed):
             if program == "put_down":
                 continue  # over the table there is less free place
-            more = Thing("another", "Block", (0.05, 0.05, 0.05))
+            more = SceneObject("another", "Block", (0.05, 0.05, 0.05))
             positions = {**seen.positions, "another": (0.9, 0.45, 0.025)}
-            fuller = replace(seen, things=(more, *seen.things), positions=positions)
+            fuller = replace(seen, objects=(more, *seen.objects), positions=positions)
             assert decide(expert, (program, arguments, seen)) == decide(expert, (program, arguments, fuller))
 
 
@@ -127,24 +127,24 @@ def test_a_python_expert_sees_declared_predicates_and_nothing_else(stacking: Reg
     _, world = drawn(stacking, 1)
     state = State(stacking, world.truth())
     view = View(stacking, state)
-    things = view.things("Block")
-    assert len(things) == 10 and "table" not in things
-    assert view.clear(things[0]) == state.holds(Literal("clear", (things[0],)))
+    objects = view.objects("Block")
+    assert len(objects) == 10 and "table" not in objects
+    assert view.clear(objects[0]) == state.holds(Literal("clear", (objects[0],)))
     with pytest.raises(AttributeError, match="no predicate is called 'positions'"):
         _ = view.positions
 
 
-def test_the_right_thing_is_taken_up_though_the_hand_holds_another(tmp_path: Path) -> None:
+def test_the_right_object_is_taken_up_though_the_hand_holds_another(tmp_path: Path) -> None:
     """`release` asks for anything in the hand; what was picked before it is meant."""
     path = tmp_path / "mine.ntp"
     path.write_text(CARRYING)
     registry = load(path)
-    things = (
-        *(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "ab"),
-        Thing("table", "Table", (1.5, 1.5, 0.04)),
+    objects = (
+        *(SceneObject(name, "Block", (0.05, 0.05, 0.05)) for name in "ab"),
+        SceneObject("table", "Table", (1.5, 1.5, 0.04)),
     )
     places = {"a": (0.4, 0.1, 0.025), "b": (0.5, 0.0, 0.3), "table": (0.5, 0.0, -0.02)}
-    seen = Observation(things, places, (0.5, 0.0, 0.3), closed=True)
+    seen = Observation(objects, places, (0.5, 0.0, 0.3), closed=True)
     assert seen.held == "b"
     assert decide(Expert(registry), ("carry", ("a",), seen)) == call("pick", "a")
     assert decide(Expert(registry), ("carry", ("b",), seen)) == call("release")

@@ -24,11 +24,11 @@ STARTS, SOAKED = 10, 1000
 EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_dir())
 
 
-def starts(things: int, soak: bool) -> int:
+def starts(objects: int, soak: bool) -> int:
     """How many, which is fewer where a run takes longer."""
-    if things < 30:
+    if objects < 30:
         return SOAKED if soak else STARTS
-    return (100 if things < 60 else 10) if soak else int(things < 60)
+    return (100 if objects < 60 else 10) if soak else int(objects < 60)
 
 
 @pytest.mark.parametrize("slips", [0.0, 0.25])
@@ -38,8 +38,8 @@ def test_an_expert_reaches_the_goal_from_any_scrambled_state(soak: bool, example
     policy = ScriptedPolicy(Expert(registry))
     world = make_world("kinematic", registry)
     for name in registry.tasks:
-        things = len(draw(registry, find_task(registry, name), np.random.default_rng(0)).things)
-        for seed in range(starts(things, soak)):
+        objects = len(draw(registry, find_task(registry, name), np.random.default_rng(0)).objects)
+        for seed in range(starts(objects, soak)):
             rng = np.random.default_rng(seed)
             instance = draw(registry, find_task(registry, name), rng)
             world.reset(instance.scrambled(rng), seed, Disturbances(slips=slips))

@@ -31,7 +31,7 @@ def test_nothing_that_is_read_can_run(module: str) -> None:
 
 
 def declared_names() -> set[str]:
-    """Every program, api, constant and thing of the libraries that ship."""
+    """Every program, api, constant and object of the libraries that ship."""
     names: set[str] = set()
     for path in LIBRARIES:
         registry = load(path)

@@ -1,4 +1,4 @@
-"""Goals that a function in Python draws: their fields are things, members and numbers."""
+"""Goals that a function in Python draws: their fields are objects, members and numbers."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_a_constant_of_the_library_may_be_part_of_a_goal(tmp_path: Path) -> None
         (ROW.replace("0.25", "'near'"), "drew 'near' for 'distance: length'; expected a number"),
         (
             ROW.replace("marks[1]", "'mark_7'"),
-            "drew 'mark_7' for 'mark: Place'; expected the name of a thing",
+            "drew 'mark_7' for 'mark: Place'; expected the name of an object",
         ),
         (ROW.replace("sides[0]", "'top'"), "drew 'top' for 'side: Side'; expected left or right"),
         (ROW.replace(", 0.25", ""), r"yields rows of \(item, mark, side, distance\)"),

@@ -13,7 +13,7 @@ import pytest
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.task_files import TaskFileEntry, as_file, read_tasks, write_tasks
 
 AUTHORS: dict[str, Any] = {
@@ -36,7 +36,7 @@ AUTHORS: dict[str, Any] = {
         }
     ],
 }
-CUBES = tuple(Thing(f"cube_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
+CUBES = tuple(SceneObject(f"cube_{n}", "Block", (0.05, 0.05, 0.05)) for n in range(8))
 GOAL = ({"item": "cube_6", "support": "cube_5"}, {"item": "cube_4", "support": "cube_6"})
 ENTRY = TaskFileEntry("stack_1", CUBES, GOAL)
 
@@ -86,7 +86,7 @@ FOREIGN = {
         changed(AUTHORS, "tasks", 0, "goals", 1, "name", value="push"),
         r"'push' - at `\$.tasks\[0\].goals\[1\].name`",
     ),
-    "another kind of thing": (
+    "another kind of object": (
         changed(AUTHORS, "scene", "objects", 3, "filename", value="forks/fork_1.urdf"),
         r"matching regex '\^cubes/' - at `\$.scene.objects\[3\].filename`",
     ),
@@ -103,7 +103,7 @@ FOREIGN = {
         "different objects in one row",
     ),
     "a name twice": (changed(OURS, "tasks", 0, "objects", 0, "name", value="cube_1"), "one name twice"),
-    "a flat thing": (
+    "a flat object": (
         changed(OURS, "tasks", 0, "objects", 0, "size", value=[0.05, 0.05, 0]),
         "three positive sizes of 'cube_0'",
     ),
@@ -152,5 +152,5 @@ def test_the_authors_own_files_are_read(name: str, count: int) -> None:
     if not (DATA / name).is_file():
         pytest.skip("the authors' files are not here; NTP_VAT_DATA says where they are")
     entries = read_tasks(DATA / name)
-    assert len(entries) == count and all(len(entry.things) == 8 for entry in entries)
+    assert len(entries) == count and all(len(entry.objects) == 8 for entry in entries)
     assert {len(entry.goal) for entry in entries} <= set(range(1, 8))

@@ -68,7 +68,7 @@ class Gardener:
         if not any(isinstance(a, str) for a in node.arguments) or not self._claim(node):
             return None
         place = next(i for i, a in enumerate(node.arguments) if isinstance(a, str))
-        others = (*node.arguments[:place], self._new("thing"), *node.arguments[place + 1 :])
+        others = (*node.arguments[:place], self._new("object"), *node.arguments[place + 1 :])
         node.arguments = others
         return self._at_call(node, Kind.ARGUMENT)
 

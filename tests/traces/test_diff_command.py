@@ -10,14 +10,14 @@ from msgspec.structs import replace as with_fields
 from trees import DONE, headed
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.comparison_rules import Kind
 from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Decision
 from ntp_dsl.traces.schema import ROOT, Call, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
-THINGS = tuple(Thing(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
+THINGS = tuple(SceneObject(name, "Block", (0.05, 0.05, 0.05)) for name in "abc")
 SOURCE = "library sample\nprogram build():\n    pick(a)\n    place(a)\n"
 LIKELY = (Alternative("pick", 0.7), Alternative("place", 0.2))
 SURE = Decision(end_probability=0.1, callees=LIKELY, source="s.ntp:3")
@@ -27,7 +27,7 @@ POINTED = with_fields(
 
 
 def seen(shift: float = 0.0) -> Observation:
-    positions = {thing.name: (0.1 * n + shift, 0.0, 0.025) for n, thing in enumerate(THINGS)}
+    positions = {obj.name: (0.1 * n + shift, 0.0, 0.025) for n, obj in enumerate(THINGS)}
     return Observation(THINGS, positions, (0.0, 0.0, 0.4), False)
 
 
@@ -42,10 +42,10 @@ class Story:
         self.state = self.writer.state(seen(start))
         self.root = self.writer.call(ROOT, "program", "build", (), None, 0, self.state, NO_DECISION)
 
-    def api(self, name: str, thing: str, outcome: str = "achieved", **facts: object) -> Story:
+    def api(self, name: str, obj: str, outcome: str = "achieved", **facts: object) -> Story:
         decision = facts.pop("decision", Decision(source="s.ntp:3"))
         assert isinstance(decision, Decision)
-        number = self.writer.call(self.root, "api", name, (thing,), None, 0, self.state, decision)
+        number = self.writer.call(self.root, "api", name, (obj,), None, 0, self.state, decision)
         self.writer.returned(number, outcome, 0, execution=Execution(**facts))
         return self
 
@@ -120,10 +120,10 @@ def test_another_object_is_told_with_where_the_right_one_stood(
 def test_a_member_is_ranked_among_members_and_an_object_among_objects(
     right: tuple[str | float, ...], made: tuple[str | float, ...], rank: int, chosen: float
 ) -> None:
-    thing = made[0]
+    obj = made[0]
     decision = Decision(
         arguments=(
-            (Alternative(thing, 0.6), Alternative("c", 0.3), Alternative("a", 0.1)),
+            (Alternative(obj, 0.6), Alternative("c", 0.3), Alternative("a", 0.1)),
             (Alternative("right", 0.8), Alternative("left", 0.2)),
             (Alternative(0.1, 1.0),),
         )

@@ -127,8 +127,8 @@ def large(rng: np.random.Generator, calls: int, flat: bool) -> Node:
         above = nodes[0] if flat or rng.random() < 0.3 else nodes[int(rng.integers(len(nodes)))]
         if above.kind == "program":
             kind = "api" if rng.random() < 0.5 else "program"
-            thing = f"block_{int(rng.integers(8))}"
-            node = Node(kind, f"{kind}_{int(rng.integers(4))}", (thing,))
+            obj = f"block_{int(rng.integers(8))}"
+            node = Node(kind, f"{kind}_{int(rng.integers(4))}", (obj,))
             above.kids.append(node)
             nodes.append(node)
     return run
@@ -140,7 +140,7 @@ def mutated(run: Node, rng: np.random.Generator, share: float) -> Node:
         if node is not other:
             node.kids = [kid for kid in node.kids if rng.random() > share]
         if node.arguments and rng.random() < share:
-            node.arguments = ("thing",)
+            node.arguments = ("object",)
     return other
 
 

@@ -17,7 +17,7 @@ from PIL import Image
 from trees import headed
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Trace
@@ -146,10 +146,10 @@ def test_rerun_finds_scene_and_calls_of_both_traces(files: tuple[Path, Path], tm
         assert [text.strip().split("(")[0] for text in texts if ": " not in text] == [
             call.name for call in trace.calls
         ]
-        for thing in trace.header.objects:
-            column = entities[f"/{side}/scene/{thing.name}"]["Transform3D:translation"]
+        for obj in trace.header.objects:
+            column = entities[f"/{side}/scene/{obj.name}"]["Transform3D:translation"]
             places = [place for place in column if place]
-            assert places[-1][0] == pytest.approx(last_place(trace, thing.name), abs=1e-5)
+            assert places[-1][0] == pytest.approx(last_place(trace, obj.name), abs=1e-5)
     assert "/B/probability" in entities and "/A/probability" not in entities
 
 
@@ -158,12 +158,12 @@ def last_place(trace: Trace, name: str) -> tuple[float, float, float]:
 
 
 def hostile(path: Path) -> Path:
-    thing = Thing(HOSTILE, HOSTILE, (0.1, 0.1, 0.1))
+    obj = SceneObject(HOSTILE, HOSTILE, (0.1, 0.1, 0.1))
     Image.new("RGB", (4, 4)).save(path.parent / "a.png")
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(headed(objects=(thing,)))
-        seen = Observation((thing,), {HOSTILE: (0, 0, 0), "nowhere": (0, 0, 0)}, (0, 0, 1), False)
+        writer.header(headed(objects=(obj,)))
+        seen = Observation((obj,), {HOSTILE: (0, 0, 0), "nowhere": (0, 0, 0)}, (0, 0, 1), False)
         root = writer.call(ROOT, "program", HOSTILE, (HOSTILE,), None, 0, writer.state(seen), NO_DECISION)
         writer.picture(0, "a.png")
         writer.picture(0, "../a.png")

@@ -38,7 +38,7 @@ def replayed(registry: Registry, policy: Policy, trace: Trace) -> Trace:
 
 
 class Stubborn:
-    """An expert that answers one thing where it should not: at its so-many-th decision."""
+    """An expert that answers one object where it should not: at its so-many-th decision."""
 
     def __init__(self, expert: Expert, number: int, answer: Choice) -> None:
         self._script, self._left, self._answer = ScriptedPolicy(expert), number, answer

@@ -11,13 +11,13 @@ from trees import headed
 from ntp_dsl.cli.app import run
 from ntp_dsl.cli.calls import BAR, scope_bar
 from ntp_dsl.cli.commands.trace.show import LINES
-from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.semantics.observation import Observation, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.phrases import plain, shown
 from ntp_dsl.traces.schema import ROOT, Call, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
-SEEN = Observation((Thing("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
+SEEN = Observation((SceneObject("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
 GOAL = tuple(Record("Placement", (("item", "a"), ("support", str(n)))) for n in range(5))
 
 
@@ -26,7 +26,7 @@ def trace(tmp_path: Path) -> Path:
     path = tmp_path / "a.trace.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(headed(library="sample", task="t", policy="learned", seed=3, objects=SEEN.things))
+        writer.header(headed(library="sample", task="t", policy="learned", seed=3, objects=SEEN.objects))
         state = writer.state(SEEN)
         root = writer.call(ROOT, "program", "build", (GOAL,), (0, 100), 0, state, NO_DECISION)
         sure = Decision(probability=0.97, seconds=0.004)

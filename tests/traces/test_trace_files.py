@@ -19,7 +19,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record, Thing
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision, FactProbability
 from ntp_dsl.traces.reader import parse_trace, read_trace
@@ -156,7 +156,7 @@ VERSION_2 += b"\n"
 def begun(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
     rng = np.random.default_rng(seed)
     instance = draw(registry, find_task(registry, "few_placements"), rng)
-    scene = scrambled(instance.things, rng)
+    scene = scrambled(instance.objects, rng)
     world = KinematicWorld()
     world.reset(scene, seed, TROUBLE)
     return world, scene
@@ -263,12 +263,12 @@ def test_what_is_not_a_trace_is_told_in_one_sentence(content: bytes, found: str)
 
 
 def test_what_this_version_does_not_know_is_passed_over() -> None:
-    thing = {"name": "a", "type": "Cup", "size": [0.1, 0.1, 0.1], "weight": 3}
-    header = {"format": "ntp-trace", "version": 3, "objects": [thing], "weather": "fair"}
+    obj = {"name": "a", "type": "Cup", "size": [0.1, 0.1, 0.1], "weight": 3}
+    header = {"format": "ntp-trace", "version": 3, "objects": [obj], "weather": "fair"}
     odd = b'{"event": "weather", "id": "fair"}\n'
     text = json.dumps(header).encode() + b"\n" + odd + STATE + call(mood="good") + returned(mood="bad")
     trace = parse_trace(text + odd, HERE)
-    assert [thing.name for thing in trace.header.objects] == ["a"]
+    assert [obj.name for obj in trace.header.objects] == ["a"]
     assert trace.calls[0].outcome is CallOutcome.DONE
 
 
@@ -289,13 +289,13 @@ def test_a_hundred_thousand_calls_are_read_as_they_were_written() -> None:
 
 
 def test_motion_and_pictures_are_read_as_they_were_written() -> None:
-    thing = Thing("a", "Cup", (0.1, 0.1, 0.1))
+    obj = SceneObject("a", "Cup", (0.1, 0.1, 0.1))
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(headed())
     for frame in range(4):
         places = {"a": (0.1 * max(frame - 1, 0), 0.0, 0.0)}
-        writer.frame(0.1 * frame, Observation((thing,), places, (0.0, 0.0, 1.0), frame == 3))
+        writer.frame(0.1 * frame, Observation((obj,), places, (0.0, 0.0, 1.0), frame == 3))
     writer.picture(2, "frames/00002.jpg")
     trace = parse_trace(stream.getvalue().encode(), HERE)
     assert [motion.positions for motion in trace.motions] == [

@@ -14,7 +14,7 @@ from PIL import Image
 from trees import Node, headed, written
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision
 from ntp_dsl.traces.page.page import page
@@ -172,9 +172,9 @@ def parted(count: int) -> tuple[Trace, Trace]:
     """Two traces of so many calls that part in the middle."""
     run_a = Node("run", "run", kids=[Node("program", "build")])
     for number in range(count // 5):
-        thing, scope = f"block_{number}", (number, number + 5)
-        kids = [Node("api", f"step_{n}", (thing,), None, "achieved") for n in range(4)]
-        run_a.kids[0].kids.append(Node("program", "part", (thing,), scope, "done", kids))
+        obj, scope = f"block_{number}", (number, number + 5)
+        kids = [Node("api", f"step_{n}", (obj,), None, "achieved") for n in range(4)]
+        run_a.kids[0].kids.append(Node("program", "part", (obj,), scope, "done", kids))
     run_b = run_a.copy()
     run_b.kids[0].kids[count // 10].kids[2].name = "other"
     return written(run_a), written(run_b)
@@ -215,7 +215,7 @@ def hostile(path: Path) -> Trace:
     """A file whose every text is an attack."""
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        thing = Thing(HOSTILE, HOSTILE, (0.05, 0.05, 0.05))
+        obj = SceneObject(HOSTILE, HOSTILE, (0.05, 0.05, 0.05))
         shown = DemonstratedCall(name=HOSTILE, arguments=(HOSTILE,), scope=(0, 5), done=True)
         whole = DemonstratedCall(name=HOSTILE, arguments=(), scope=(0, 9), done=True, children=[shown])
         writer.header(
@@ -223,12 +223,12 @@ def hostile(path: Path) -> Trace:
                 task=HOSTILE,
                 library=HOSTILE,
                 world=HOSTILE,
-                objects=(thing,),
+                objects=(obj,),
                 sources={HOSTILE: HOSTILE},
                 demonstration=ShownDemonstration(file="../x", frames=9, calls=whole),
             )
         )
-        seen = Observation((thing,), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
+        seen = Observation((obj,), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
         likely = (Alternative(HOSTILE, 1.0),)
         decision = Decision(
             source=HOSTILE,
@@ -285,13 +285,13 @@ def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> No
     frames = tmp_path / "frames"
     frames.mkdir()
     path = tmp_path / "a.jsonl"
-    thing = Thing("a", "Block", (0.05, 0.05, 0.05))
+    obj = SceneObject("a", "Block", (0.05, 0.05, 0.05))
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
-        writer.header(headed(objects=(thing,)))
+        writer.header(headed(objects=(obj,)))
         for number in range(4):
             Image.new("RGB", (40, 30), (60 * number, 0, 0)).save(frames / f"{number}.jpg")
-            seen = Observation((thing,), {"a": (0.1 * number, 0.0, 0.0)}, (0.0, 0.0, 0.5), False)
+            seen = Observation((obj,), {"a": (0.1 * number, 0.0, 0.0)}, (0.0, 0.0, 0.5), False)
             writer.picture(writer.frame(0.1 * number, seen), f"frames/{number}.jpg")
         root = writer.call(ROOT, "program", "go", (), None, 0, writer.state(seen), NO_DECISION)
         writer.returned(root, "done", 4)

@@ -15,7 +15,7 @@ from ntp_dsl.execution.interpreter import Interpreter, Limits
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Argument, Observation, Thing
+from ntp_dsl.semantics.observation import Argument, Observation, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.reader import parse_trace
@@ -27,7 +27,7 @@ from ntp_dsl.worlds.starts import scrambled
 
 HERE = Path("a.trace.jsonl")
 TROUBLE = Disturbances(slips=0.3, pushes=0.3)
-CUBE = Thing("block_0", "Block", (0.05, 0.05, 0.05))
+CUBE = SceneObject("block_0", "Block", (0.05, 0.05, 0.05))
 SEEN = Observation((CUBE,), {"block_0": (0.5, 0.0, 0.025)}, (0.4, 0.0, 0.4), False)
 
 
@@ -45,7 +45,7 @@ def recorded(registry: Registry, seed: int, task: str = "few_placements", primit
     instance = draw(registry, find_task(registry, task), rng)
     world, expert = KinematicWorld(), Expert(registry)
     shown = demonstrate(registry, expert, world, instance, seed)
-    world.reset(scrambled(instance.things, rng), seed, TROUBLE)
+    world.reset(scrambled(instance.objects, rng), seed, TROUBLE)
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(header(registry, instance, seed, PolicyKind.SCRIPTED))

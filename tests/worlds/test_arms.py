@@ -1,4 +1,4 @@
-"""The domains are carried out by any arm, which stands so that it works where things are."""
+"""The domains are carried out by any arm, which stands so that it works where objects are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies across two things rests on both, and what is let go over something comes to rest on it."""
+"""What lies across two objects rests on both, and what is let go over something comes to rest on it."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import pytest
 
 from ntp_dsl.language.loader import load
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Scene
 
 PILLAR, PLANK, TRAY = (0.04, 0.04, 0.04), (0.04, 0.16, 0.02), (0.2, 0.2, 0.01)
 THINGS = (
-    Thing("table", "Table", (1.5, 1.5, 0.04)),
-    Thing("left", "Place", PILLAR, fixed=True),
-    Thing("right", "Place", PILLAR, fixed=True),
-    Thing("tray", "Place", TRAY, fixed=True),
-    Thing("plank", "Movable", PLANK),
+    SceneObject("table", "Table", (1.5, 1.5, 0.04)),
+    SceneObject("left", "Place", PILLAR, fixed=True),
+    SceneObject("right", "Place", PILLAR, fixed=True),
+    SceneObject("tray", "Place", TRAY, fixed=True),
+    SceneObject("plank", "Movable", PLANK),
 )
 PLACES: dict[str, Vector] = {
     "table": (0.5, 0.0, -0.02),

@@ -9,11 +9,11 @@ import pytest
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.observation import Thing
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.worlds.bullet_bodies import bodies_of, shape_of
 from ntp_dsl.worlds.protocol import Disturbances, Scene
 
-TABLE = Thing("table", "Table", (1.5, 1.5, 0.04))
+TABLE = SceneObject("table", "Table", (1.5, 1.5, 0.04))
 TASKS = [
     ("object_sorting", "object_sorting", Disturbances()),
     ("table_cleanup", "three_and_three", Disturbances()),
@@ -31,33 +31,36 @@ def test_an_expert_does_an_example_with_the_arm(library: str, task: str, disturb
 
 
 def test_what_stays_has_no_mass_and_a_colour_is_what_the_scene_says() -> None:
-    things = (
+    objects = (
         TABLE,
-        Thing("pad", "Place", (0.07, 0.07, 0.01), fixed=True),
-        Thing("cup", "Cup", (0.05, 0.05, 0.06), "cylinder", traits=(("colour", "blue"),)),
+        SceneObject("pad", "Place", (0.07, 0.07, 0.01), fixed=True),
+        SceneObject("cup", "Cup", (0.05, 0.05, 0.06), "cylinder", traits=(("colour", "blue"),)),
     )
-    scene = Scene(things, {thing.name: (0.5, 0.0, 0.1) for thing in things})
+    scene = Scene(objects, {obj.name: (0.5, 0.0, 0.1) for obj in objects})
     pad, cup = bodies_of(scene)
     assert pad.is_fixed and not cup.is_fixed
     assert cup.colour[2] > max(cup.colour[:2])
 
 
 @pytest.mark.parametrize(
-    "thing, told",
+    "object, told",
     [
-        (Thing("dish", "Bowl", (0.03, 0.03, 0.02), "bowl"), "a bowl of 3 x 3 x 2 cm, which cannot be made"),
-        (Thing("cup", "Cup", (0.05, 0.05, 0.06), "mesh", "no.obj"), "there is no such file"),
+        (
+            SceneObject("dish", "Bowl", (0.03, 0.03, 0.02), "bowl"),
+            "a bowl of 3 x 3 x 2 cm, which cannot be made",
+        ),
+        (SceneObject("cup", "Cup", (0.05, 0.05, 0.06), "mesh", "no.obj"), "there is no such file"),
     ],
 )
-def test_what_cannot_be_made_is_said(thing: Thing, told: str) -> None:
+def test_what_cannot_be_made_is_said(obj: SceneObject, told: str) -> None:
     with pytest.raises(NtpError, match=told):
-        shape_of(thing)
+        shape_of(obj)
 
 
 def test_a_urdf_has_the_extents_that_the_scene_says(tmp_path: Path) -> None:
     path = tmp_path / "cup.urdf"
     box = '<collision><geometry><box size="0.05 0.04 0.06"/></geometry></collision>'
     path.write_text(f'<robot name="cup"><link name="cup">{box}</link></robot>')
-    assert shape_of(Thing("cup", "Cup", (0.05, 0.04, 0.06), "urdf", str(path)))
+    assert shape_of(SceneObject("cup", "Cup", (0.05, 0.04, 0.06), "urdf", str(path)))
     with pytest.raises(NtpError, match="measures 5.0 cm, 4.0 cm, 6.0 cm"):
-        shape_of(Thing("cup", "Cup", (0.09, 0.04, 0.06), "urdf", str(path)))
+        shape_of(SceneObject("cup", "Cup", (0.09, 0.04, 0.06), "urdf", str(path)))

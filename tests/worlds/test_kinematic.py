@@ -7,7 +7,7 @@ import pytest
 
 from ntp_dsl.language.loader import load
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene
@@ -16,7 +16,10 @@ from ntp_dsl.worlds.starts import REGION, SPACING, scattered, scrambled
 
 TROUBLE = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
 SIZE = (0.05, 0.05, 0.05)
-THINGS = (*(Thing(name, "Block", SIZE) for name in "abc"), Thing("table", "Table", (1.5, 1.5, 0.04)))
+THINGS = (
+    *(SceneObject(name, "Block", SIZE) for name in "abc"),
+    SceneObject("table", "Table", (1.5, 1.5, 0.04)),
+)
 PLACES: dict[str, Vector] = {
     "a": (0.4, 0.1, 0.025),
     "b": (0.5, 0.0, 0.025),
@@ -31,20 +34,20 @@ def world(seed: int = 0, trouble: Disturbances | None = None, **scene: object) -
     return made
 
 
-def things() -> tuple[Thing, ...]:
+def objects() -> tuple[SceneObject, ...]:
     registry = load("block_stacking")
     task = find_task(registry, "block_stacking")
-    return draw(registry, task, np.random.default_rng(0)).things
+    return draw(registry, task, np.random.default_rng(0)).objects
 
 
 def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
     """Primitives at random from a scrambled state; what is seen after each and meanwhile."""
     rng = np.random.default_rng(seed)
     made = KinematicWorld()
-    made.reset(scrambled(things(), rng), seed, TROUBLE)
+    made.reset(scrambled(objects(), rng), seed, TROUBLE)
     seen: list[Observation] = []
     made.on_frame = seen.append
-    names = [thing.name for thing in things()]
+    names = [obj.name for obj in objects()]
     for _ in range(30):
         target = str(rng.choice(names))
         made.call("move_to", (target,))
@@ -56,7 +59,7 @@ def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
 
 def assert_nothing_floats(seen: Observation) -> None:
     """What is not in hand rests on the table or on something right below it."""
-    items = {thing.name: seen.positions[thing.name] for thing in movable(seen.things)}
+    items = {obj.name: seen.positions[obj.name] for obj in movable(seen.objects)}
     tool = np.array(seen.gripper)
     for name, place in items.items():
         in_hand = seen.closed and np.linalg.norm(np.array(place) - tool) < 0.03
@@ -154,17 +157,17 @@ def test_what_cannot_be_done_is_said_with_a_reason(
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_scattered_things_stand_apart_and_within_reach(seed: int) -> None:
-    scene = scattered(things(), np.random.default_rng(seed))
-    places = np.array([scene.positions[thing.name][:2] for thing in movable(things())])
+def test_scattered_objects_stand_apart_and_within_reach(seed: int) -> None:
+    scene = scattered(objects(), np.random.default_rng(seed))
+    places = np.array([scene.positions[obj.name][:2] for obj in movable(objects())])
     assert (places >= [REGION[0][0], REGION[1][0]]).all()
     assert (places <= [REGION[0][1], REGION[1][1]]).all()
     gaps = np.linalg.norm(places[:, None] - places, axis=-1) + np.eye(len(places))
     assert gaps.min() >= SPACING
 
 
-def test_scrambled_starts_have_towers_buried_things_and_full_hands() -> None:
-    scenes = [scrambled(things(), np.random.default_rng(seed)) for seed in range(100)]
+def test_scrambled_starts_have_towers_buried_objects_and_full_hands() -> None:
+    scenes = [scrambled(objects(), np.random.default_rng(seed)) for seed in range(100)]
     heights = [max(place[2] for place in scene.positions.values()) for scene in scenes]
     assert 10 < sum(scene.held is not None for scene in scenes) < 60
     assert sum(height > 0.12 for height in heights) > 30

@@ -7,7 +7,7 @@ from math import cos, sin
 import pytest
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Observation, Thing
+from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.semantics.predicates import (
     JUDGED,
     above,
@@ -22,7 +22,11 @@ from ntp_dsl.semantics.predicates import (
 )
 
 CUBE = (0.05, 0.05, 0.05)
-THINGS = (Thing("a", "Block", CUBE), Thing("b", "Block", CUBE), Thing("t", "Table", (1.5, 1.5, 0.04)))
+THINGS = (
+    SceneObject("a", "Block", CUBE),
+    SceneObject("b", "Block", CUBE),
+    SceneObject("t", "Table", (1.5, 1.5, 0.04)),
+)
 FAR = (0.3, -0.2, 0.4)
 
 
@@ -72,7 +76,7 @@ def test_the_hand_holds_what_is_between_its_closed_fingers() -> None:
 
 @pytest.mark.parametrize("height", [0.02, 0.05, 0.1, 0.2])
 def test_what_is_tall_is_held_near_its_top(height: float) -> None:
-    post = Thing("post", "Movable", (0.04, 0.04, height), "cylinder")
+    post = SceneObject("post", "Movable", (0.04, 0.04, height), "cylinder")
     middle: Vector = (0.5, 0.1, 0.3)
 
     def gripped(above_middle: float) -> bool:
@@ -84,8 +88,8 @@ def test_what_is_tall_is_held_near_its_top(height: float) -> None:
 
 
 def test_a_bowl_is_in_the_hand_and_not_the_fork_in_it() -> None:
-    bowl = Thing("bowl", "Movable", (0.144, 0.144, 0.06), "bowl")
-    fork = Thing("fork", "Movable", (0.1, 0.02, 0.006), "fork")
+    bowl = SceneObject("bowl", "Movable", (0.144, 0.144, 0.06), "bowl")
+    fork = SceneObject("fork", "Movable", (0.1, 0.02, 0.006), "fork")
     places: dict[str, Vector] = {"bowl": (0.5, 0.0, 0.083), "fork": (0.499, 0.036, 0.075)}
     assert held(Observation((fork, bowl), places, (0.452, 0.051, 0.1), True)) == "bowl"
 
@@ -108,7 +112,7 @@ def test_over_the_table_means_over_a_free_place() -> None:
     assert not above(seen((0.4, 0.1, 0.025), gripper=(0.5, 0.0, 0.15)), "gripper", "t")
 
 
-def test_a_lost_thing_is_neither_present_nor_anywhere() -> None:
+def test_a_lost_object_is_neither_present_nor_anywhere() -> None:
     state = seen(None)
     assert not present(state, "a") and not reachable(state, "a") and not clear(state, "a")
     assert not on(state, "a", "b") and not covers(state, "a", "b") and clear(state, "b")
@@ -123,8 +127,8 @@ def test_a_success_test_accepts_more_than_a_program_aims_at() -> None:
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3, -0.3, 0.5])
 def test_a_bowl_is_held_by_its_rim_however_it_hangs(tilt: float) -> None:
-    bowl = Thing("bowl", "Bowl", (0.144, 0.144, 0.06), "bowl")
-    fork = Thing("fork", "Fork", (0.1, 0.018, 0.006), "fork")
+    bowl = SceneObject("bowl", "Bowl", (0.144, 0.144, 0.06), "bowl")
+    fork = SceneObject("fork", "Fork", (0.1, 0.018, 0.006), "fork")
     along, up = 0.07, 0.017  # from its middle to where the fingers are
     grip = (along * cos(tilt) - up * sin(tilt), 0.0, 0.3 + along * sin(tilt) + up * cos(tilt))
 

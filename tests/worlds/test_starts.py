@@ -1,4 +1,4 @@
-"""Where things start: on what the task says, and never inside one another."""
+"""Where objects start: on what the task says, and never inside one another."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ task filling:
     success: all on(p.item, p.support) for p in goal
 """
 CROWDED = {
-    "things among pads": """
+    "objects among pads": """
         pads: 3 Pad on table with box(9 cm, 9 cm, 1 cm), x(0.35 .. 0.65 m)
         blocks: 9 Block on table with box(7 cm, 5 cm, 2 cm)""",
     "two crowds in one place": """
@@ -66,7 +66,7 @@ def test_a_tray_that_is_a_constant_carries_what_starts_on_it(tmp_path: Path) -> 
         blocks: 2 Block on pads with cube(4 cm)""",
         0,
     )
-    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    seen = Observation(scene.objects, scene.positions, (0.5, 0.0, 0.5), False)
     assert on(seen, "block_0", "pad_0")
     pad, tray = scene.positions["pad_0"], scene.positions["tray"]
     assert pad[2] - 0.005 == pytest.approx(tray[2] + scene.by_name["tray"].size[2] / 2)
@@ -85,7 +85,7 @@ def test_a_long_tray_stands_where_it_is_told_to(tmp_path: Path, size: str) -> No
 
 
 def overlap(scene: Scene, a: str, b: str) -> bool:
-    """Whether two things take up some of the same room."""
+    """Whether two objects take up some of the same room."""
     gaps = [
         abs(scene.positions[a][axis] - scene.positions[b][axis])
         - (scene.by_name[a].size[axis] + scene.by_name[b].size[axis]) / 2
@@ -96,9 +96,9 @@ def overlap(scene: Scene, a: str, b: str) -> bool:
 
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("crowd", CROWDED)
-def test_no_two_things_start_inside_each_other(tmp_path: Path, crowd: str, seed: int) -> None:
+def test_no_two_objects_start_inside_each_other(tmp_path: Path, crowd: str, seed: int) -> None:
     scene = starts(tmp_path, CROWDED[crowd], seed)
-    names = [thing.name for thing in scene.things if thing.size[0] <= TOO_WIDE]
+    names = [obj.name for obj in scene.objects if obj.size[0] <= TOO_WIDE]
     assert [pair for pair in combinations(names, 2) if overlap(scene, *pair)] == []
 
 
@@ -111,7 +111,7 @@ def test_what_starts_on_a_bin_lies_in_it(tmp_path: Path, seed: int) -> None:
         blocks: 4 Block on pads with cube(3 cm)""",
         seed,
     )
-    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    seen = Observation(scene.objects, scene.positions, (0.5, 0.0, 0.5), False)
     for number in range(4):
         block, pad = f"block_{number}", f"pad_{number % 2}"
         assert inside(seen, block, pad)
@@ -128,5 +128,5 @@ def test_what_starts_on_others_is_on_them(tmp_path: Path) -> None:
         others: 2 Block on blocks with cube(4 cm)""",
         0,
     )
-    seen = Observation(scene.things, scene.positions, (0.5, 0.0, 0.5), False)
+    seen = Observation(scene.objects, scene.positions, (0.5, 0.0, 0.5), False)
     assert on(seen, "block_0", "pad_0") and on(seen, "block_3", "block_1")

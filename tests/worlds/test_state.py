@@ -8,12 +8,12 @@ from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.parsing.parser import parse
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.semantics.observation import Observation, Record, Thing
+from ntp_dsl.semantics.observation import Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Literal, State
 
 CUBE = (0.05, 0.05, 0.05)
 TOWER = Observation(
-    (*(Thing(name, "Block", CUBE) for name in "abc"), Thing("table", "Table", (1.5, 1.5, 0.04))),
+    (*(SceneObject(name, "Block", CUBE) for name in "abc"), SceneObject("table", "Table", (1.5, 1.5, 0.04))),
     {"a": (0.5, 0, 0.075), "b": (0.5, 0, 0.025), "c": (0.3, 0, 0.025), "table": (0.5, 0, -0.02)},
     (0.4, 0.2, 0.4),
     False,
@@ -73,7 +73,7 @@ def test_holding_something_provides_holding_anything() -> None:
     assert str(Literal("on", ("a", "b"), positive=False)) == "not on(a, b)"
 
 
-def test_things_are_listed_by_type_and_its_ancestors() -> None:
+def test_objects_are_listed_by_type_and_its_ancestors() -> None:
     state = State(registry("on(x, y)"), TOWER)
-    assert state.things("Block") == state.things("Movable") == ["a", "b", "c"]
-    assert state.things("Place") == ["a", "b", "c", "table"]
+    assert state.objects("Block") == state.objects("Movable") == ["a", "b", "c"]
+    assert state.objects("Place") == ["a", "b", "c", "table"]

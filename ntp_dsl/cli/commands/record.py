@@ -55,7 +55,7 @@ def command(
     """Record demonstrations and labelled traces from the scripted expert.
 
     Each episode is a clean demonstration from one placement, and a labelled episode from another in which
-    things slip, fall and are led astray, so that recoveries are learnt too. Failed ones are named in the
+    objects slip, fall and are led astray, so that recoveries are learnt too. Failed ones are named in the
     manifest.
 
     Example: ntp record block_stacking block_stacking -n 300 --out runs/data

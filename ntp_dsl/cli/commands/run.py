@@ -73,7 +73,7 @@ def command(
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
     evaluator = Evaluator(plan)
-    shown = Shown(read_demonstration(demo, evaluator.instance(0).things)) if demo else None
+    shown = Shown(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     if shown is None and not expert:
         messages.print(f"no --demo: the expert shows the task once, from seed {seed}")
     carry_out(evaluator, shown, out, json)

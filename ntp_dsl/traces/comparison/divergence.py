@@ -16,7 +16,7 @@ from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.failure_attribution import of_call
 from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
 
-ALIKE = 0.01  # [m] that things may lie apart in two states that count as one
+ALIKE = 0.01  # [m] that objects may lie apart in two states that count as one
 
 
 def compare(a: Trace, b: Trace, scopes: bool = True) -> Comparison:
@@ -134,7 +134,7 @@ class _Finder:
 
 
 def distance(a: Observation | None, b: Observation | None) -> float | None:
-    """[m] that anything of two states lies apart, at the most; infinite where a thing is only in one."""
+    """[m] that anything of two states lies apart, at the most; infinite where an object is only in one."""
     if a is None or b is None:
         return None
     if a.positions.keys() != b.positions.keys() or a.closed != b.closed:

@@ -50,10 +50,10 @@ class _Side:
             self.recording.log(self._path("camera"), image)
 
     def _scene(self) -> None:
-        for thing in self.trace.header.objects:
-            half = [extent / 2 for extent in thing.size]
-            box = self.rerun.Boxes3D(half_sizes=[half], labels=[thing.name])
-            self.recording.log(self._path("scene", thing.name), box, static=True)
+        for obj in self.trace.header.objects:
+            half = [extent / 2 for extent in obj.size]
+            box = self.rerun.Boxes3D(half_sizes=[half], labels=[obj.name])
+            self.recording.log(self._path("scene", obj.name), box, static=True)
         hand = self.rerun.Points3D([[0, 0, 0]], radii=[0.01], labels=["hand"])
         self.recording.log(self._path("hand"), hand, static=True)
         for path, places in self._tracks().items():
@@ -122,7 +122,7 @@ class _Side:
         self.recording.set_time(TIME, duration=self._time(frame))
 
     def _path(self, *parts: str) -> str:
-        """Of an entity; whatever a thing is called, it is one part of it."""
+        """Of an entity; whatever an object is called, it is one part of it."""
         return str(self.rerun.new_entity_path([self.side, *parts]))
 
 

@@ -148,7 +148,7 @@ def _confidence(found: Divergence) -> str:
 
 def _states(apart: float) -> str:
     if not isfinite(apart):
-        return "the states differ: a thing is lost, or the hand is open in one and closed in the other"
+        return "the states differ: an object is lost, or the hand is open in one and closed in the other"
     return f"the states lie {1000 * apart:.1f} mm apart"
 
 

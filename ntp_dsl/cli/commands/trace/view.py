@@ -30,7 +30,7 @@ def command(
     json: Json = False,
 ) -> None:
     """Write one self-contained HTML file: both call trees aligned, scopes over the demonstration, the motion
-    of all things, what else each decision might have been, and what the camera saw.
+    of all objects, what else each decision might have been, and what the camera saw.
 
     It opens in any browser, fetches nothing and carries nothing of a trace out.
 

@@ -7,7 +7,7 @@ def discs_at(observation, p):
     """(height, width, name) of what stands over the peg."""
     return sorted(
         (observation.positions[t.name][2], t.size[0], t.name)
-        for t in observation.things
+        for t in observation.objects
         if t.type in ("Large", "Medium", "Small") and stands(observation, t.name, p)
     )
 
@@ -29,7 +29,7 @@ def smaller(observation, a, b):
 
 @predicate
 def spare(observation, q, d, p):
-    pegs = sorted(t.name for t in observation.things if t.type in ("Peg", "Start"))
+    pegs = sorted(t.name for t in observation.objects if t.type in ("Peg", "Start"))
     free = [n for n in pegs if n != p and not stands(observation, d, n)]
     return bool(free) and q == free[0]
 
