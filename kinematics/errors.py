@@ -6,7 +6,7 @@ KinematicsError                a motion cannot be done; has `.reason` and `.evid
 +-- UnsuitableHand             the hand is full, empty or closed, where the skill needs the opposite
 +-- Unreachable                no joint positions, or no straight line, put the tool there
 +-- Obstructed                 something stands where the arm, the hand or the held body would be
-+-- NoPathFound                the planner's budget ran out
++-- NoPathFound                the planner used up its validity checks
 +-- NoPlaceFound               the table has no free spot of that size
 
 NoDisplay                      a window was asked for where none can be shown
@@ -32,7 +32,6 @@ class Reason(StrEnum):
     START_IN_COLLISION = "start_in_collision"
     GOAL_IN_COLLISION = "goal_in_collision"
     NO_PATH = "no_path"
-    PLANNER_TIMEOUT = "planner_timeout"
     SUPPORT_TILTED = "support_tilted"
     NO_GRASP = "no_grasp"
     NO_FREE_PLACE = "no_free_place"
@@ -96,7 +95,7 @@ class Obstructed(KinematicsError):
 
 
 class NoPathFound(KinematicsError):
-    """The planner used up its validity checks, or its wall-time backstop."""
+    """The planner used up its validity checks."""
 
 
 class NoPlaceFound(KinematicsError):

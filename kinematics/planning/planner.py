@@ -1,12 +1,10 @@
 """From start and goal joint positions to a collision-free chain of joint positions.
 
 The straight edge is tried first; it is free in about half of all queries. A planner's limit is a
-number of validity checks, which no load of the machine changes; wall time is a backstop with a reason
-of its own.
+number of validity checks, never wall time: how busy the machine is changes no path and no failure.
 """
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,11 +21,12 @@ from kinematics.robot.robot import Robot
 RESOLUTION = 1 / 32  # between two checks of OMPL's, Euclidean over the joints [rad]
 RANGE = 1.0  # of one extension of a tree [rad]
 MAXIMUM_CHECKS = 20_000
-BACKSTOP = 20.0  # [s]
+MAXIMUM_ROUNDS = 100_000  # of a planner's loop, since LBKPIECE grows its trees without checking
+AT_LIMIT = 1e-6  # how far beyond a joint's limit a measured position counts as at it [rad]
 SHORTCUTS = 20
 IN_HAND = 0.15  # how far what is held may reach from the axis of the last joint [m]
 
-Validity = Callable[[Array], bool]
+Validity = Callable[[Array], bool]  # of joint positions; the same answer whenever it is asked
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ class Planner:
         self._setup.setPlanner(_rrt_connect(self._information))
         self._setup.setup()  # its first time draws from the generator; not in a query then
         self._valid: Validity = lambda q: True
-        self._checks = 0
-        self._started = 0.0
+        self._checks = self._rounds = 0
 
     def plan(
         self, start: Array, goal: Array, valid: Validity, seed: int, planner: str = "rrt_connect"
@@ -71,17 +69,22 @@ class Planner:
         if planner not in PLANNERS:
             raise ValueError(f"no planner is called '{planner}'; there are {', '.join(PLANNERS)}")
         make = PLANNERS[planner]
-        self._valid, self._checks, self._started = valid, 0, time.monotonic()
-        for q, end in ((start, "start"), (goal, "goal")):
-            if not self._limits.contains(q, 1e-6):
-                raise UnusablePose(f"the {end} of the motion", f"{q} is not within the limits of the joints")
-            if not self._check(q):
-                raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
+        self._valid, self._checks, self._rounds = valid, 0, 0
+        start, goal = self._within_limits(start, "start"), self._within_limits(goal, "goal")
         if self._edge_is_free(start, goal):
             return Path(np.array([start, goal]), "straight", self._checks)
         corners = self._search(start, goal, make, seed)
         shortened = self._shorten(corners, np.random.default_rng(seed))
         return Path(np.array(shortened), planner, self._checks)
+
+    def _within_limits(self, q: Array, end: str) -> Array:
+        """Return the end of a motion, clipped: OMPL waits for ever for a goal a hair outside its bounds."""
+        if not self._limits.contains(q, AT_LIMIT):
+            raise UnusablePose(f"the {end} of the motion", f"{q} is not within the limits of the joints")
+        clipped: Array = np.clip(q, self._limits.lower, self._limits.upper)
+        if not self._check(clipped):
+            raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
+        return clipped
 
     def _search(self, start: Array, goal: Array, make: Callable[[Any], Any], seed: int) -> list[Array]:
         util.RNG.setSeed(seed % (2**31 - 1) + 1)
@@ -99,9 +102,8 @@ class Planner:
         return corners
 
     def _no_path(self) -> NoPathFound:
-        late = self._checks < MAXIMUM_CHECKS and self._is_late()
-        reason = Reason.PLANNER_TIMEOUT if late else Reason.NO_PATH
-        return NoPathFound(reason, f"no path after {self._checks} validity checks", checks=self._checks)
+        message = f"no path after {self._checks} validity checks"
+        return NoPathFound(Reason.NO_PATH, message, checks=self._checks)
 
     def _shorten(self, corners: list[Array], generator: np.random.Generator) -> list[Array]:
         """Replace stretches between two random points of the chain by free straight edges."""
@@ -140,16 +142,14 @@ class Planner:
 
     def _check(self, q: Array) -> bool:
         self._checks += 1
-        return self._valid(q)
+        return bool(self._valid(q))  # OMPL takes no bool of numpy's
 
     def _is_valid(self, state: Any) -> bool:
         return self._check(np.array(state[0 : self._dof]))
 
     def _is_over(self) -> bool:
-        return self._checks >= MAXIMUM_CHECKS or self._is_late()
-
-    def _is_late(self) -> bool:
-        return time.monotonic() - self._started > BACKSTOP
+        self._rounds += 1
+        return self._checks >= MAXIMUM_CHECKS or self._rounds >= MAXIMUM_ROUNDS
 
     def _state(self, q: Array) -> Any:
         state = self._space.allocState()

@@ -43,7 +43,6 @@ FAILURES: Mapping[Reason, Failure] = {
     Reason.START_IN_COLLISION: Failure.START_IN_COLLISION,
     Reason.GOAL_IN_COLLISION: Failure.GOAL_IN_COLLISION,
     Reason.NO_PATH: Failure.NO_PATH,
-    Reason.PLANNER_TIMEOUT: Failure.TIME_OUT,
     Reason.SUPPORT_TILTED: Failure.PLACE_FAILED,
     Reason.NO_GRASP: Failure.GRASP_FAILED,
     Reason.NO_FREE_PLACE: Failure.NO_PATH,

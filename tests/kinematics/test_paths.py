@@ -3,6 +3,7 @@ repeat.
 """
 
 import math
+import time
 
 import mujoco
 import numpy as np
@@ -14,7 +15,8 @@ from kinematics.errors import NoPathFound, Obstructed, Reason
 from kinematics.geometry.transforms import UPRIGHT, Array, Pose, angle_between
 from kinematics.ik.differential_ik import StraightLines
 from kinematics.ik.global_ik import InverseKinematics, usual_tool
-from kinematics.planning.planner import PLANNERS, RESOLUTION, Path, Planner
+from kinematics.planning import planner as planning
+from kinematics.planning.planner import MAXIMUM_CHECKS, PLANNERS, RESOLUTION, Path, Planner
 from kinematics.planning.trajectory import ACCELERATION_SHARE, TIME_STEP, round_corners, time_parameterise
 from kinematics.robot import models
 from kinematics.robot.robot import Robot, panda
@@ -74,15 +76,57 @@ def test_an_end_in_collision_is_said_to_be_the_start_or_the_goal() -> None:
     assert failure.value.reason is Reason.GOAL_IN_COLLISION
 
 
-def test_a_budget_of_checks_ends_a_search_that_cannot_succeed() -> None:
-    ends = beside(-0.15), beside(0.15)
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_busy_machine_changes_neither_the_path_nor_the_number_of_checks(planner: str) -> None:
+    scene = walled_scene()
+    quick = plan(scene, 2, planner)
 
-    def walled_off(q: Array) -> bool:
-        return any(float(np.abs(q - end).max()) < 0.05 for end in ends)
+    def slowly(q: Array) -> bool:
+        time.sleep(1e-4)
+        return scene.is_free(q)
 
-    with pytest.raises(NoPathFound) as failure:
-        PLANNER.plan(*ends, walled_off, seed=0)
-    assert failure.value.reason is Reason.NO_PATH
+    slow = PLANNER.plan(beside(-0.15), beside(0.15), slowly, 2, planner)
+    assert np.array_equal(slow.corners, quick.corners) and slow.checks == quick.checks
+
+
+ENDS = beside(-0.15), beside(0.15)
+
+
+def walled_off(q: Array) -> bool:
+    """Return whether `q` is on one of two islands, each around one end of a motion."""
+    return any(float(np.abs(q - end).max()) < 0.05 for end in ENDS)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_search_that_cannot_succeed_ends_after_a_bounded_number_of_checks(planner: str) -> None:
+    found = []
+    for _ in range(2):
+        with pytest.raises(NoPathFound) as failure:
+            PLANNER.plan(*ENDS, walled_off, 0, planner)
+        assert failure.value.reason is Reason.NO_PATH
+        found.append(failure.value.evidence["checks"])
+    assert found[0] == found[1] and MAXIMUM_CHECKS <= found[0] < 1.05 * MAXIMUM_CHECKS
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_search_ends_even_if_the_planner_checks_nothing(
+    planner: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning, "MAXIMUM_ROUNDS", 5)
+    with pytest.raises(NoPathFound, match="no path after"):
+        PLANNER.plan(*ENDS, walled_off, 0, planner)
+
+
+def test_a_goal_a_hair_beyond_a_limit_is_planned_to_at_the_limit() -> None:
+    start, goal = ENDS[0], ENDS[1].copy()
+    goal[0] = ROBOT.limits.upper[0] + 5e-7
+
+    def beside_a_post(q: Array) -> bool:
+        return not (0.5 < q[0] < 0.6 and abs(q[1] - start[1]) < 0.3)
+
+    path = PLANNER.plan(start, goal, beside_a_post, seed=0)
+    assert path.planner == "rrt_connect" and ROBOT.limits.contains(path.corners[-1])
+    assert np.allclose(path.corners[-1], goal)
 
 
 def test_a_body_moved_in_the_scene_is_felt_where_it_is_now() -> None:
