@@ -62,9 +62,9 @@ class Ours:
         self._planner, self._referee = Planner(robot), referee
 
     def plan(self, query: Query) -> Array | None:
-        scene = self._referee.scene(query)
+        valid = self._referee.validity(query)
         try:
-            return self._planner.plan(query.start, query.goal, scene.is_free, query.seed).corners
+            return self._planner.plan(query.start, query.goal, valid, query.seed).corners
         except KinematicsError:
             return None
 
@@ -82,8 +82,8 @@ def run(referee: Referee, planner: Any, queries: list[Query]) -> Paths:
 
 def rounded(referee: Referee, query: Query, corners: Array) -> Array:
     """The curve that the arm would follow."""
-    scene = referee.scene(query)
-    return round_corners(corners, lambda chain: all(map(scene.is_free, chain)))
+    valid = referee.validity(query)
+    return round_corners(corners, lambda chain: all(map(valid, chain)))
 
 
 def _joins(corners: Array, query: Query) -> bool:

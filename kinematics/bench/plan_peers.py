@@ -13,9 +13,8 @@ from kinematics.bench.cells import half_of
 from kinematics.bench.measuring import version
 from kinematics.bench.plan_queries import Query, Referee
 from kinematics.collision.models import always_touching
-from kinematics.collision.scene import CollisionScene
 from kinematics.geometry.transforms import Array, pose_of
-from kinematics.planning.planner import RANGE, RESOLUTION
+from kinematics.planning.planner import RANGE, RESOLUTION, Validity
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
@@ -39,8 +38,8 @@ class OmplWithSimplification:
         self._space = base.RealVectorStateSpace(robot.dof)
         self._space.setBounds(bounds)
         self._setup = geometric.SimpleSetup(self._space)
-        self._scene: CollisionScene = referee.scene_of_nothing
-        self._setup.setStateValidityChecker(lambda state: self._scene.is_free(np.array(state[0 : robot.dof])))
+        self._valid: Validity = lambda q: True
+        self._setup.setStateValidityChecker(lambda state: self._valid(np.array(state[0 : robot.dof])))
         information = self._setup.getSpaceInformation()
         information.setStateValidityCheckingResolution(RESOLUTION / self._space.getMaximumExtent())
         planner = geometric.RRTConnect(information)
@@ -49,7 +48,7 @@ class OmplWithSimplification:
         self._setup.setup()
 
     def plan(self, query: Query) -> Array | None:
-        self._scene = self._referee.scene(query)
+        self._valid = self._referee.validity(query)
         util.RNG.setSeed(query.seed)
         self._setup.clear()
         self._setup.setStartAndGoalStates(self._state(query.start), self._state(query.goal))

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 
 from kinematics.bench.cells import crowded, half_of
+from kinematics.collision.models import MARGIN
 from kinematics.collision.scene import CollisionScene
+from kinematics.collision.scene_state import HeldBody, SceneState
 from kinematics.errors import UnusableRobot
-from kinematics.geometry.transforms import Array, inverse, transform_of
+from kinematics.geometry.transforms import Array, inverse, pose_of, transform_of
 from kinematics.grasping.grasps import grasps_by_trouble
 from kinematics.ik.global_ik import InverseKinematics
+from kinematics.planning.planner import Validity
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import Body
@@ -39,32 +42,35 @@ class Query:
 
 
 class Referee:
-    """The checker as it stands for a query, and what a path must pass."""
+    """The collision checks of queries, and what a path must pass."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.scene_of_nothing = CollisionScene(robot, {})
         self._scenes: dict[tuple[Any, ...], CollisionScene] = {}
 
-    def scene(self, query: Query) -> CollisionScene:
-        """All bodies where they are, the held one in the hand."""
+    def validity(self, query: Query, margin: float = MARGIN) -> Validity:
+        """Return the check of a query's scene: whether joint positions keep the margin [m] in it."""
+        scene, state = self._scene(query), self._state(query)
+        return lambda q: scene.is_free(q, state, margin)
+
+    def _scene(self, query: Query) -> CollisionScene:
         shapes = {body.name: body.shape for body in query.bodies}
         key = tuple(shapes.items())
         if key not in self._scenes:
             fixed = frozenset(body.name for body in query.bodies if body.is_fixed)
             self._scenes[key] = CollisionScene(self.robot, shapes, fixed)
-        scene = self._scenes[key]
-        absent = frozenset([query.held]) if query.held else frozenset()
-        scene.place({body.name: body.pose for body in query.bodies}, absent)
-        scene.hold(query.held, query.held_to_tool)
-        empty = min(OPENING, gripper_of(self.robot).maximum_opening)
-        scene.open_fingers(half_of(self.robot) if query.held else empty)
-        return scene
+        return self._scenes[key]
+
+    def _state(self, query: Query) -> SceneState:
+        poses = {body.name: body.pose for body in query.bodies}
+        if query.held is None:
+            return SceneState(poses, min(OPENING, gripper_of(self.robot).maximum_opening))
+        held = HeldBody(query.held, pose_of(query.held_to_tool))
+        return SceneState(poses, half_of(self.robot)).with_held(held)
 
     def is_clear(self, query: Query, corners: Array) -> bool:
-        """Whether nothing is touched anywhere on a chain, looked at every `FINE`."""
-        scene = self.scene(query)
-        return all(scene.is_free(q, margin=0.0) for q in finely(corners))
+        """Return whether nothing is touched anywhere on a chain, checked every `FINE`."""
+        return all(map(self.validity(query, margin=0.0), finely(corners)))
 
 
 def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
@@ -83,8 +89,8 @@ def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
             in_hand = inverse(tools[0]) @ transform_of(bodies[first].pose)
             in_hand[:3, 3] = 0.0
         blank = Query(bodies, robot.home, robot.home, held, in_hand, number)
-        scene = referee.scene(blank)
-        ends = [_free_end(solver, scene, tool, number) for tool in tools]
+        valid = referee.validity(blank)
+        ends = [_free_end(solver, valid, tool, number) for tool in tools]
         fruitless += 1
         if ends[0] is not None and ends[1] is not None:
             fruitless = 0
@@ -111,6 +117,6 @@ def _above(robot: Robot, body: Body) -> Array:
     return tool
 
 
-def _free_end(solver: InverseKinematics, scene: CollisionScene, tool: Array, seed: int) -> Array | None:
+def _free_end(solver: InverseKinematics, valid: Validity, tool: Array, seed: int) -> Array | None:
     starts = solver.starts(tool, solver.robot.home, seed, RESTARTS)
-    return next((q for q in solver.solutions(tool, starts) if scene.is_free(q)), None)
+    return next((q for q in solver.solutions(tool, starts) if valid(q)), None)

@@ -59,7 +59,7 @@ def for_planning(
     return spec.compile()
 
 
-def for_questions(
+def for_distances(
     robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float, slimmer: float
 ) -> Any:
     """A ghost of the hand, the table, every body, and every shape that can be held, slimmer, in the hand."""

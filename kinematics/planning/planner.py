@@ -81,7 +81,7 @@ class Planner:
         """Return the end of a motion, clipped: OMPL waits for ever for a goal a hair outside its bounds."""
         if not self._limits.contains(q, AT_LIMIT):
             raise UnusablePose(f"the {end} of the motion", f"{q} is not within the limits of the joints")
-        clipped: Array = np.clip(q, self._limits.lower, self._limits.upper)
+        clipped: Array = np.minimum(np.maximum(q, self._limits.lower), self._limits.upper)
         if not self._check(clipped):
             raise Obstructed(Reason(f"{end}_in_collision"), f"the {end} of the motion is in collision")
         return clipped
@@ -142,10 +142,10 @@ class Planner:
 
     def _check(self, q: Array) -> bool:
         self._checks += 1
-        return bool(self._valid(q))  # OMPL takes no bool of numpy's
+        return self._valid(q)
 
     def _is_valid(self, state: Any) -> bool:
-        return self._check(np.array(state[0 : self._dof]))
+        return bool(self._check(np.array(state[0 : self._dof])))  # OMPL takes no bool of numpy's
 
     def _is_over(self) -> bool:
         self._rounds += 1

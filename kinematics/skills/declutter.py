@@ -2,7 +2,6 @@
 neighbours.
 """
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Iterator, Mapping
@@ -14,7 +13,7 @@ from kinematics.geometry.transforms import Array, Pose, rotation_from_quaternion
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import half_extents_of, height_above, height_below, support
 from kinematics.skills.approach import CLEARANCE, TILTED, graspable, tilt_of
-from kinematics.skills.arm import Arm, Look
+from kinematics.skills.arm import Arm, CellSnapshot
 
 Bodies = Mapping[str, Body]
 
@@ -41,36 +40,38 @@ class Nudge:
     opening: float = 0.0  # of each finger meanwhile [m]
 
 
-def nudges(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
+def nudges(arm: Arm, snapshot: CellSnapshot, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
     """Pushes of the target, or of what touches it, after which a grasp fits or more room is.
 
     Those after which a grasp fits come first, and of these the ones that push the target itself.
     """
     ranked = []
-    for order, mover in enumerate([target, *_loose_neighbours(arm, look, target, bodies)]):
+    for order, mover in enumerate([target, *_loose_neighbours(arm, snapshot, target, bodies)]):
         for k, distance in itertools.product(range(DIRECTIONS), DISTANCES):
             angle = 2 * math.pi * k / DIRECTIONS
             shift = distance * np.array([math.cos(angle), math.sin(angle), 0.0])
-            if _has_room(arm, mover, shift):
-                frees = _frees(arm, look, target, mover, bodies, shift)
+            if _has_room(arm, snapshot, mover, shift):
+                frees = _frees(arm, snapshot, target, mover, bodies, shift)
                 ranked.append(((not frees, order > 0, distance, order, k), mover, shift))
     for _, mover, shift in sorted(ranked, key=lambda entry: entry[0]):
-        nudge = _nudge(arm, look, mover, bodies[mover], shift, seed)
+        nudge = _nudge(arm, snapshot, mover, bodies[mover], shift, seed)
         if nudge is not None:
             yield nudge
-    if tilt_of(look, target, bodies[target].shape) > TILTED:
-        yield from _topples(arm, look, target, bodies, seed)
+    if tilt_of(snapshot, target, bodies[target].shape) > TILTED:
+        yield from _topples(arm, snapshot, target, bodies, seed)
 
 
-def asked_push(arm: Arm, look: Look, target: str, bodies: Bodies, shift: Array, seed: int) -> Nudge | None:
+def asked_push(
+    arm: Arm, snapshot: CellSnapshot, target: str, bodies: Bodies, shift: Array, seed: int
+) -> Nudge | None:
     """The push of a body by that much, with both fingertips as far apart as the body carries [m].
 
     A part of the way is held back, since the body may turn against the fingers meanwhile. None where
     something is in the way of the hand, or of the body where it would go.
     """
-    if not _has_room(arm, target, shift):
+    if not _has_room(arm, snapshot, target, shift):
         return None
-    body, pose = bodies[target], look.poses[target]
+    body, pose = bodies[target], snapshot.poses[target]
     across = np.array([-shift[1], shift[0], 0.0]) / float(np.linalg.norm(shift))
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
     half_width = min(support(body.shape, rotation.T @ across), support(body.shape, -rotation.T @ across))
@@ -78,16 +79,16 @@ def asked_push(arm: Arm, look: Look, target: str, bodies: Bodies, shift: Array, 
     distance = float(np.linalg.norm(shift))
     first = max(distance - HELD_BACK, distance / 2) / distance * shift
     for spread in (opening, 0.0):
-        nudge = _nudge(arm, look, target, body, first, seed, opening=spread)
+        nudge = _nudge(arm, snapshot, target, body, first, seed, opening=spread)
         if nudge is not None:
             return nudge
     return None
 
 
-def _topples(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
+def _topples(arm: Arm, snapshot: CellSnapshot, target: str, bodies: Bodies, seed: int) -> Iterator[Nudge]:
     """Pushes high up on a body that leans on others, towards where there is most room."""
-    position = np.array(look.poses[target].position)
-    others = [np.array(pose.position) for name, pose in look.poses.items() if name != target]
+    position = np.array(snapshot.poses[target].position)
+    others = [np.array(pose.position) for name, pose in snapshot.poses.items() if name != target]
 
     def room(direction: Array) -> float:
         fallen = position + 0.09 * direction
@@ -95,58 +96,55 @@ def _topples(arm: Arm, look: Look, target: str, bodies: Bodies, seed: int) -> It
 
     angles = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     directions = [np.array([math.cos(angle), math.sin(angle), 0.0]) for angle in angles]
-    tips = height_above(bodies[target].shape, look.poses[target]) - GRIP_FROM_TOP
+    tips = height_above(bodies[target].shape, snapshot.poses[target]) - GRIP_FROM_TOP
     for direction in sorted(directions, key=lambda d: -round(room(d), 4)):
-        nudge = _nudge(arm, look, target, bodies[target], 0.06 * direction, seed, tips)
+        nudge = _nudge(arm, snapshot, target, bodies[target], 0.06 * direction, seed, tips)
         if nudge is not None:
             yield nudge
 
 
-def _loose_neighbours(arm: Arm, look: Look, target: str, bodies: Bodies) -> list[str]:
+def _loose_neighbours(arm: Arm, snapshot: CellSnapshot, target: str, bodies: Bodies) -> list[str]:
     """What stands beside the target, in the way of a finger, and carries nothing."""
-    height = look.poses[target].position[2]
+    height = snapshot.poses[target].position[2]
     return [
         name
         for name in bodies
         if name != target
         and not bodies[name].is_fixed
-        and arm.scene.distance(name, target) < IN_THE_WAY
-        and abs(look.poses[name].position[2] - height) < min(half_extents_of(bodies[name].shape))
-        and not _carries(arm, look, name, bodies)
+        and arm.scene.distance(name, target, snapshot.state) < IN_THE_WAY
+        and abs(snapshot.poses[name].position[2] - height) < min(half_extents_of(bodies[name].shape))
+        and not _carries(arm, snapshot, name, bodies)
     ]
 
 
-def _carries(arm: Arm, look: Look, name: str, bodies: Bodies) -> bool:
-    height = look.poses[name].position[2] + min(half_extents_of(bodies[name].shape))
+def _carries(arm: Arm, snapshot: CellSnapshot, name: str, bodies: Bodies) -> bool:
+    height = snapshot.poses[name].position[2] + min(half_extents_of(bodies[name].shape))
     return any(
-        look.poses[other].position[2] > height and arm.scene.distance(name, other) < TOUCHING
+        snapshot.poses[other].position[2] > height
+        and arm.scene.distance(name, other, snapshot.state) < TOUCHING
         for other in bodies
         if other != name
     )
 
 
-def _has_room(arm: Arm, mover: str, shift: Array) -> bool:
+def _has_room(arm: Arm, snapshot: CellSnapshot, mover: str, shift: Array) -> bool:
     """Whether a body can be shifted without coming nearer to another than `ROOM`, or than it is."""
-    now = arm.scene.room_of(mover, [np.zeros(3)])
-    on_the_way = arm.scene.room_of(mover, [shift * t for t in (0.3, 0.6, 1.0)])
+    now = arm.scene.room_of(mover, [np.zeros(3)], snapshot.state)
+    on_the_way = arm.scene.room_of(mover, [shift * t for t in (0.3, 0.6, 1.0)], snapshot.state)
     return on_the_way >= min(ROOM, now - 3e-4)
 
 
-def _frees(arm: Arm, look: Look, target: str, mover: str, bodies: Bodies, shift: Array) -> bool:
+def _frees(arm: Arm, snapshot: CellSnapshot, target: str, mover: str, bodies: Bodies, shift: Array) -> bool:
     """Whether a grasp would fit the target if the mover were shifted."""
-    pose = look.poses[mover]
+    pose = snapshot.poses[mover]
     x, y, z = (np.array(pose.position) + shift).tolist()
-    moved = {**look.poses, mover: Pose((x, y, z), pose.quaternion_xyzw)}
-    there = dataclasses.replace(look, poses=moved)
-    arm.scene.place(moved)
-    fits = graspable(arm, there, target, bodies[target].shape)
-    arm.scene.place(look.poses)
-    return fits
+    there = snapshot.state.moved(mover, Pose((x, y, z), pose.quaternion_xyzw))
+    return graspable(arm, there, target, bodies[target].shape)
 
 
 def _nudge(
     arm: Arm,
-    look: Look,
+    snapshot: CellSnapshot,
     target: str,
     body: Body,
     shift: Array,
@@ -155,14 +153,14 @@ def _nudge(
     opening: float = 0.0,
 ) -> Nudge | None:
     """The push, with the fingertips at a height, or just above what the body stands on."""
-    pose = look.poses[target]
+    pose = snapshot.poses[target]
     distance = float(np.linalg.norm(shift))
     direction = shift / distance
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
     radius = support(body.shape, -rotation.T @ direction)
     bottom = pose.position[2] - height_below(body.shape, rotation)
     tips = bottom + ABOVE_TABLE if tips is None else tips
-    arm.scene.open_fingers(opening)
+    state = snapshot.state.with_opening(opening)
     for turn, half_size in zip((0.0, math.pi / 2), arm.gripper.half_sizes, strict=True):
         depth = half_size + FINGER_SPARE
         low = _hand_facing(direction, turn)
@@ -171,22 +169,14 @@ def _nudge(
         above, end = low.copy(), low.copy()
         above[2, 3] = height_above(body.shape, pose) + CLEARANCE
         end[:3, 3] += direction * (RUN_UP + distance)
-        for q in arm.solutions(above, look.q, seed, 2):
+        for q in arm.solutions(above, snapshot.q, state, seed, 2):
             down = arm.lines.follow(q, [low])
-            if down is None or not arm.chain_is_free(down):
+            if down is None or not arm.chain_is_free(down, state):
                 continue
             sweep = arm.lines.follow(down[-1], [end])
-            if sweep is not None and _sweep_is_free(arm, look, target, sweep):
+            if sweep is not None and arm.chain_is_free(sweep, state.without(target)):
                 return Nudge(q, down, sweep, opening)
     return None
-
-
-def _sweep_is_free(arm: Arm, look: Look, target: str, sweep: Array) -> bool:
-    """Whether the hand meets nothing but the body that it pushes."""
-    arm.scene.place(look.poses, absent=frozenset([target]))
-    free = arm.chain_is_free(sweep)
-    arm.scene.place(look.poses)
-    return free
 
 
 def _hand_facing(direction: Array, turn: float) -> Array:

@@ -8,7 +8,7 @@ from kinematics.ik import differential_ik
 from kinematics.shapes import containers
 from kinematics.skills import execution
 from kinematics.skills.approach import ABOVE_SUPPORT, RESTARTS, opening_that_is_free
-from kinematics.skills.arm import LINE_MARGIN, Look
+from kinematics.skills.arm import LINE_MARGIN, CellSnapshot
 from kinematics.skills.skill_execution import Attempt
 
 STAYED = 0.005  # how far a body may be from where it was let go [m]
@@ -19,77 +19,75 @@ SHAKES = 3  # of what does not fall
 DROP = 0.01  # that a body falls into a container [m]
 
 
-def release(attempt: Attempt, look: Look, held: str) -> None:
+def release(attempt: Attempt, snapshot: CellSnapshot, held: str) -> None:
     """Put the body down on what is below, or drop it where that is a container."""
     attempt.solved_by(differential_ik.SOLVER)
-    container = container_below(attempt, look, held)
+    container = container_below(attempt, snapshot, held)
     spare = ABOVE_SUPPORT if container is None else DROP
-    drop = attempt.arm.scene.drop_height(look.q, held, MAXIMUM_DROP) - spare
-    look, line = _straight_down(attempt, look, max(0.0, drop))
+    drop = attempt.arm.scene.drop_height(snapshot.q, snapshot.state, MAXIMUM_DROP) - spare
+    snapshot, line = _straight_down(attempt, snapshot, max(0.0, drop))
     if container is None:
-        _put(attempt, held, line, _opening_beside(attempt, look, line))
+        _put(attempt, held, line, _opening_beside(attempt, snapshot, line))
     else:
-        line, opening = _as_deep_as_free(attempt, look, line)
+        line, opening = _as_deep_as_free(attempt, snapshot, line)
         _drop(attempt, held, container, line, opening)
 
 
-def container_below(attempt: Attempt, look: Look, held: str) -> str | None:
+def container_below(attempt: Attempt, snapshot: CellSnapshot, held: str) -> str | None:
     """The highest container that the held body is over, and would go into."""
-    shape, position = attempt.shape(held), look.poses[held].position
+    shape, position = attempt.shape(held), snapshot.poses[held].position
     below = [
         name
-        for name, pose in look.poses.items()
+        for name, pose in snapshot.poses.items()
         if name != held
         and containers.takes(attempt.shape(name), pose, shape)
         and containers.is_over(attempt.shape(name), pose, position)
     ]
-    return max(below, key=lambda name: look.poses[name].position[2], default=None)
+    return max(below, key=lambda name: snapshot.poses[name].position[2], default=None)
 
 
-def _straight_down(attempt: Attempt, look: Look, drop: float) -> tuple[Look, Array]:
+def _straight_down(attempt: Attempt, snapshot: CellSnapshot, drop: float) -> tuple[CellSnapshot, Array]:
     """The line down by so much [m]; where the arm would have to fold over on the way, it first turns to
     another posture that holds the tool where it is.
     """
-    arm, low = attempt.arm, look.tool.copy()
+    arm, low = attempt.arm, snapshot.tool.copy()
     low[2, 3] -= drop
-    line = arm.lines.follow(look.q, [low])
+    line = arm.lines.follow(snapshot.q, [low])
     if line is not None:
-        return look, line
-    for q in arm.solutions(look.tool, look.q, attempt.seed, RESTARTS):
-        if arm.lines.follow(q, [low]) is None or not attempt.turns_to(look, q):
+        return snapshot, line
+    for q in arm.solutions(snapshot.tool, snapshot.q, snapshot.state, attempt.seed, RESTARTS):
+        if arm.lines.follow(q, [low]) is None or not attempt.turns_to(snapshot, q):
             continue
-        look = attempt.look()
-        line = arm.lines.follow(look.q, [low])
+        snapshot = attempt.observe()
+        line = arm.lines.follow(snapshot.q, [low])
         if line is not None:
-            return look, line
+            return snapshot, line
     raise Unreachable(Reason.UNREACHABLE, "no straight line leads down to the support")
 
 
-def _opening_beside(attempt: Attempt, look: Look, line: Array) -> float:
+def _opening_beside(attempt: Attempt, snapshot: CellSnapshot, line: Array) -> float:
     """How wide to open at the end of the way down, which must be free."""
-    arm = attempt.arm
-    if not arm.chain_is_free(line[:-1], margin=0.0):
-        near = {name for q in line[:-1] for touch in arm.scene.touches(q) for name in touch.names}
+    arm, state = attempt.arm, snapshot.state
+    if not arm.chain_is_free(line[:-1], state, margin=0.0):
+        near = {name for q in line[:-1] for touch in arm.scene.touches(q, state) for name in touch.names}
         raise Obstructed(Reason.GOAL_IN_COLLISION, "something stands beside the way down", near=sorted(near))
-    arm.scene.hold(None)
-    width = 2 * look.opening
-    opening = opening_that_is_free(arm, line, width)
+    width = 2 * snapshot.opening
+    opening = opening_that_is_free(arm, state, line, width)
     return width / 2 + 0.004 if opening is None else opening
 
 
-def _as_deep_as_free(attempt: Attempt, look: Look, line: Array) -> tuple[Array, float]:
+def _as_deep_as_free(attempt: Attempt, snapshot: CellSnapshot, line: Array) -> tuple[Array, float]:
     """As far into a container as hand and body keep clear of it and of what is in it."""
     arm = attempt.arm
-    with_body = [arm.scene.is_free(q, LINE_MARGIN) for q in line]
-    arm.scene.hold(None)
-    narrow = look.opening + 0.005
-    arm.scene.open_fingers(min(narrow, arm.gripper.maximum_opening))
-    without = [arm.scene.is_free(q, LINE_MARGIN) for q in line]
+    with_body = [arm.scene.is_free(q, snapshot.state, LINE_MARGIN) for q in line]
+    narrow = snapshot.opening + 0.005
+    released = snapshot.state.without_held().with_opening(min(narrow, arm.gripper.maximum_opening))
+    without = [arm.scene.is_free(q, released, LINE_MARGIN) for q in line]
     depth = 1
     while depth < len(line) and with_body[depth] and without[depth]:
         depth += 1
     line = line[:depth]
-    opening = opening_that_is_free(arm, line, 2 * look.opening)
+    opening = opening_that_is_free(arm, snapshot.state, line, 2 * snapshot.opening)
     return line, narrow if opening is None else opening
 
 

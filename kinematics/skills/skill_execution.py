@@ -19,7 +19,7 @@ from kinematics.shapes.shapes import Shape
 from kinematics.simulation.workcell import Workcell
 from kinematics.skills import execution
 from kinematics.skills.approach import Approach, line_to_grasp
-from kinematics.skills.arm import Arm, Look
+from kinematics.skills.arm import Arm, CellSnapshot
 
 LINE_SPEED = 0.35  # of the tool on straight lines [m/s]
 WIDTH_TOLERANCE = 0.006  # between the fingers and the body's width [m]
@@ -48,8 +48,8 @@ class Attempt:
     def open_wide(self) -> None:
         execution.open_hand(self.cell, self.arm.gripper.maximum_opening)
 
-    def look(self) -> Look:
-        return self.arm.look(self.cell)
+    def observe(self) -> CellSnapshot:
+        return self.arm.observe(self.cell)
 
     def solved_by(self, solver: str) -> None:
         if solver not in self.solvers:
@@ -57,50 +57,50 @@ class Attempt:
 
     # -- above -----------------------------------------------------------------------------
 
-    def go_above(self, look: Look, approaches: Iterator[Approach], slip_at: float | None = None) -> Approach:
+    def go_above(
+        self, snapshot: CellSnapshot, approaches: Iterator[Approach], slip_at: float | None = None
+    ) -> Approach:
         """Plan to the first approach that a path leads to, and move there."""
         failure: KinematicsError | None = None
         self.solved_by(global_ik.SOLVER)
         for approach, _ in zip(approaches, range(APPROACHES), strict=False):
-            opening = look.opening
-            if look.held is None:  # room for wider fingers is not promised there
+            opening = snapshot.opening
+            if snapshot.held is None:  # room for wider fingers is not promised there
                 opening = min(opening, approach.opening)
             try:
-                trajectory = self.plan_to(look, approach.above, opening)
+                trajectory = self.plan_to(snapshot, approach.above, opening)
             except KinematicsError as found:
                 failure = found
                 continue
             self.evidence.update(descent_free=approach.is_free, trouble=approach.trouble)
-            if opening < look.opening - NOTICEABLE:
+            if opening < snapshot.opening - NOTICEABLE:
                 execution.open_hand(self.cell, opening)
-            self._travel(look, trajectory, slip_at)
+            self._travel(snapshot, trajectory, slip_at)
             return approach
         raise failure or self._no_approach()
 
-    def plan_to(self, look: Look, goal: Array, opening: float) -> Trajectory:
-        arm = self.arm
-        arm.scene.open_fingers(opening)
-        arm.show_held(look)
-        path = arm.plan(look.q, goal, self.seed)
+    def plan_to(self, snapshot: CellSnapshot, goal: Array, opening: float) -> Trajectory:
+        arm, state = self.arm, snapshot.state.with_opening(opening)
+        path = arm.plan(snapshot.q, goal, state, self.seed)
         self.planner = path.planner
         self.evidence["validity_checks"] = path.checks
-        free = partial(arm.chain_is_free, margin=MARGIN)
+        free = partial(arm.chain_is_free, state=state, margin=MARGIN)
         return time_parameterise(round_corners(path.corners, free), arm.robot.limits)
 
-    def turns_to(self, look: Look, q: Array) -> bool:
+    def turns_to(self, snapshot: CellSnapshot, q: Array) -> bool:
         """Whether a path leads to another posture; the arm then takes it, with what it holds."""
         try:
-            trajectory = self.plan_to(look, q, look.opening)
+            trajectory = self.plan_to(snapshot, q, snapshot.opening)
         except KinematicsError:
             return False
-        self._travel(look, trajectory, None)
+        self._travel(snapshot, trajectory, None)
         return True
 
-    def _travel(self, look: Look, trajectory: Trajectory, slip_at: float | None) -> None:
-        if look.held is None:
+    def _travel(self, snapshot: CellSnapshot, trajectory: Trajectory, slip_at: float | None) -> None:
+        if snapshot.held is None:
             execution.follow(self.cell, trajectory)
             return
-        grip = execution.measure_grip(self.cell, look.held)
+        grip = execution.measure_grip(self.cell, snapshot.held)
         drop = execution.carry(self.cell, trajectory, grip, slip_at)
         if drop is not None:
             raise self.dropped(drop, forced=slip_at is not None)
@@ -131,19 +131,21 @@ class Attempt:
 
     # -- grasp -----------------------------------------------------------------------------
 
-    def approach_from_here(self, look: Look, target: str) -> Approach | None:
+    def approach_from_here(self, snapshot: CellSnapshot, target: str) -> Approach | None:
         """The line down from where the arm is, to a grasp in the orientation that the tool has."""
-        for group in grasps_by_trouble(look.poses[target], self.shape(target), self.arm.gripper):
+        for group in grasps_by_trouble(snapshot.poses[target], self.shape(target), self.arm.gripper):
             for option in group:
-                if angle_between(option.tool[:3, :3], look.tool[:3, :3]) > _TURNED:
+                if angle_between(option.tool[:3, :3], snapshot.tool[:3, :3]) > _TURNED:
                     continue
-                end = self.arm.inverse.solve(option.tool, look.q)
-                approach = None if end is None else line_to_grasp(self.arm, look.q, option, end)
+                end = self.arm.inverse.solve(option.tool, snapshot.q)
+                approach = (
+                    None if end is None else line_to_grasp(self.arm, snapshot.state, snapshot.q, option, end)
+                )
                 if approach is not None:
                     return approach
         return None
 
-    def take(self, target: str, approach: Approach) -> None:
+    def take(self, snapshot: CellSnapshot, target: str, approach: Approach) -> None:
         """Down, close, and up again by the same way backwards."""
         cell, down = self.cell, self.along(approach.line)
         execution.open_hand(cell, approach.opening)
@@ -154,7 +156,7 @@ class Attempt:
             self._go_back(approach.above)
             raise
         execution.close_hand(cell)
-        failure = self._grasp_failure(target, approach)
+        failure = self._grasp_failure(snapshot, target, approach)
         if failure is not None:
             execution.open_hand(cell, approach.opening)
             execution.follow(cell, down.reversed())
@@ -180,7 +182,9 @@ class Attempt:
         cell.settle_until_still([target], execution.WAIT_FOR_FALL)
         raise KinematicsError(Reason.GRASP_SLIPPED, f"'{target}' slipped while it was lifted")
 
-    def _grasp_failure(self, target: str, approach: Approach) -> KinematicsError | None:
+    def _grasp_failure(
+        self, snapshot: CellSnapshot, target: str, approach: Approach
+    ) -> KinematicsError | None:
         """None where contact, the finger width and the body's pose say that the target is held."""
         assert approach.grasp is not None
         width, held = self.cell.finger_width(), self.cell.held()
@@ -188,7 +192,8 @@ class Attempt:
         off = float(np.linalg.norm(moved))
         self.evidence.update(finger_width=width, held=held, off_centre=off)
         tolerance = WIDTH_TOLERANCE if self.arm.gripper.slides else SWINGING_TOLERANCE
-        widths = approach.grasp.width, 2 * self.arm.scene.closed_on(approach.grasp.tool, target)
+        closed_on = self.arm.scene.closed_on(approach.grasp.tool, target, snapshot.state)
+        widths = approach.grasp.width, 2 * closed_on
         fits = min(abs(width - each) for each in widths) < tolerance
         if fits and held == target and off < OFF_CENTRE + execution.doubt(self.cell):
             return None
@@ -203,17 +208,17 @@ class Attempt:
 
     # -- straight lines -----------------------------------------------------------------------
 
-    def lift(self, look: Look, height: float) -> None:
+    def lift(self, snapshot: CellSnapshot, height: float) -> None:
         """Straight up [m]; what is held must still be held there."""
-        raised = look.tool.copy()
+        raised = snapshot.tool.copy()
         raised[2, 3] += height
         self.solved_by(differential_ik.SOLVER)
-        line = self.arm.lines.follow(look.q, [raised])
+        line = self.arm.lines.follow(snapshot.q, [raised])
         if line is None:
             raise Unreachable(Reason.UNREACHABLE, "no straight line leads up there")
-        if not self.arm.chain_is_free(line[1:], margin=0.0):
+        if not self.arm.chain_is_free(line[1:], snapshot.state, margin=0.0):
             raise Obstructed(Reason.GOAL_IN_COLLISION, "something is in the way up")
-        self._travel(look, self.along(line), None)
+        self._travel(snapshot, self.along(line), None)
 
     def along(self, line: Array, speed: float = LINE_SPEED) -> Trajectory:
         """A straight line of the tool, at its own speed [m/s]."""

@@ -33,7 +33,7 @@ from kinematics.skills.approach import (
     still_above,
     tilt_of,
 )
-from kinematics.skills.arm import Arm, Look
+from kinematics.skills.arm import Arm, CellSnapshot
 from kinematics.skills.skill_execution import Attempt
 from kinematics.skills.workspace import workspace_of
 
@@ -67,10 +67,10 @@ def move_above(cell: Workcell, target: str, seed: int, slip_at: float | None = N
     def skill(attempt: Attempt) -> None:
         check_finite("slip_at", slip_at or 0.0)
         cell.pose(target)
-        look = attempt.look()
-        if look.held == target:
+        snapshot = attempt.observe()
+        if snapshot.held == target:
             raise UnsuitableHand(Reason.TARGET_IN_HAND, f"'{target}' is in the hand", name=target)
-        attempt.go_above(look, _approaches_over(attempt, look, target), slip_at)
+        attempt.go_above(snapshot, _approaches_over(attempt, snapshot, target), slip_at)
 
     return _perform(cell, seed, skill)
 
@@ -87,9 +87,9 @@ def move_above_free_place(
     def skill(attempt: Attempt) -> None:
         among = region or workspace_of(cell.robot).region
         check_finite("the region", *among[0], *among[1], slip_at or 0.0)
-        look = attempt.look()
-        places = _free_places(attempt, look, among)
-        attempt.go_above(look, _approaches_over_places(attempt, look, places), slip_at)
+        snapshot = attempt.observe()
+        places = _free_places(attempt, snapshot, among)
+        attempt.go_above(snapshot, _approaches_over_places(attempt, snapshot, places), slip_at)
 
     return _perform(cell, seed, skill)
 
@@ -112,8 +112,8 @@ def move_above_places(
         if not places:
             raise NoPlaceFound(Reason.NO_FREE_PLACE, "there is no free place of that size")
         check_finite("a place", *(number for place in places for number in place), height, slip_at or 0.0)
-        look = attempt.look()
-        attempt.go_above(look, _approaches_over_places(attempt, look, places, height), slip_at)
+        snapshot = attempt.observe()
+        attempt.go_above(snapshot, _approaches_over_places(attempt, snapshot, places, height), slip_at)
 
     return _perform(cell, seed, skill)
 
@@ -131,9 +131,9 @@ def move_above_place(
 
     def skill(attempt: Attempt) -> None:
         check_finite("the place", x, y, slip_at or 0.0, height)
-        look = attempt.look()
-        approaches = _approaches_over_places(attempt, look, [(x, y)], height, as_declared=True)
-        attempt.go_above(look, approaches, slip_at)
+        snapshot = attempt.observe()
+        approaches = _approaches_over_places(attempt, snapshot, [(x, y)], height, as_declared=True)
+        attempt.go_above(snapshot, approaches, slip_at)
 
     return _perform(cell, seed, skill)
 
@@ -143,14 +143,16 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
 
     def skill(attempt: Attempt) -> None:
         cell.pose(target)
-        look = attempt.look()
-        if look.held is not None:
-            raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{look.held}'", held=look.held)
-        if not still_above(look, target, attempt.shape(target)):
+        snapshot = attempt.observe()
+        if snapshot.held is not None:
+            raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{snapshot.held}'", held=snapshot.held)
+        if not still_above(snapshot, target, attempt.shape(target)):
             raise KinematicsError(Reason.NOT_ABOVE, f"the tool is not above '{target}'")
-        approach = attempt.approach_from_here(look, target) or pushing.approach_anew(attempt, target)
+        approach = attempt.approach_from_here(snapshot, target)
+        if approach is None:
+            snapshot, approach = pushing.approach_anew(attempt, target)
         attempt.solved_by(differential_ik.SOLVER)
-        attempt.take(target, approach)
+        attempt.take(snapshot, target, approach)
 
     return _perform(cell, seed, skill)
 
@@ -162,11 +164,11 @@ def release(cell: Workcell, seed: int) -> Motion:
     """
 
     def skill(attempt: Attempt) -> None:
-        look = attempt.look()
-        if look.held is None:
+        snapshot = attempt.observe()
+        if snapshot.held is None:
             attempt.open_wide()
         else:
-            releasing.release(attempt, look, look.held)
+            releasing.release(attempt, snapshot, snapshot.held)
 
     return _perform(cell, seed, skill)
 
@@ -185,7 +187,7 @@ def lift(cell: Workcell, height: float, seed: int) -> Motion:
 
     def skill(attempt: Attempt) -> None:
         check_finite("the height", height)
-        attempt.lift(attempt.look(), height)
+        attempt.lift(attempt.observe(), height)
 
     return _perform(cell, seed, skill)
 
@@ -198,17 +200,17 @@ def push(cell: Workcell, target: str, direction: tuple[float, float], distance: 
         length = math.hypot(*direction)
         if not (math.isfinite(length + distance) and length > 0 and distance > 0):
             raise KinematicsError(Reason.UNUSABLE_POSE, f"no push: {distance} m towards {direction}")
-        look = attempt.look()
-        if look.held is not None:
-            raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{look.held}'", held=look.held)
-        pushing.push(attempt, look, target, distance / length * np.array([*direction, 0.0]))
+        snapshot = attempt.observe()
+        if snapshot.held is not None:
+            raise UnsuitableHand(Reason.HAND_FULL, f"the hand holds '{snapshot.held}'", held=snapshot.held)
+        pushing.push(attempt, snapshot, target, distance / length * np.array([*direction, 0.0]))
 
     return _perform(cell, seed, skill)
 
 
 @cache
 def _arm(robot: Robot) -> Arm:
-    """One set of solvers a robot and process; they hold nothing of a cell that `Arm.look` does not renew."""
+    """Return the solvers of a robot, one set a process; `Arm.observe` renews what they hold of a cell."""
     return Arm(robot)
 
 
@@ -238,28 +240,32 @@ def _perform(cell: Workcell, seed: int, skill: Callable[[Attempt], None]) -> Mot
     )
 
 
-def _approaches_over(attempt: Attempt, look: Look, target: str) -> Iterator[Approach]:
+def _approaches_over(attempt: Attempt, snapshot: CellSnapshot, target: str) -> Iterator[Approach]:
     """To grasps of the target, or to places for what is held on top of it."""
     arm, shape = attempt.arm, attempt.shape(target)
-    pose = look.poses[target]
-    if look.held is None:
+    pose = snapshot.poses[target]
+    if snapshot.held is None:
         _check_width(attempt, target, least_width(pose, shape))
-        return grasp_approaches(arm, look, target, shape, attempt.seed)
-    held_shape = attempt.shape(look.held)
+        return grasp_approaches(arm, snapshot, target, shape, attempt.seed)
+    held_shape = attempt.shape(snapshot.held)
     if containers.takes(shape, pose, held_shape):
-        others = [other.position for name, other in look.poses.items() if name not in (target, look.held)]
+        others = [
+            other.position for name, other in snapshot.poses.items() if name not in (target, snapshot.held)
+        ]
         over = containers.spots(shape, pose, held_shape, others)[:PLACES]
-        return drop_approaches(arm, look, held_shape, over, containers.rim_height(shape, pose), attempt.seed)
-    tilt = tilt_of(look, target, shape)
+        return drop_approaches(
+            arm, snapshot, held_shape, over, containers.rim_height(shape, pose), attempt.seed
+        )
+    tilt = tilt_of(snapshot, target, shape)
     if tilt > TILTED:
         raise Obstructed(Reason.SUPPORT_TILTED, f"'{target}' is tilted: nothing can stand on it", tilt=tilt)
     x, y, _ = pose.position
     yaw = yaw_of(rotation_from_quaternion(pose.quaternion_xyzw))
     if attempt.cell.bodies[target].is_fixed and min(half_extents_of(shape)[:2]) > ROOMY:
-        places = _places_on(attempt, look, target)
-        return _approaches_over_places(attempt, look, places, height_above(shape, pose))
+        places = _places_on(attempt, snapshot, target)
+        return _approaches_over_places(attempt, snapshot, places, height_above(shape, pose))
     place = (x, y, height_above(shape, pose))
-    return placement_approaches(arm, look, held_shape, place, [yaw], attempt.seed)
+    return placement_approaches(arm, snapshot, held_shape, place, [yaw], attempt.seed)
 
 
 def _check_width(attempt: Attempt, target: str, width: float) -> None:
@@ -275,7 +281,7 @@ def _check_width(attempt: Attempt, target: str, width: float) -> None:
 
 def _approaches_over_places(
     attempt: Attempt,
-    look: Look,
+    snapshot: CellSnapshot,
     places: list[tuple[float, float]],
     height: float = 0.0,
     as_declared: bool = False,
@@ -283,34 +289,34 @@ def _approaches_over_places(
     """To the first places that the held body, or the empty hand, can be put down to, at a height [m]."""
     arm, seed = attempt.arm, attempt.seed
     for x, y in places[:PLACES]:
-        if look.held is None:
+        if snapshot.held is None:
             above = global_ik.usual_tool(x, y, height + CLEARANCE)
-            for q in arm.solutions(above, look.q, seed, restarts=2):
-                yield Approach(q, q[None], look.opening)
+            for q in arm.solutions(above, snapshot.q, snapshot.state, seed, restarts=2):
+                yield Approach(q, q[None], snapshot.opening)
         else:
-            yaws, shape = [yaw_of(look.tool[:3, :3]), 0.0], attempt.shape(look.held)
-            found = placement_approaches(arm, look, shape, (x, y, height), yaws, seed, as_declared)
+            yaws, shape = [yaw_of(snapshot.tool[:3, :3]), 0.0], attempt.shape(snapshot.held)
+            found = placement_approaches(arm, snapshot, shape, (x, y, height), yaws, seed, as_declared)
             yield from (approach for approach in found if approach.is_free)
 
 
-def _places_on(attempt: Attempt, look: Look, target: str) -> list[tuple[float, float]]:
+def _places_on(attempt: Attempt, snapshot: CellSnapshot, target: str) -> list[tuple[float, float]]:
     """Of a tray or shelf: the free ones, clearest first."""
-    x, y, _ = look.poses[target].position
+    x, y, _ = snapshot.poses[target].position
     length, width, _ = half_extents_of(attempt.shape(target))
     spare = [max(0.0, half - EDGE) for half in (length, width)]
     region = ((x - spare[0], x + spare[0]), (y - spare[1], y + spare[1]))
-    shapes = {name: attempt.shape(name) for name in look.poses}
-    others = {name: pose for name, pose in look.poses.items() if name != target}
-    places = free_places(others, shapes, str(look.held), region)
+    shapes = {name: attempt.shape(name) for name in snapshot.poses}
+    others = {name: pose for name, pose in snapshot.poses.items() if name != target}
+    places = free_places(others, shapes, str(snapshot.held), region)
     if not places:
         raise NoPlaceFound(Reason.NO_FREE_PLACE, f"'{target}' has no free place of that size")
     return places
 
 
-def _free_places(attempt: Attempt, look: Look, region: Region) -> list[tuple[float, float]]:
-    held = look.held or ""
+def _free_places(attempt: Attempt, snapshot: CellSnapshot, region: Region) -> list[tuple[float, float]]:
+    held = snapshot.held or ""
     shapes = {name: body.shape for name, body in attempt.cell.bodies.items()}
-    places = free_places(look.poses, {**shapes, "": _TOOL_SIZE}, held, region)
+    places = free_places(snapshot.poses, {**shapes, "": _TOOL_SIZE}, held, region)
     attempt.evidence["free_places"] = len(places)
     if not places:
         raise NoPlaceFound(Reason.NO_FREE_PLACE, "the table has no free place of that size")

@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 
 from kinematics.collision.scene import CollisionScene
+from kinematics.collision.scene_state import SceneState
 from kinematics.errors import UnusableRobot
 from kinematics.geometry.transforms import rotation_about
 from kinematics.ik.global_ik import InverseKinematics, usual_tool
@@ -58,7 +59,7 @@ class _Reach:
         self._robot = robot
         self._solver = InverseKinematics(robot)
         self._scene = CollisionScene(robot, {})
-        self._scene.open_fingers(gripper_of(robot).maximum_opening)
+        self._state = SceneState({}, gripper_of(robot).maximum_opening)
 
     @property
     def home_y(self) -> float:
@@ -87,4 +88,4 @@ class _Reach:
         tool = usual_tool(x, y, z)
         tool[:3, :3] = rotation_about(np.array([0.0, 0.0, 1.0]), yaw) @ tool[:3, :3]
         starts = self._solver.starts(tool, self._robot.home, 0, RESTARTS)
-        return any(self._scene.is_free(q) for q in self._solver.solutions(tool, starts))
+        return any(self._scene.is_free(q, self._state) for q in self._solver.solutions(tool, starts))
