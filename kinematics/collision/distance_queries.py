@@ -1,31 +1,32 @@
-"""The rarer queries of a scene: whether a hand fits, how far bodies are apart, what is below."""
+"""Rarer queries of a scene: whether a hand fits, how far apart bodies are, how far below is the support."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 
-from kinematics.collision.models import GHOST, NOWHERE_ELSE, TABLE, for_distances
+from kinematics.collision.models import GHOST, GHOST_PARKED, for_distances
 from kinematics.collision.placing import geoms_of, mocap_ids, place_bodies, place_fingers, place_held
 from kinematics.collision.scene_state import SceneState
 from kinematics.geometry.transforms import Array, inverse, quaternion_from_rotation, wxyz
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import Shape
 
-TOUCHING = 1e-4  # [m]
-HALVINGS = 8  # of the way between closed and open fingers
-SLIMMER = 1.5e-3  # a body that is let down, so that a neighbour at its side does not stop it [m]
+ZERO_DISTANCE = 1e-4  # at which a search for contact ends [m]
+BISECTIONS = 8  # of the interval between closed and open fingers
+SHRINKAGE = 1.5e-3  # of a body being lowered, so that a neighbour at its side does not stop it [m]
 
 
 class DistanceQueries:
-    """A model of its own, so that the one that is checked thousands of times stays small."""
+    """Distances in a model of their own, so that the one for collision checks stays small."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float
     ) -> None:
         self._robot, self._shapes = robot, shapes
-        self._model = for_distances(robot, shapes, in_hand, margin, SLIMMER)
+        self._model = for_distances(robot, shapes, in_hand, margin, SHRINKAGE)
         self._data = mujoco.MjData(self._model)
         self._mocap = mocap_ids(self._model, shapes)
         self._geoms = {name: geoms_of(self._model, f"body_{name}") for name in shapes}
@@ -47,10 +48,10 @@ class DistanceQueries:
         self._hide_ghost()
         return is_free
 
-    def closed_on(self, tool: Array, name: str, state: SceneState) -> float:
-        """Return the opening at which the fingers of a hand there would meet a body between them [m].
+    def contact_opening(self, tool: Array, name: str, state: SceneState) -> float:
+        """Return the opening at which the fingers of a hand there would touch a body between them [m].
 
-        Not the body's width: fingers are not as wide apart at their tips as they are at the tool.
+        Not half the body's width: fingers are not as far apart at their tips as at the tool.
         """
         self._show(state)
         fingers = [
@@ -60,11 +61,11 @@ class DistanceQueries:
             for geom in geoms_of(self._model, f"ghost_{link}")
         ]
         low, high = 0.0, gripper_of(self._robot).maximum_opening
-        for _ in range(HALVINGS):
+        for _ in range(BISECTIONS):
             middle = (low + high) / 2
             self._show_ghost(tool, middle)
             mujoco.mj_kinematics(self._model, self._data)
-            if self._nearest(fingers, self._geoms[name]) > TOUCHING:
+            if self._nearest(fingers, self._geoms[name]) > ZERO_DISTANCE:
                 high = middle
             else:
                 low = middle
@@ -74,7 +75,7 @@ class DistanceQueries:
     def drop_height(self, q: Array, state: SceneState, below: float) -> float:
         """Return how far the held body can go down before it rests on something, at most `below` [m].
 
-        Conservative advancement: the distance to anything is a safe step.
+        Conservative advancement: the least distance to any other body is a safe step.
         """
         assert state.held is not None
         held = state.held.name
@@ -84,7 +85,7 @@ class DistanceQueries:
         geoms = self._held[self._shapes[held]]
         others = [geom for name in self._shapes if name != held for geom in self._geoms[name]]
         others.append(self._model.geom(f"{TABLE}_top").id)
-        return self._advance_down(geoms, others, below + SLIMMER) - SLIMMER
+        return self._advance_down(geoms, others, below + SHRINKAGE) - SHRINKAGE
 
     def distance(self, a: str, b: str, state: SceneState) -> float:
         """Return the distance between two bodies [m]."""
@@ -92,21 +93,21 @@ class DistanceQueries:
         mujoco.mj_kinematics(self._model, self._data)
         return self._nearest(self._geoms[a], self._geoms[b])
 
-    def room_of(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
-        """Return the least distance of a body to all others, were it shifted by any of these [m]."""
+    def distance_to_others(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
+        """Return the least distance of a body to all others, over the shifts [m]."""
         self._show(state)
         mujoco.mj_kinematics(self._model, self._data)
         geoms = self._geoms[name]
         others = [geom for other in self._shapes if other != name for geom in self._geoms[other]]
         start = self._data.geom_xpos[geoms].copy()
-        room = math.inf
+        least = math.inf
         for shift in shifts:
             self._data.geom_xpos[geoms] = start + shift
-            room = min(room, self._nearest(geoms, others))
-        return room
+            least = min(least, self._nearest(geoms, others))
+        return least
 
     def _show(self, state: SceneState) -> None:
-        """Move what is not yet as the state says; the fingers are the ghost's, and are not kept."""
+        """Move what differs from the state shown; fingers belong to the ghost, which each query places."""
         shown, self._shown = self._shown, None
         if shown is None or not state.has_bodies_of(shown):
             place_bodies(self._data, self._mocap, state)
@@ -120,13 +121,13 @@ class DistanceQueries:
         for _ in range(200):
             self._data.geom_xpos[geoms] = start - (0.0, 0.0, dropped)
             nearest = self._nearest(geoms, others)
-            if nearest < TOUCHING or dropped >= below:
+            if nearest < ZERO_DISTANCE or dropped >= below:
                 break
             dropped += nearest
         return min(dropped, below)
 
     def _nearest(self, geoms: Iterable[int], others: Iterable[int]) -> float:
-        """The least distance between two groups; spheres around the geoms say which pairs can matter."""
+        """Return the least distance between two groups [m]; bounding spheres rule most pairs out."""
         model, data = self._model, self._data
         others = list(others)
         nearest = 1.0 if others else math.inf
@@ -146,4 +147,4 @@ class DistanceQueries:
         place_fingers(self._model, self._robot, opening, "ghost_")
 
     def _hide_ghost(self) -> None:
-        self._ghost[:3] = NOWHERE_ELSE
+        self._ghost[:3] = GHOST_PARKED

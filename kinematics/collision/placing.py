@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.collision.models import NOWHERE
+from kinematics.collision.models import PARKED
 from kinematics.collision.scene_state import SceneState
 from kinematics.geometry.transforms import Pose, pose_of, wxyz
 from kinematics.robot.gripper import gripper_of
@@ -19,22 +19,22 @@ def geoms_of(model: Any, body: str) -> Any:
 
 
 def mocap_ids(model: Any, names: Iterable[str]) -> dict[str, int]:
-    """Return the places of the scene's bodies among the model's mocap bodies."""
+    """Return the indices of the scene's bodies among the model's mocap bodies."""
     return {name: int(model.body(f"body_{name}").mocapid[0]) for name in names}
 
 
 def place_bodies(data: Any, mocap: Mapping[str, int], state: SceneState) -> None:
-    """Put every body at its pose, and absent ones out of the way."""
+    """Put every body at its pose, and park absent ones."""
     for name, index in mocap.items():
         if name in state.absent:
-            data.mocap_pos[index] = NOWHERE
+            data.mocap_pos[index] = PARKED
         else:
             data.mocap_pos[index] = state.poses[name].position
             data.mocap_quat[index] = wxyz(state.poses[name].quaternion_xyzw)
 
 
 def place_held(model: Any, geoms: Any, pose_in_tool: Pose) -> None:
-    """Put the body of these geoms into the hand."""
+    """Put the body with these geoms into the hand."""
     _place(model, int(model.geom_bodyid[geoms[0]]), pose_in_tool)
 
 

@@ -12,17 +12,18 @@ from dataclasses import dataclass, replace
 import mujoco
 
 from kinematics.collision.distance_queries import DistanceQueries
-from kinematics.collision.models import MARGIN, ROBOT, SCENE, TABLE, for_planning, in_hand_names
+from kinematics.collision.models import MARGIN, ROBOT, SCENE, for_planning, held_body_names
 from kinematics.collision.placing import geoms_of, mocap_ids, place_bodies, place_fingers, place_held
 from kinematics.collision.scene_state import HeldBody, SceneState
 from kinematics.geometry.transforms import Array
 from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import Shape
 
 
 @dataclass(frozen=True)
-class Touch:
-    """Two geoms nearer than the margin."""
+class Contact:
+    """Two geoms nearer to each other than `MARGIN`."""
 
     pair: tuple[int, int]
     names: tuple[str, str]
@@ -30,17 +31,17 @@ class Touch:
 
 
 class CollisionScene:
-    """Arm, table and the bodies of a cell, by name. Every check is told the state that it is about."""
+    """Arm, table and the bodies of a cell, by name; the state of the bodies is an argument of every check."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Shape], fixed: frozenset[str] = frozenset()
     ) -> None:
         self.robot = robot
         self.shapes = dict(shapes)
-        in_hand = in_hand_names(self.shapes, fixed)
+        in_hand = held_body_names(self.shapes, fixed)
         self._model = for_planning(robot, self.shapes, in_hand, MARGIN)
         self._data = mujoco.MjData(self._model)
-        self._q = self._data.qpos[: robot.dof]  # a view, and its place is looked up once
+        self._q = self._data.qpos[: robot.dof]  # a view, taken once: every check writes to it
         self._mocap = mocap_ids(self._model, self.shapes)
         self._held = {shape: geoms_of(self._model, name) for shape, name in in_hand.items()}
         self._queries = DistanceQueries(robot, self.shapes, in_hand, MARGIN)
@@ -49,7 +50,7 @@ class CollisionScene:
     # -- clearance ---------------------------------------------------------------------------
 
     def clearance(self, q: Array, state: SceneState) -> float:
-        """Return the least distance, up to `MARGIN`; negative where things overlap [m]."""
+        """Return the least distance, up to `MARGIN`; negative where bodies overlap [m]."""
         if state is not self._shown:
             self._show(state)
         self._q[:] = q
@@ -59,22 +60,22 @@ class CollisionScene:
             return MARGIN
         if not state.tolerated:
             return float(self._data.contact.dist.min())
-        return min((_beyond_tolerated(touch, state) for touch in self._touches()), default=MARGIN)
+        return min((_beyond_tolerated(contact, state) for contact in self._contacts()), default=MARGIN)
 
     def is_free(self, q: Array, state: SceneState, margin: float = MARGIN) -> bool:
         """Return whether nothing is nearer than the margin [m]."""
         return self.clearance(q, state) >= margin
 
-    def touches(self, q: Array, state: SceneState) -> list[Touch]:
-        """Return everything nearer than `MARGIN`, for the evidence of a failure."""
+    def contacts(self, q: Array, state: SceneState) -> list[Contact]:
+        """Return every pair nearer than `MARGIN`, for the evidence of a failure."""
         self.clearance(q, state)
-        return self._touches()
+        return self._contacts()
 
     def tolerating(self, q: Array, state: SceneState) -> SceneState:
-        """Return the state in which what is near at these joint positions may be as near, not nearer."""
+        """Return the state in which pairs that are near at these joint positions may stay so, not nearer."""
         tolerated: dict[tuple[int, int], float] = {}
-        for touch in self.touches(q, state):
-            tolerated[touch.pair] = min(touch.distance, tolerated.get(touch.pair, MARGIN))
+        for contact in self.contacts(q, state):
+            tolerated[contact.pair] = min(contact.distance, tolerated.get(contact.pair, MARGIN))
         return replace(state, tolerated=tolerated)
 
     # -- distances ---------------------------------------------------------------------------
@@ -83,9 +84,9 @@ class CollisionScene:
         """Return whether a hand without an arm, its tool frame there, keeps the margin [m]."""
         return self._queries.hand_is_free(tool, state, margin)
 
-    def closed_on(self, tool: Array, name: str, state: SceneState) -> float:
-        """Return the opening at which the fingers of a hand there would meet a body [m]."""
-        return self._queries.closed_on(tool, name, state)
+    def contact_opening(self, tool: Array, name: str, state: SceneState) -> float:
+        """Return the opening at which the fingers of a hand there would touch a body between them [m]."""
+        return self._queries.contact_opening(tool, name, state)
 
     def drop_height(self, q: Array, state: SceneState, below: float) -> float:
         """Return how far the held body can go down before it rests on something, at most `below` [m]."""
@@ -95,14 +96,14 @@ class CollisionScene:
         """Return the distance between two bodies [m]."""
         return self._queries.distance(a, b, state)
 
-    def room_of(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
-        """Return the least distance of a body to all others, were it shifted by any of these [m]."""
-        return self._queries.room_of(name, shifts, state)
+    def distance_to_others(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
+        """Return the least distance of a body to all others, over the shifts [m]."""
+        return self._queries.distance_to_others(name, shifts, state)
 
     # -- inside ------------------------------------------------------------------------------
 
     def _show(self, state: SceneState) -> None:
-        """Move what is not yet as the state says."""
+        """Move what differs from the state shown."""
         shown, self._shown = self._shown, None
         if shown is None or not state.has_bodies_of(shown):
             place_bodies(self._data, self._mocap, state)
@@ -113,7 +114,7 @@ class CollisionScene:
         self._shown = state
 
     def _hold(self, held: HeldBody | None) -> None:
-        """Let the one body in the hand collide, of those that could be there."""
+        """Let the held body collide, and none of the others that could be in the hand."""
         held_shape = None if held is None else self.shapes[held.name]
         for shape, geoms in self._held.items():
             active = int(shape == held_shape)
@@ -122,13 +123,13 @@ class CollisionScene:
         if held is not None:
             place_held(self._model, self._held[self.shapes[held.name]], held.pose_in_tool)
 
-    def _touches(self) -> list[Touch]:
-        touches = []
+    def _contacts(self) -> list[Contact]:
+        contacts = []
         for contact in self._data.contact[: self._data.ncon]:
             first, second = int(contact.geom1), int(contact.geom2)
             names = (self._name(first), self._name(second))
-            touches.append(Touch((first, second), names, float(contact.dist)))
-        return touches
+            contacts.append(Contact((first, second), names, float(contact.dist)))
+        return contacts
 
     def _name(self, geom: int) -> str:
         body = int(self._model.geom_bodyid[geom])
@@ -136,8 +137,8 @@ class CollisionScene:
         return name.removeprefix("body_") if body else TABLE
 
 
-def _beyond_tolerated(touch: Touch, state: SceneState) -> float:
-    tolerated = state.tolerated.get(touch.pair)
+def _beyond_tolerated(contact: Contact, state: SceneState) -> float:
+    tolerated = state.tolerated.get(contact.pair)
     if tolerated is None:
-        return touch.distance
-    return MARGIN if touch.distance >= tolerated - 1e-3 else touch.distance
+        return contact.distance
+    return MARGIN if contact.distance >= tolerated - 1e-3 else contact.distance

@@ -1,4 +1,4 @@
-"""Where everything in a collision scene is, except the arm: passed to every check beside joint positions."""
+"""The state of a collision scene, arm aside: passed to every check together with joint positions."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,12 +16,12 @@ class HeldBody:
 
 @dataclass(frozen=True)
 class SceneState:
-    """One arrangement of bodies, fingers and held body; derive another with the methods below."""
+    """Poses of bodies, held body and finger opening; the methods derive other states."""
 
     poses: Mapping[str, Pose]  # of all bodies, world frame
     opening: float  # of each finger, from the middle [m]
     held: HeldBody | None = None
-    absent: frozenset[str] = frozenset()  # bodies that are not where `poses` says, and in nothing's way
+    absent: frozenset[str] = frozenset()  # bodies that are ignored, such as the held one where it was
     tolerated: Mapping[tuple[int, int], float] = field(
         default_factory=dict
     )  # see `CollisionScene.tolerating`
@@ -31,11 +31,11 @@ class SceneState:
         return replace(self, opening=opening)
 
     def with_held(self, held: HeldBody, load: Iterable[str] = ()) -> "SceneState":
-        """Return the state with a body in the hand; it and its load are absent from where they were."""
+        """Return the state with a body in the hand; the body and its load become absent."""
         return replace(self, held=held, absent=self.absent | {held.name, *load})
 
     def without_held(self) -> "SceneState":
-        """Return the state with an empty hand; the body that it held stays absent."""
+        """Return the state with an empty hand; the body that was held stays absent."""
         return replace(self, held=None)
 
     def without(self, name: str) -> "SceneState":
@@ -47,5 +47,5 @@ class SceneState:
         return replace(self, poses={**self.poses, name: pose})
 
     def has_bodies_of(self, other: "SceneState") -> bool:
-        """Return whether the same bodies are at the same poses, as far as a glance tells."""
+        """Return whether bodies are known to be at the same poses: cheap, since derived states share them."""
         return self.poses is other.poses and self.absent == other.absent

@@ -14,15 +14,15 @@ from kinematics.ik.global_ik import InverseKinematics
 from kinematics.planning.planner import Path, Planner
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
-from kinematics.shapes.containers import load_of
+from kinematics.shapes.containers import contents_of
 from kinematics.simulation.workcell import Workcell
 
-LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
+LINE_MARGIN = 0.002  # along a straight approach, with neighbours near [m]
 
 
 @dataclass(frozen=True)
 class CellSnapshot:
-    """One observation of the cell; everything that a skill plans is planned from it."""
+    """One observation of the cell, from which skills plan."""
 
     q: Array  # (dof,) [rad]
     tool: Array  # (4, 4) transform to the world
@@ -30,17 +30,17 @@ class CellSnapshot:
 
     @property
     def poses(self) -> Mapping[str, Pose]:
-        """Of all bodies, world frame."""
+        """Poses of all bodies, world frame."""
         return self.state.poses
 
     @property
     def held(self) -> str | None:
-        """The name of the held body."""
+        """Name of the held body."""
         return None if self.state.held is None else self.state.held.name
 
     @property
     def opening(self) -> float:
-        """Of each finger [m]."""
+        """Opening of each finger [m]."""
         return self.state.opening
 
     def body_to_tool(self, name: str) -> Array:
@@ -49,7 +49,7 @@ class CellSnapshot:
 
 
 class Arm:
-    """Solvers that are kept between motions, so that planning starts warm."""
+    """Solvers, kept between motions so that planning starts warm."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -59,24 +59,24 @@ class Arm:
         self.planner = Planner(robot)
         self._scenes: dict[tuple[object, ...], CollisionScene] = {}
         self.scene = CollisionScene(robot, {})
-        self.near: set[str] = set()  # what stood in the way since the last snapshot
+        self.near: set[str] = set()  # names of what stood in the way since the last snapshot
 
     def observe(self, cell: Workcell) -> CellSnapshot:
-        """Measure the cell; the collision scene of its bodies becomes the arm's."""
+        """Return a snapshot of the cell, and take up the collision scene of its bodies."""
         self.scene = self._scene(cell)
         self.near = set()
-        limits = self.robot.limits  # a joint that rests at its limit is measured beyond it by a hair
+        limits = self.robot.limits  # a joint at rest at its limit is measured slightly beyond it
         q: Array = np.clip(cell.joint_positions(), limits.lower, limits.upper)
         tool, poses, held = self.inverse.forward(q), cell.observed_poses(), cell.held()
         state = SceneState(poses, cell.finger_width() / 2)
         if held is not None:
             pose_in_tool = pose_of(_to_tool(poses[held], tool))
-            load = load_of(held, self.scene.shapes, poses)
+            load = contents_of(held, self.scene.shapes, poses)
             state = state.with_held(HeldBody(held, pose_in_tool), load)
         return CellSnapshot(q, tool, state)
 
     def plan(self, start: Array, goal: Array, state: SceneState, seed: int) -> Path:
-        """Return a path with `MARGIN` around everything but what is touched at the start."""
+        """Return a path that keeps `MARGIN` from everything that is not nearer at the start already."""
         scene, tolerating = self.scene, self.scene.tolerating(start, state)
         return self.planner.plan(start, goal, lambda q: scene.is_free(q, tolerating), seed)
 
@@ -87,13 +87,13 @@ class Arm:
     def solutions(
         self, target: Array, current: Array, state: SceneState, seed: int, restarts: int
     ) -> Iterator[Array]:
-        """Yield joint positions for a tool transform that touch nothing, the usual posture first."""
+        """Yield joint positions for a tool transform that contact nothing, the usual posture first."""
         starts = self.inverse.starts(target, current, seed, restarts)
         for q in self.inverse.solutions(target, starts):
             if self.scene.is_free(q, state, MARGIN):
                 yield q
             else:
-                self.near.update(*(touch.names for touch in self.scene.touches(q, state)))
+                self.near.update(*(contact.names for contact in self.scene.contacts(q, state)))
 
     def _scene(self, cell: Workcell) -> CollisionScene:
         shapes = {name: body.shape for name, body in cell.bodies.items()}
@@ -115,6 +115,6 @@ def _to_tool(pose: Pose, tool: Array) -> Array:
     return body
 
 
-def travel(a: Array, b: Array) -> float:
-    """How far apart two configurations are for the slowest joint [rad]."""
+def largest_joint_change(a: Array, b: Array) -> float:
+    """Return the largest difference of any joint [rad]."""
     return float(np.abs(a - b).max())

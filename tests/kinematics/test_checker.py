@@ -24,7 +24,7 @@ SHAPES: dict[str, Shape] = {
     "bowl": bowl(),
     "bin": tub(),
 }
-EVEN = 1e-5  # where one says touching and the other not, both may be right [m]
+TOLERANCE = 1e-5  # within which the two checkers may disagree [m]
 
 
 def test_two_checkers_agree_on_what_touches_and_on_how_near(robot: Robot, soak: bool, tmp_path: Path) -> None:
@@ -42,9 +42,9 @@ def test_two_checkers_agree_on_what_touches_and_on_how_near(robot: Robot, soak: 
         other = CoalChecker(robot, SHAPES, poses, tmp_path)
         for q in generator.uniform(limits.lower, limits.upper, (100 if soak else 40, robot.dof)):
             ours, theirs = scene.clearance(q, state), other.distance(q)
-            if abs(theirs) > EVEN:
-                assert (ours < 0) == (theirs < 0), (q, ours, theirs, scene.touches(q, state))
+            if abs(theirs) > TOLERANCE:
+                assert (ours < 0) == (theirs < 0), (q, ours, theirs, scene.contacts(q, state))
                 seen[theirs < 0] += 1
-            if EVEN < theirs < MARGIN - EVEN:
-                assert ours == pytest.approx(theirs, abs=EVEN)
+            if TOLERANCE < theirs < MARGIN - TOLERANCE:
+                assert ours == pytest.approx(theirs, abs=TOLERANCE)
     assert min(seen.values()) > 10

@@ -1,6 +1,4 @@
-"""Paths, straight lines and trajectories: where they lead, what they keep clear of, what they
-repeat.
-"""
+"""Paths, straight lines and trajectories: their ends, clearance, limits and repeatability."""
 
 import math
 import time
@@ -11,13 +9,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from kinematics.collision.models import MARGIN, reaches
+from kinematics.collision.models import MARGIN, lever_arms
 from kinematics.collision.scene import CollisionScene
 from kinematics.collision.scene_state import HeldBody, SceneState
 from kinematics.errors import NoPathFound, Obstructed, Reason
 from kinematics.geometry.transforms import UPRIGHT, Array, Pose, angle_between
 from kinematics.ik.differential_ik import StraightLines
-from kinematics.ik.global_ik import InverseKinematics, usual_tool
+from kinematics.ik.global_ik import InverseKinematics, tool_pointing_down
 from kinematics.planning import planner as planning
 from kinematics.planning.planner import MAXIMUM_CHECKS, PLANNERS, RESOLUTION, Path, Planner, Validity
 from kinematics.planning.trajectory import ACCELERATION_SHARE, TIME_STEP, round_corners, time_parameterise
@@ -45,7 +43,7 @@ def round_the_wall(margin: float = MARGIN) -> Validity:
 
 
 def beside(y: float) -> Array:
-    q = SOLVER.solve(usual_tool(0.52, y, 0.08), ROBOT.home)
+    q = SOLVER.solve(tool_pointing_down(0.52, y, 0.08), ROBOT.home)
     assert q is not None
     return q
 
@@ -74,7 +72,7 @@ def test_every_planner_finds_the_way_round_the_wall(planner: str) -> None:
     assert plan(0, planner).planner == planner
 
 
-def test_an_end_in_collision_is_said_to_be_the_start_or_the_goal() -> None:
+def test_an_end_in_collision_is_reported_as_the_start_or_the_goal() -> None:
     with pytest.raises(Obstructed) as failure:
         PLANNER.plan(beside(-0.15), beside(0.0), round_the_wall(), seed=0)
     assert failure.value.reason is Reason.GOAL_IN_COLLISION
@@ -120,7 +118,7 @@ def test_a_search_ends_even_if_the_planner_checks_nothing(
         PLANNER.plan(*ENDS, walled_off, 0, planner)
 
 
-def test_a_goal_a_hair_beyond_a_limit_is_planned_to_at_the_limit() -> None:
+def test_a_goal_slightly_beyond_a_limit_counts_as_at_the_limit() -> None:
     start, goal = ENDS[0], ENDS[1].copy()
     goal[0] = ROBOT.limits.upper[0] + 5e-7
 
@@ -132,15 +130,15 @@ def test_a_goal_a_hair_beyond_a_limit_is_planned_to_at_the_limit() -> None:
     assert np.allclose(path.corners[-1], goal)
 
 
-def test_a_check_is_about_the_state_that_it_is_told_and_no_other() -> None:
+def test_a_check_depends_on_the_state_that_is_passed_and_on_no_other() -> None:
     wall = walled()
     away = replace(wall, poses={name: Pose((0.0, 0.6, 0.025), UPRIGHT) for name in SHAPES})
-    low, over = beside(0.0), SOLVER.solve(usual_tool(0.52, 0.0, 0.19), ROBOT.home)
+    low, over = beside(0.0), SOLVER.solve(tool_pointing_down(0.52, 0.0, 0.19), ROBOT.home)
     assert over is not None
     holding = wall.with_held(HeldBody("brick0", Pose((0.0, 0.0, 0.02), UPRIGHT)))
     states = [wall, away, wall.moved("brick5", away.poses["brick5"]), holding, holding.without_held()]
     states += [wall.with_opening(0.0), SCENE.tolerating(low, wall)]
-    tool, shift = usual_tool(0.52, 0.0, 0.1), np.array([0.1, 0.0, 0.0])
+    tool, shift = tool_pointing_down(0.52, 0.0, 0.1), np.array([0.1, 0.0, 0.0])
 
     def answers(scene: CollisionScene, state: SceneState) -> list[float]:
         return [
@@ -148,7 +146,7 @@ def test_a_check_is_about_the_state_that_it_is_told_and_no_other() -> None:
             scene.clearance(over, state),
             scene.hand_is_free(tool, state, margin=0.0),
             scene.distance("brick4", "brick5", state),
-            scene.room_of("brick5", [shift], state),
+            scene.distance_to_others("brick5", [shift], state),
         ]
 
     alone = [answers(CollisionScene(ROBOT, SHAPES), state) for state in states]
@@ -170,15 +168,15 @@ def test_what_is_near_at_the_start_may_be_as_near_but_not_nearer() -> None:
     assert not SCENE.is_free(start, under_a_finger(tolerating, 0.05))
 
 
-def test_a_held_body_is_felt_and_the_hand_alone_is_too() -> None:
-    over = SOLVER.solve(usual_tool(0.52, 0.0, 0.19), ROBOT.home)
+def test_a_held_body_is_checked_and_a_hand_without_an_arm_too() -> None:
+    over = SOLVER.solve(tool_pointing_down(0.52, 0.0, 0.19), ROBOT.home)
     assert over is not None and SCENE.is_free(over, walled())
     stacked = SceneState({name: Pose((0.52, 0.0, 0.125), UPRIGHT) for name in SHAPES}, 0.04)
     holding = stacked.with_held(HeldBody("brick0", Pose((0.0, 0.0, 0.0), UPRIGHT)))
     assert SCENE.clearance(over, holding) < 0.0 or SCENE.is_free(over, holding, margin=0.0)
     assert SCENE.drop_height(over, holding, 1.0) == pytest.approx(0.015, abs=1e-3)
-    assert not SCENE.hand_is_free(usual_tool(0.52, 0.0, 0.1), stacked, margin=0.0)
-    assert SCENE.hand_is_free(usual_tool(0.52, 0.3, 0.1), stacked, margin=0.0)
+    assert not SCENE.hand_is_free(tool_pointing_down(0.52, 0.0, 0.1), stacked, margin=0.0)
+    assert SCENE.hand_is_free(tool_pointing_down(0.52, 0.3, 0.1), stacked, margin=0.0)
 
 
 def test_a_straight_line_is_straight_and_keeps_its_orientation() -> None:
@@ -198,8 +196,8 @@ def test_a_straight_line_is_straight_and_keeps_its_orientation() -> None:
     assert np.allclose(SOLVER.forward(line[-1])[:3, 3], low[:3, 3], atol=5e-4)
 
 
-def test_a_line_that_leaves_the_reach_is_none() -> None:
-    far = usual_tool(1.3, 0.0, 0.2)
+def test_a_line_out_of_reach_is_none() -> None:
+    far = tool_pointing_down(1.3, 0.0, 0.2)
     assert StraightLines(ROBOT).follow(beside(0.1), [far]) is None
 
 
@@ -223,11 +221,11 @@ def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest() -> None:
 
 
 def test_no_point_of_the_arm_goes_far_between_two_checks(robot: Robot) -> None:
-    """However a straight edge turns the joints: no farther than the outermost link goes in a step."""
+    """No farther than the outermost link in a step, whichever joints a straight edge moves."""
     model = models.mujoco_model(robot)
     data, planner, limits = mujoco.MjData(model), Planner(robot), robot.limits
     generator = np.random.default_rng(0)
-    step = RESOLUTION * float(reaches(robot).max())
+    step = RESOLUTION * float(lever_arms(robot).max())
 
     def links(q: Array) -> Array:
         data.qpos[:] = q
