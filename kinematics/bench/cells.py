@@ -12,8 +12,10 @@ from kinematics.shapes.shapes import Box
 from kinematics.skills.workspace import workspace_of
 
 HALF = 0.025  # half the edge of a cube, if the hand opens wide enough [m]
-FINGER_ROOM = 0.004  # between a cube and each finger, at least [m]
-PITCH, JITTER, SPACING = 0.1, 0.03, 0.08  # of the grid, and between centres [m]
+CUBE_FINGER_ROOM = 0.004  # between a cube and each finger, at least [m]
+CUBES = 8  # of a cell
+PITCH, JITTER = 0.1, 0.03  # of the grid [m]
+SEPARATION = 0.08  # between centres, at least [m]
 PILLAR = Box((0.025, 0.025, 0.16))
 COLOURS = (
     (0.85, 0.2, 0.2, 1.0),
@@ -41,19 +43,19 @@ def capacity(robot: Robot) -> int:
 
 
 def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tuple[float, float]]:
-    """Return places on the table in the workspace, at least `SPACING` apart, world frame [m]."""
+    """Return places on the table in the workspace, at least `SEPARATION` apart, world frame [m]."""
     grid = _grid(robot)
     while True:
         chosen = [grid[k] for k in generator.permutation(len(grid))[:count]]
         places = np.array(chosen) + generator.uniform(-JITTER, JITTER, (count, 2))
         gaps = np.linalg.norm(places[:, None] - places[None], axis=2) + np.eye(count)
-        if gaps.min() >= SPACING:
+        if gaps.min() >= SEPARATION:
             return [(float(x), float(y)) for x, y in places]
 
 
 def half_of(robot: Robot) -> float:
     """Return half the edge of the cubes for an arm [m]."""
-    return min(HALF, gripper_of(robot).maximum_opening - FINGER_ROOM)
+    return min(HALF, gripper_of(robot).maximum_opening - CUBE_FINGER_ROOM)
 
 
 def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0, half: float = HALF) -> Body:

@@ -9,14 +9,14 @@ import numpy as np
 
 from kinematics.bench import ik_peers
 from kinematics.bench.measuring import Tally, machine
-from kinematics.geometry.transforms import Array, angle_between, rotation_about
+from kinematics.geometry.transforms import Z_AXIS, Array, angle_between, rotation_about
 from kinematics.ik.global_ik import InverseKinematics
 from kinematics.robot.robot import Robot, panda
 from kinematics.skills.workspace import FLOOR, workspace_of
 
 POSITION = 1e-3  # [m]
 ANGLE = 0.01  # [rad]
-RESTARTS = 60  # of our solver, whose restarts are cheap
+OUR_RESTARTS = 60  # of our solver, whose restarts are cheap
 
 Solve = Callable[[Array, int], Array | None]  # tool transform and seed to joint positions
 
@@ -38,7 +38,7 @@ def ours(robot: Robot) -> Solve:
     solver = InverseKinematics(robot)
 
     def solve(target: Array, seed: int) -> Array | None:
-        starts = solver.starts(target, robot.home, seed, RESTARTS)
+        starts = solver.starts(target, robot.home, seed, OUR_RESTARTS)
         return next(solver.solutions(target, starts), None)
 
     return solve
@@ -51,7 +51,7 @@ def top_down(robot: Robot, count: int, seed: int) -> list[Array]:
     (x0, x1), (y0, y1) = workspace.region
     poses = []
     for _ in range(count):
-        turn = rotation_about(np.array([0.0, 0.0, 1.0]), generator.uniform(-math.pi, math.pi))
+        turn = rotation_about(Z_AXIS, generator.uniform(-math.pi, math.pi))
         pose = np.eye(4)
         pose[:3, :3] = turn @ np.diag([1.0, -1.0, -1.0])
         pose[:3, 3] = generator.uniform((x0, y0, FLOOR), (x1, y1, workspace.ceiling))

@@ -16,7 +16,7 @@ from kinematics.robot import models
 from kinematics.robot.robot import Robot
 from kinematics.simulation import pybullet_loading
 
-RESTARTS = 20
+PEER_RESTARTS = 20
 STEPS = 40  # of differential inverse kinematics before a restart
 ITERATIONS = 1000  # of PyBullet's solver
 GOOD = (5e-4, 5e-3)  # half the tolerances of the evaluation [m], [rad]
@@ -90,7 +90,7 @@ def pink_with_restarts(robot: Robot) -> Solve:
 
     def solve(target: Array, seed: int) -> Array | None:
         task.set_target(pinocchio.SE3(target))
-        found = (descend(start) for start in _starts(robot, seed, RESTARTS))
+        found = (descend(start) for start in _starts(robot, seed, PEER_RESTARTS))
         return next((q for q in found if q is not None), None)
 
     return solve
@@ -140,9 +140,9 @@ def bullet_with(robot: Robot, restarts: int) -> Solve:
 
 INSTALLED: dict[str, Callable[[Robot], Solve]] = {
     "mink": lambda robot: mink_with(robot, 0),
-    "mink_with_restarts": lambda robot: mink_with(robot, RESTARTS),
+    "mink_with_restarts": lambda robot: mink_with(robot, PEER_RESTARTS),
     "pybullet": lambda robot: bullet_with(robot, 0),
-    "pybullet_with_restarts": lambda robot: bullet_with(robot, RESTARTS),
+    "pybullet_with_restarts": lambda robot: bullet_with(robot, PEER_RESTARTS),
 }
 if version("pin-pink"):
     INSTALLED["pink_with_restarts"] = pink_with_restarts

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.bench.cells import crowded, half_of
+from kinematics.bench.cells import CUBES, crowded, half_of
 from kinematics.collision.models import MARGIN
 from kinematics.collision.scene import CollisionScene
 from kinematics.collision.scene_state import HeldBody, SceneState
@@ -23,8 +23,7 @@ from kinematics.skills.approach import CLEARANCE
 from kinematics.skills.workspace import workspace_of
 
 FINE = 1 / 160  # between two checks of a path, Euclidean over the joints [rad]
-CUBES = 8
-RESTARTS = 8
+QUERY_RESTARTS = 8
 MOST_FAILURES = 100  # cells in a row without a query, which mean that the workspace is unusable
 OPENING = 0.04  # of each finger, when nothing is held [m]
 
@@ -118,5 +117,5 @@ def _above(robot: Robot, body: Body) -> Array:
 
 
 def _free_end(solver: InverseKinematics, valid: Validity, tool: Array, seed: int) -> Array | None:
-    starts = solver.starts(tool, solver.robot.home, seed, RESTARTS)
+    starts = solver.starts(tool, solver.robot.home, seed, QUERY_RESTARTS)
     return next((q for q in solver.solutions(tool, starts) if valid(q)), None)

@@ -6,13 +6,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from kinematics.bench.cells import cubes
+from kinematics.bench.cells import CUBES, cubes
 from kinematics.bench.measuring import Tally, machine
 from kinematics.robot.robot import Robot, panda
 from kinematics.simulation.workcell import Workcell
 from kinematics.skills import skills
-
-CUBES = 8
 
 Command: TypeAlias = tuple[Callable[..., None], tuple[Any, ...]]
 

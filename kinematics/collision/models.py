@@ -35,7 +35,7 @@ PARKED = (0.0, 0.0, 50.0)  # where absent bodies are [m]
 GHOST_PARKED = (0.0, 0.0, 100.0)  # where the hand without an arm is between queries [m]
 TABLE_LOWERED = 1.2e-3  # the table is fixed: fingers may come nearer to it than to movable bodies [m]
 ALWAYS = 0.95  # share of random configurations from which a contact of two links counts as built in
-SAMPLES = 200  # random configurations
+CONFIGURATIONS = 200  # random ones, for `ALWAYS` and for lever arms
 
 
 def held_body_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[Shape, str]:
@@ -115,10 +115,10 @@ def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
     limits = robot.limits
     counts: dict[tuple[str, str], int] = {}
     at_home = _pairs(model, data, robot.home)
-    for q in generator.uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+    for q in generator.uniform(limits.lower, limits.upper, (CONFIGURATIONS, robot.dof)):
         for pair in _pairs(model, data, q):
             counts[pair] = counts.get(pair, 0) + 1
-    often = {pair for pair, count in counts.items() if count >= ALWAYS * SAMPLES}
+    often = {pair for pair, count in counts.items() if count >= ALWAYS * CONFIGURATIONS}
     order = sorted(robot.hand_links, key=lambda link: int(model.body(link).id))
     return tuple(sorted(often | at_home | set(itertools.combinations(order, 2))))
 
@@ -134,7 +134,7 @@ def lever_arms(robot: Robot) -> Array:
     moved = [[g for g in range(model.ngeom) if _is_moved(model, g, joint)] for joint in range(model.njnt)]
     limits = robot.limits
     found = np.zeros(robot.dof)
-    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (CONFIGURATIONS, robot.dof)):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         for joint, geoms in enumerate(moved):

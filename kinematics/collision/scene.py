@@ -20,6 +20,8 @@ from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import Shape
 
+TOLERATED_APPROACH = 1e-3  # by which a tolerated pair may come nearer [m]
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -141,4 +143,4 @@ def _beyond_tolerated(contact: Contact, state: SceneState) -> float:
     tolerated = state.tolerated.get(contact.pair)
     if tolerated is None:
         return contact.distance
-    return MARGIN if contact.distance >= tolerated - 1e-3 else contact.distance
+    return MARGIN if contact.distance >= tolerated - TOLERATED_APPROACH else contact.distance

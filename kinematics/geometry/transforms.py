@@ -13,6 +13,7 @@ Vector: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
+Z_AXIS: Array = np.array([0.0, 0.0, 1.0])
 
 
 class Pose(NamedTuple):

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics.geometry.transforms import Array, Pose, pose_of, rotation_from_quaternion, transform_of
+from kinematics.geometry.transforms import (
+    Z_AXIS,
+    Array,
+    Pose,
+    pose_of,
+    rotation_from_quaternion,
+    transform_of,
+)
 from kinematics.shapes.shapes import (
     Box,
     Convex,
@@ -26,7 +33,6 @@ WALL_DEPTH = 0.013  # of the tool below that edge [m]
 PARALLEL = math.cos(math.radians(10))  # two faces are a pair if they are at least as parallel as this
 LARGEST_OFFSET = 0.012  # between the centres of two faces of a pair [m]
 FRICTION_CONE = math.cos(math.radians(20))  # within which fingers hold by friction
-_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,7 @@ def _across(axis: Array) -> Iterator[Array]:
             level = yaw - axis * float(axis @ yaw)
             yield level / float(np.linalg.norm(level))
     else:
-        level = np.cross(axis, _UP)
+        level = np.cross(axis, Z_AXIS)
         yield level / float(np.linalg.norm(level))
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.geometry.transforms import (
+    Z_AXIS,
     Array,
     Pose,
     rotation_about,
@@ -21,8 +22,7 @@ from kinematics.shapes.shapes import Box, Shape, half_extents_of, height_below, 
 _GRID = 0.02  # spacing of the places that are tried [m]
 _ENOUGH_ROOM = 0.13  # around a place; more is not better [m]
 _FINGERS = 0.02  # room for a finger beside the held body [m]
-_UP = np.array([0.0, 0.0, 1.0])
-_TURNS = tuple(math.radians(angle) for angle in (0, 45, -45, 90, -90, 135, -135, 180))
+_YAW_TURNS = tuple(math.radians(angle) for angle in (0, 45, -45, 90, -90, 135, -135, 180))
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,11 @@ def placements(tool_to_body: Array, shape: Shape, tool: Array, yaw: float) -> li
     upright hand that turns as little as possible from its rotation `tool` (3, 3).
     """
     if not isinstance(shape, Box):
-        return [_as_held(tool_to_body, shape, rotation_about(_UP, turn) @ _levelled(tool)) for turn in _TURNS]
-    base = rotation_about(_UP, yaw)
+        return [
+            _as_held(tool_to_body, shape, rotation_about(Z_AXIS, turn) @ _levelled(tool))
+            for turn in _YAW_TURNS
+        ]
+    base = rotation_about(Z_AXIS, yaw)
     found = []
     for face in _cube_rotations():
         body_rotation = base @ face
@@ -73,7 +76,7 @@ def _levelled(tool: Array) -> Array:
     """Return the nearest tool rotation whose approach is straight down (3, 3)."""
     x = tool[:, 0] * (1.0, 1.0, 0.0)
     x = x / max(float(np.linalg.norm(x)), 1e-9)
-    return np.array([x, np.cross(-_UP, x), -_UP]).T
+    return np.array([x, np.cross(-Z_AXIS, x), -Z_AXIS]).T
 
 
 def _as_held(tool_to_body: Array, shape: Shape, tool_rotation: Array) -> Placement:

@@ -10,7 +10,7 @@ from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
 SOLVER = "mink_daqp"
-SPACING = 0.01  # between the points of a line [m]
+LINE_SPACING = 0.01  # between the points of a line [m]
 ERROR_TOLERANCE = 2e-4  # [m] and [rad]
 STEPS_PER_POINT = 5
 LARGEST_JUMP = 0.35  # of a joint between two points; more means that the arm folds over [rad]
@@ -38,7 +38,7 @@ class StraightLines:
         chain = [start]
         for corner in corners:
             there = corner[:3, 3]
-            points = max(1, math.ceil(float(np.linalg.norm(there - here)) / SPACING - 1e-6))
+            points = max(1, math.ceil(float(np.linalg.norm(there - here)) / LINE_SPACING - 1e-6))
             for k in range(1, points + 1):
                 q = self._reach(corner[:3, :3], here + (there - here) * (k / points))
                 if q is None or np.abs(q - chain[-1]).max() > LARGEST_JUMP:

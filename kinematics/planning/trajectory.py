@@ -20,7 +20,7 @@ TIME_STEP = 1 / 240  # of control and simulation [s]
 VELOCITY_SHARE = 0.9  # of the joints' limits
 ACCELERATION_SHARE = 0.5
 SMOOTHING = 6  # control steps over which an acceleration builds up
-SPACING = 0.02  # of points along the path, Euclidean over the joints [rad]
+PATH_SPACING = 0.02  # of points along the path, Euclidean over the joints [rad]
 ROUNDING = 0.3  # distance from a corner at which its curve begins, at most [rad]
 SMALLEST_ROUNDING = 0.01  # [rad]
 
@@ -95,7 +95,7 @@ def _resampled(chain: Array) -> Array:
     steps = np.linalg.norm(np.diff(chain, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(steps)])
     keep = np.concatenate([[True], steps > 1e-9])
-    points = max(12, math.ceil(float(s[-1]) / SPACING)) + 1
+    points = max(12, math.ceil(float(s[-1]) / PATH_SPACING)) + 1
     even = np.linspace(0.0, s[-1], points)
     return np.stack([np.interp(even, s[keep], column[keep]) for column in chain.T], axis=1)
 

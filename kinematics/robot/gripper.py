@@ -16,7 +16,7 @@ from kinematics.geometry.transforms import Array, pose_of, wxyz
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
-SAMPLES = 65  # between the limits of the gripper's joints
+GRIPPER_SAMPLES = 65  # between the limits of the gripper's joints
 PUSHING_BAND = 0.04  # height of the part of the fingers, from their tips, that touches a pushed body [m]
 _BEAD = 1e-4  # radius of a sphere in the tool frame, to measure from [m]
 
@@ -26,9 +26,9 @@ class Gripper:
     """Joint values by opening, which is the distance of each finger from the middle [m]."""
 
     robot: Robot
-    openings: Array  # (SAMPLES,) increasing, from nearly zero [m]
-    driven: Array  # (SAMPLES, d) of the driven joints
-    tips: Array  # (SAMPLES,) of the fingertips beyond the tool, along the approach [m]
+    openings: Array  # (n,) increasing, from nearly zero [m]
+    driven: Array  # (n, d) of the driven joints
+    tips: Array  # (n,) of the fingertips beyond the tool, along the approach [m]
     half_sizes: tuple[float, float]  # of the closed fingers along the tool's x and y [m]
     sides: tuple[frozenset[str], frozenset[str]]  # links on either side of the middle
 
@@ -54,7 +54,7 @@ class Gripper:
 
     @cached_property
     def _columns(self) -> Array:
-        """(SAMPLES, joints) values of all finger joints."""
+        """(n, joints) values of all finger joints."""
         return np.array([list(self.robot.finger_values(driven).values()) for driven in self.driven])
 
     def opening_at(self, value: float, joint: int) -> float:
@@ -75,8 +75,8 @@ def gripper_of(robot: Robot) -> Gripper:
     hand = _HandModel(robot)
     ends = [_ends(hand, k) for k in range(len(robot.gripper_joints))]
     closed, opened = (np.array([end[k] for end in ends]) for k in (0, 1))
-    shares = np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    driven = closed + shares * (opened - closed)  # (SAMPLES, d)
+    shares = np.linspace(0.0, 1.0, GRIPPER_SAMPLES)[:, None]
+    driven = closed + shares * (opened - closed)  # (GRIPPER_SAMPLES, d)
     gaps = np.array([hand.gap(values) for values in driven])
     first = int(np.flatnonzero(gaps <= gaps.min() + 1e-6)[-1])  # fingers in contact do not close further
     openings, driven = np.maximum(gaps[first:], 0.0), driven[first:]

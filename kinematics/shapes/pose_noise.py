@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.geometry.transforms import (
+    Z_AXIS,
     Pose,
     Vector,
     quaternion_from_rotation,
     rotation_about,
     rotation_from_quaternion,
 )
-
-_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Noise:
 
     def _applied(self, pose: Pose, generator: np.random.Generator) -> Pose:
         x, y, z = (np.array(pose.position) + generator.normal(0, self.position, 3)).tolist()
-        turn = rotation_about(_UP, float(generator.normal(0, self.yaw)))
+        turn = rotation_about(Z_AXIS, float(generator.normal(0, self.yaw)))
         position: Vector = (x, y, z)
         return Pose(position, quaternion_from_rotation(turn @ rotation_from_quaternion(pose.quaternion_xyzw)))
 

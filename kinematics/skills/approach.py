@@ -18,6 +18,7 @@ CLEARANCE = 0.10  # of the tool above the top of the target [m]
 HELD_CLEARANCE = 0.04  # of a long held body above the target [m]
 STAND_OFF = 0.05  # within which a tilted hand moves along its own approach [m]
 RELEASE_HEIGHT = 5e-4  # of the held body above its support when it is released [m]
+RELEASE_ROOMS = (0.012, 0.008, 0.005)  # between body and each finger after a release, widest first [m]
 TILTED = math.radians(8)  # beyond which a body supports nothing
 EQUAL_EXTENTS = 1e-3  # half extents that differ by less count as equal [m]
 RESTARTS = 6  # of inverse kinematics, if its first solutions do not serve
@@ -205,7 +206,7 @@ def drop_approaches(
 def release_openings(width: float, widest: float) -> list[float]:
     """Return openings of each finger for the release of a body, widest first [m]."""
     half = width / 2
-    return [min(widest, half + room) for room in (0.012, 0.008, 0.005)]
+    return [min(widest, half + room) for room in RELEASE_ROOMS]
 
 
 def opening_that_is_free(arm: Arm, state: SceneState, line: Array, width: float) -> float | None:

@@ -25,6 +25,7 @@ TOPPLING_DEPTH = 0.02  # of the fingertips below the top of a body that is to to
 TOPPLING_DISTANCE = 0.06  # of such a push [m]
 FALLEN = 0.09  # from a leaning body to where it lies after a fall [m]
 SEPARATION = 0.004  # that a pushed body keeps from the others [m]
+SEPARATION_LOSS = 3e-4  # of a body that is nearer to another already [m]
 FIRST_PUSH_SHORT = 0.03  # by how much a first push falls short, to be corrected after a new observation [m]
 SPREAD = 0.5  # of the fingertips, relative to half a body's width: they push it without turning it
 FINGER_SPARE = 0.0017  # beyond the closed fingers' own size [m]
@@ -135,7 +136,7 @@ def _has_room(arm: Arm, snapshot: CellSnapshot, mover: str, shift: Array) -> boo
     """Return whether a body, if shifted, keeps `SEPARATION` from all others, or the distance it has now."""
     now = arm.scene.distance_to_others(mover, [np.zeros(3)], snapshot.state)
     on_the_way = arm.scene.distance_to_others(mover, [shift * t for t in (0.3, 0.6, 1.0)], snapshot.state)
-    return on_the_way >= min(SEPARATION, now - 3e-4)
+    return on_the_way >= min(SEPARATION, now - SEPARATION_LOSS)
 
 
 def _unblocks(

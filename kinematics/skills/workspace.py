@@ -9,12 +9,10 @@ import math
 from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
-
 from kinematics.collision.scene import CollisionScene
 from kinematics.collision.scene_state import SceneState
 from kinematics.errors import UnusableRobot
-from kinematics.geometry.transforms import rotation_about
+from kinematics.geometry.transforms import Z_AXIS, rotation_about
 from kinematics.ik.global_ik import InverseKinematics, tool_pointing_down
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Region, Robot
@@ -24,8 +22,8 @@ CEILINGS = (0.4, 0.3, 0.2)  # of the tool; the first with enough room counts [m]
 HALF_WIDTHS = (0.2, 0.15, 0.1)  # along y, widest first [m]
 NEAREST, FARTHEST, STEP = 0.15, 1.2, 0.05  # along x from the world's origin [m]
 LEAST_DEPTH = 0.15  # along x [m]
-YAWS = 6
-RESTARTS = 12
+WORKSPACE_YAWS = [math.pi * k / 6 for k in range(6)]  # the other half turn swaps the fingers
+WORKSPACE_RESTARTS = 12  # of inverse kinematics, per tool pose
 
 
 @dataclass(frozen=True)
@@ -78,14 +76,13 @@ class _Reach:
         return round(best, 3), end
 
     def _has_row(self, x: float, sides: tuple[float, float], ceiling: float) -> bool:
-        yaws = [math.pi * k / YAWS for k in range(YAWS)]  # the other half has the fingers swapped
-        corners = itertools.product((sides[0], sum(sides) / 2, sides[1]), (FLOOR, ceiling), yaws)
+        corners = itertools.product((sides[0], sum(sides) / 2, sides[1]), (FLOOR, ceiling), WORKSPACE_YAWS)
         return all(
             self._reaches(x, y, z, yaw) or self._reaches(x, y, z, yaw + math.pi) for y, z, yaw in corners
         )
 
     def _reaches(self, x: float, y: float, z: float, yaw: float) -> bool:
         tool = tool_pointing_down(x, y, z)
-        tool[:3, :3] = rotation_about(np.array([0.0, 0.0, 1.0]), yaw) @ tool[:3, :3]
-        starts = self._solver.starts(tool, self._robot.home, 0, RESTARTS)
+        tool[:3, :3] = rotation_about(Z_AXIS, yaw) @ tool[:3, :3]
+        starts = self._solver.starts(tool, self._robot.home, 0, WORKSPACE_RESTARTS)
         return any(self._scene.is_free(q, self._state) for q in self._solver.solutions(tool, starts))
