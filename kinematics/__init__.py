@@ -1,3 +1,1 @@
-"""Robot, inverse kinematics, collision, planning, trajectories and the simulated cell. Knows
-nothing of tasks.
-"""
+"""Robots, inverse kinematics, collision checks, planning and a simulated cell; independent of tasks."""

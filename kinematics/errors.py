@@ -1,17 +1,17 @@
 """Why a motion was not achieved: a closed set of reasons, and the exceptions that carry them.
 
-KinematicsError                a motion cannot be done; has `.reason` and `.evidence`
-+-- UnknownBody                a name that is not in the cell
-+-- UnusablePose               not a number, or not a rotation
-+-- UnsuitableHand             the hand is full, empty or closed, where the skill needs the opposite
+KinematicsError                an impossible or failed motion; has `.reason` and `.evidence`
++-- UnknownBody                a name that no body of the cell has
++-- UnusablePose               not finite, or not a rotation
++-- UnsuitableHand             the hand is full, empty or closed when the skill needs the opposite
 +-- Unreachable                no joint positions, or no straight line, put the tool there
 +-- Obstructed                 something stands where the arm, the hand or the held body would be
-+-- NoPathFound                the planner's budget ran out
-+-- NoPlaceFound               the table has no free spot of that size
++-- NoPathFound                the planner used up its validity checks
++-- NoPlaceFound               no free place of that size
 
-NoDisplay                      a window was asked for where none can be shown
-UnusableShape                  a file that no shape can be made of, or a body without volume
-UnusableRobot                  a URDF or its TOML that no arm can be made of: says what, and where
+NoDisplay                      a window was requested, and there is no display
+UnusableShape                  a file that describes no shape, or a body without volume
+UnusableRobot                  a URDF or TOML that describes no arm: says what is wrong, and where
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ from typing import Any
 
 
 class Reason(StrEnum):
-    """Every way in which a skill can fail. What the skill measured stands in `Motion.evidence`."""
+    """Every way in which a skill can fail; `Motion.evidence` has what the skill measured."""
 
     UNKNOWN_BODY = "unknown_body"
     UNUSABLE_POSE = "unusable_pose"
@@ -32,7 +32,6 @@ class Reason(StrEnum):
     START_IN_COLLISION = "start_in_collision"
     GOAL_IN_COLLISION = "goal_in_collision"
     NO_PATH = "no_path"
-    PLANNER_TIMEOUT = "planner_timeout"
     SUPPORT_TILTED = "support_tilted"
     NO_GRASP = "no_grasp"
     NO_FREE_PLACE = "no_free_place"
@@ -46,7 +45,7 @@ class Reason(StrEnum):
 
 
 class KinematicsError(Exception):
-    """A motion that cannot be done, and why. Skills turn it into a `Motion`."""
+    """An impossible or failed motion, and why; skills turn it into a `Motion`."""
 
     def __init__(self, reason: Reason, message: str, **evidence: Any) -> None:
         super().__init__(message)
@@ -55,23 +54,23 @@ class KinematicsError(Exception):
 
 
 class UnusableShape(ValueError):
-    """A file that no shape can be made of, or a body that has no volume or an impossible mass."""
+    """A file that describes no shape, or a body without volume or with an impossible mass."""
 
 
 class UnusableRobot(ValueError):
-    """A description of an arm that something is wrong with: what was expected, found, and where."""
+    """A faulty description of an arm: what was expected, what was found, and where."""
 
 
 class NoDisplay(RuntimeError):
-    """A window was asked for where none can be shown."""
+    """A window was requested, and there is no display."""
 
 
 class UnknownBody(KinematicsError):
-    """A name that no body in the cell has."""
+    """A name that no body of the cell has."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
         listed = sorted(known)
-        message = f"nothing in the cell is called '{name}'; there are {', '.join(listed) or 'none'}"
+        message = f"no body in the cell is called '{name}'; there are {', '.join(listed) or 'none'}"
         super().__init__(Reason.UNKNOWN_BODY, message, name=name, known=listed)
 
 
@@ -84,7 +83,7 @@ class UnusablePose(KinematicsError):
 
 
 class UnsuitableHand(KinematicsError):
-    """The hand holds something where it must be empty, or the target itself; or it does not open so wide."""
+    """The hand holds a body when it must be empty, or the target itself; or it does not open wide enough."""
 
 
 class Unreachable(KinematicsError):
@@ -96,8 +95,8 @@ class Obstructed(KinematicsError):
 
 
 class NoPathFound(KinematicsError):
-    """The planner used up its validity checks, or its wall-time backstop."""
+    """The planner used up its validity checks."""
 
 
 class NoPlaceFound(KinematicsError):
-    """No spot of the table is free for a body of that size and the fingers around it."""
+    """No place is free for a body of that size and the fingers around it."""

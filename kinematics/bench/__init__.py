@@ -1,1 +1,1 @@
-"""How fast and how sure the arm is, beside the peers that are installed: same queries, same run."""
+"""Speed and success rate of the arm beside those of installed peers: same queries, same run."""

@@ -1,4 +1,4 @@
-"""Random cells for the benchmarks: cubes on a jittered grid, a bin beside them, a pillar among them."""
+"""Random cells for benchmarks: cubes on a jittered grid, a bin beside them, a pillar among them."""
 
 import math
 
@@ -11,9 +11,11 @@ from kinematics.shapes.catalogue import tub
 from kinematics.shapes.shapes import Box
 from kinematics.skills.workspace import workspace_of
 
-HALF = 0.025  # of a cube, if the hand opens wide enough [m]
-ROOM = 0.004  # beside a cube, of each finger, at least [m]
-PITCH, JITTER, SPACING = 0.1, 0.03, 0.08  # of the grid, and between centres [m]
+HALF = 0.025  # half the edge of a cube, if the hand opens wide enough [m]
+CUBE_FINGER_ROOM = 0.004  # between a cube and each finger, at least [m]
+CUBES = 8  # of a cell
+PITCH, JITTER = 0.1, 0.03  # of the grid [m]
+SEPARATION = 0.08  # between centres, at least [m]
 PILLAR = Box((0.025, 0.025, 0.16))
 COLOURS = (
     (0.85, 0.2, 0.2, 1.0),
@@ -36,34 +38,34 @@ def _grid(robot: Robot) -> list[tuple[float, float]]:
 
 
 def capacity(robot: Robot) -> int:
-    """How many things the workspace takes."""
+    """Return how many bodies the workspace has room for."""
     return len(_grid(robot))
 
 
 def spots(robot: Robot, generator: np.random.Generator, count: int) -> list[tuple[float, float]]:
-    """Places on the table in the workspace, at least `SPACING` apart, world frame [m]."""
+    """Return places on the table in the workspace, at least `SEPARATION` apart, world frame [m]."""
     grid = _grid(robot)
     while True:
         chosen = [grid[k] for k in generator.permutation(len(grid))[:count]]
         places = np.array(chosen) + generator.uniform(-JITTER, JITTER, (count, 2))
         gaps = np.linalg.norm(places[:, None] - places[None], axis=2) + np.eye(count)
-        if gaps.min() >= SPACING:
+        if gaps.min() >= SEPARATION:
             return [(float(x), float(y)) for x, y in places]
 
 
 def half_of(robot: Robot) -> float:
-    """Half the edge of the cubes that an arm is given [m]."""
-    return min(HALF, gripper_of(robot).maximum_opening - ROOM)
+    """Return half the edge of the cubes for an arm [m]."""
+    return min(HALF, gripper_of(robot).maximum_opening - CUBE_FINGER_ROOM)
 
 
 def cube(name: str, place: tuple[float, float], yaw: float, number: int = 0, half: float = HALF) -> Body:
-    """On the table, turned about the vertical."""
-    turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    return Body(name, Box((half,) * 3), (*place, half), turn, colour=COLOURS[number % len(COLOURS)])
+    """Return a cube on the table, turned about the vertical [rad]."""
+    quaternion = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return Body(name, Box((half,) * 3), (*place, half), quaternion, colour=COLOURS[number % len(COLOURS)])
 
 
 def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Named cube0, cube1 …, as many as the workspace takes."""
+    """Return cubes named cube0, cube1 …, at most as many as the workspace has room for."""
     count = min(count, capacity(robot))
     places = spots(robot, generator, count)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()
@@ -74,7 +76,7 @@ def cubes(robot: Robot, generator: np.random.Generator, count: int) -> list[Body
 
 
 def crowded(robot: Robot, generator: np.random.Generator, count: int) -> list[Body]:
-    """Cubes as far as the workspace takes them, a bin beside it, and a pillar among the cubes."""
+    """Return cubes, a pillar among them and a bin beside them, as far as the workspace has room."""
     count = min(count, capacity(robot) - 1)
     places = spots(robot, generator, count + 1)
     yaws = generator.uniform(-math.pi, math.pi, count).tolist()

@@ -1,4 +1,4 @@
-"""The peers of our inverse kinematics, as one would use them: mink, pink and PyBullet's own."""
+"""Peers of our inverse kinematics, as one would use them: mink, pink and PyBullet's own."""
 
 import tempfile
 from collections.abc import Callable, Iterator
@@ -16,10 +16,10 @@ from kinematics.robot import models
 from kinematics.robot.robot import Robot
 from kinematics.simulation import pybullet_loading
 
-RESTARTS = 20
+PEER_RESTARTS = 20
 STEPS = 40  # of differential inverse kinematics before a restart
 ITERATIONS = 1000  # of PyBullet's solver
-GOOD = (5e-4, 5e-3)  # half of what is judged by [m], [rad]
+GOOD = (5e-4, 5e-3)  # half the tolerances of the evaluation [m], [rad]
 
 Solve = Callable[[Array, int], Array | None]
 
@@ -36,6 +36,7 @@ def _is_good(error: Array) -> bool:
 
 
 def mink_with(robot: Robot, restarts: int) -> Solve:
+    """Return mink's solver with restarts from random joint positions."""
     model = models.mujoco_model(robot)
     configuration = mink.Configuration(model)
     limits = [mink.ConfigurationLimit(model)]
@@ -66,6 +67,7 @@ def mink_with(robot: Robot, restarts: int) -> Solve:
 
 
 def pink_with_restarts(robot: Robot) -> Solve:
+    """Return pink's solver with restarts from random joint positions."""
     import pink
 
     model = models.pinocchio_model(robot)
@@ -88,25 +90,26 @@ def pink_with_restarts(robot: Robot) -> Solve:
 
     def solve(target: Array, seed: int) -> Array | None:
         task.set_target(pinocchio.SE3(target))
-        found = (descend(start) for start in _starts(robot, seed, RESTARTS))
+        found = (descend(start) for start in _starts(robot, seed, PEER_RESTARTS))
         return next((q for q in found if q is not None), None)
 
     return solve
 
 
 def bullet_with(robot: Robot, restarts: int) -> Solve:
+    """Return PyBullet's solver with restarts from random joint positions."""
     world: Any = pybullet_loading.load()
     client = world.connect(world.DIRECT)
     with tempfile.TemporaryDirectory() as folder, pybullet_loading.output_silenced():
         path = Path(folder) / "robot.urdf"
         path.write_text(models.for_bullet(robot, visuals=False))
         body = world.loadURDF(str(path), useFixedBase=True, physicsClientId=client)
-    told = [world.getJointInfo(body, k, client) for k in range(world.getNumJoints(body, client))]
-    joints = {joint[1].decode(): joint[0] for joint in told}
-    tool = {joint[12].decode(): joint[0] for joint in told}[robot.tool_frame]
-    moving = [joint[1].decode() for joint in told if joint[2] != world.JOINT_FIXED]
+    infos = [world.getJointInfo(body, k, client) for k in range(world.getNumJoints(body, client))]
+    joints = {joint[1].decode(): joint[0] for joint in infos}
+    tool = {joint[12].decode(): joint[0] for joint in infos}[robot.tool_frame]
+    moving = [joint[1].decode() for joint in infos if joint[2] != world.JOINT_FIXED]
     arm = [moving.index(name) for name in robot.arm_joints]
-    judge, limits = InverseKinematics(robot), robot.limits
+    kinematics, limits = InverseKinematics(robot), robot.limits
 
     def once(target: Array, start: Array) -> Array:
         for name, value in zip(robot.arm_joints, start, strict=True):
@@ -125,10 +128,10 @@ def bullet_with(robot: Robot, restarts: int) -> Solve:
     def solve(target: Array, seed: int) -> Array | None:
         for start in _starts(robot, seed, restarts):
             q = once(target, start)
-            reached = judge.forward(q)
-            error = float(np.linalg.norm(reached[:3, 3] - target[:3, 3]))
-            turned = angle_between(reached[:3, :3], target[:3, :3])
-            if error < 1e-3 and turned < 1e-2 and limits.contains(q):
+            reached = kinematics.forward(q)
+            distance = float(np.linalg.norm(reached[:3, 3] - target[:3, 3]))
+            angle = angle_between(reached[:3, :3], target[:3, :3])
+            if distance < 1e-3 and angle < 1e-2 and limits.contains(q):
                 return q
         return None
 
@@ -137,9 +140,9 @@ def bullet_with(robot: Robot, restarts: int) -> Solve:
 
 INSTALLED: dict[str, Callable[[Robot], Solve]] = {
     "mink": lambda robot: mink_with(robot, 0),
-    "mink_with_restarts": lambda robot: mink_with(robot, RESTARTS),
+    "mink_with_restarts": lambda robot: mink_with(robot, PEER_RESTARTS),
     "pybullet": lambda robot: bullet_with(robot, 0),
-    "pybullet_with_restarts": lambda robot: bullet_with(robot, RESTARTS),
+    "pybullet_with_restarts": lambda robot: bullet_with(robot, PEER_RESTARTS),
 }
 if version("pin-pink"):
     INSTALLED["pink_with_restarts"] = pink_with_restarts

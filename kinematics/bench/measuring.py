@@ -1,4 +1,4 @@
-"""Times and rates of many queries, as the benchmarks report them."""
+"""Times and success rates of many queries, as the benchmarks report them."""
 
 import math
 import platform
@@ -16,14 +16,14 @@ LIBRARIES = ("pin", "coal", "mujoco", "mink", "ompl", "pybullet", "numpy", "pin-
 
 @dataclass
 class Tally:
-    """What came of each query, and how long it took."""
+    """Success and time of each query."""
 
     solved: list[bool] = field(default_factory=list)
     wall: list[float] = field(default_factory=list)  # [s]
     busy: list[float] = field(default_factory=list)  # CPU time [s]
 
     def timed(self, query: Callable[[], T]) -> T:
-        """The query's answer; its time is noted."""
+        """Run a query, note its time, and return its answer."""
         busy, wall = time.process_time(), time.perf_counter()
         answer = query()
         self.wall.append(time.perf_counter() - wall)
@@ -31,7 +31,7 @@ class Tally:
         return answer
 
     def figures(self) -> dict[str, Any]:
-        """`solved` is a share; times are wall time, and `cpu_median_ms` is CPU time [ms]."""
+        """Return the figures: `solved` is a share; times are wall time, `cpu_median_ms` CPU time [ms]."""
         return {
             "queries": len(self.solved),
             "solved": share(self.solved),
@@ -42,18 +42,18 @@ class Tally:
 
 
 def share(found: Iterable[bool]) -> float:
-    """Of those that are true."""
+    """Return the share of true values."""
     every = list(found)
     return round(sum(every) / len(every), 4) if every else math.nan
 
 
 def quantile_ms(seconds: list[float], q: float) -> float:
-    """[ms]"""
+    """Return a quantile of times [ms]."""
     return round(1000 * float(np.quantile(seconds, q)), 4) if seconds else math.nan
 
 
 def machine() -> dict[str, Any]:
-    """Where it was measured, and with what."""
+    """Return the processor, the Python version and the libraries of the measurement."""
     return {
         "processor": _processor(),
         "python": platform.python_version(),
@@ -62,7 +62,7 @@ def machine() -> dict[str, Any]:
 
 
 def version(library: str) -> str | None:
-    """Of an installed library."""
+    """Return the version of a library, or None if it is not installed."""
     try:
         return metadata.version(library)
     except metadata.PackageNotFoundError:
@@ -71,8 +71,8 @@ def version(library: str) -> str | None:
 
 def _processor() -> str:
     try:
-        with open("/proc/cpuinfo") as told:
-            models = [line.partition(":")[2].strip() for line in told if line.startswith("model name")]
+        with open("/proc/cpuinfo") as lines:
+            models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     except OSError:
         models = []
     return models[0] if models else platform.processor() or platform.machine()

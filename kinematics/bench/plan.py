@@ -1,4 +1,4 @@
-"""Planning: ours and the peers' on the same queries; every path is checked again, five times as finely."""
+"""Benchmark of planning: the same queries for ours and the peers; every path is checked again, finely."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -8,24 +8,24 @@ import numpy as np
 
 from kinematics.bench import plan_peers
 from kinematics.bench.measuring import Tally, machine
-from kinematics.bench.plan_queries import Query, Referee, drawn
+from kinematics.bench.plan_queries import Query, Referee, random_queries
 from kinematics.errors import KinematicsError
 from kinematics.geometry.transforms import Array
 from kinematics.planning.planner import Planner
 from kinematics.planning.trajectory import round_corners
 from kinematics.robot.robot import Robot, panda
 
-PEER_QUERIES = 200  # of the peers, which take long
+PEER_QUERIES = 200  # for peers, which are slow
 
 
 def bench(queries: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
-    """`ours`, `peers` and `machine`; and how many times faster than each peer ours is, where both solved."""
+    """Return the figures `ours`, `peers`, `machine` and `times_faster`: than each peer, where both solved."""
     robot = robot or panda()
     referee = Referee(robot)
-    asked = [query for query, _ in zip(drawn(robot, referee, seed), range(queries), strict=False)]
-    ours = run(referee, Ours(robot, referee), asked)
+    drawn = [query for query, _ in zip(random_queries(robot, referee, seed), range(queries), strict=False)]
+    ours = run(referee, Ours(robot, referee), drawn)
     peers = {
-        name: run(referee, make(robot, referee), asked[:PEER_QUERIES])
+        name: run(referee, make(robot, referee), drawn[:PEER_QUERIES])
         for name, make in plan_peers.INSTALLED.items()
     }
     return {
@@ -38,16 +38,17 @@ def bench(queries: int, seed: int, robot: Robot | None = None) -> dict[str, Any]
 
 @dataclass
 class Paths(Tally):
-    """What came of each query; an answer counts if it joins the ends."""
+    """Results of queries; a path counts as solved if it joins the ends."""
 
-    grazing: int = 0  # that touch something when they are looked at five times as finely
+    grazing: int = 0  # paths that touch something when they are checked five times as finely
 
     def figures(self) -> dict[str, Any]:
+        """Return the figures of the tally, and the number of grazing paths."""
         return {**super().figures(), "grazing": self.grazing}
 
 
 def times_faster(ours: Tally, peer: Tally) -> float | None:
-    """The ratio of the medians of CPU time, on the queries that both were asked and solved, if any."""
+    """Return the ratio of the median CPU times on the queries that both solved, if there are any."""
     both = [k for k, solved in enumerate(zip(ours.solved, peer.solved, strict=False)) if all(solved)]
     if not both:
         return None
@@ -56,21 +57,22 @@ def times_faster(ours: Tally, peer: Tally) -> float | None:
 
 
 class Ours:
-    """The planner of the skills; what it is timed on includes every check and the shortcuts."""
+    """The planner of the skills; its time includes every check and the shortcuts."""
 
     def __init__(self, robot: Robot, referee: Referee) -> None:
         self._planner, self._referee = Planner(robot), referee
 
     def plan(self, query: Query) -> Array | None:
-        scene = self._referee.scene(query)
+        """Return the corners of a path, or None."""
+        valid = self._referee.validity(query)
         try:
-            return self._planner.plan(query.start, query.goal, scene.is_free, query.seed).corners
+            return self._planner.plan(query.start, query.goal, valid, query.seed).corners
         except KinematicsError:
             return None
 
 
 def run(referee: Referee, planner: Any, queries: list[Query]) -> Paths:
-    """Every query, timed, and its path judged."""
+    """Time every query, and evaluate its path."""
     tally = Paths()
     for query in queries:
         corners = tally.timed(partial(planner.plan, query))
@@ -81,9 +83,9 @@ def run(referee: Referee, planner: Any, queries: list[Query]) -> Paths:
 
 
 def rounded(referee: Referee, query: Query, corners: Array) -> Array:
-    """The curve that the arm would follow."""
-    scene = referee.scene(query)
-    return round_corners(corners, lambda chain: all(map(scene.is_free, chain)))
+    """Return the curve that the arm would follow (n, dof)."""
+    valid = referee.validity(query)
+    return round_corners(corners, lambda chain: all(map(valid, chain)))
 
 
 def _joins(corners: Array, query: Query) -> bool:

@@ -1,4 +1,4 @@
-"""The peers of our planner: OMPL as it comes, and pybullet_planning."""
+"""Peers of our planner: plain OMPL, and pybullet_planning."""
 
 import shutil
 import tempfile
@@ -13,21 +13,20 @@ from kinematics.bench.cells import half_of
 from kinematics.bench.measuring import version
 from kinematics.bench.plan_queries import Query, Referee
 from kinematics.collision.models import always_touching
-from kinematics.collision.scene import CollisionScene
 from kinematics.geometry.transforms import Array, pose_of
-from kinematics.planning.planner import RANGE, RESOLUTION
+from kinematics.planning.planner import RANGE, RESOLUTION, Validity
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.simulation import pybullet_loading
-from kinematics.simulation.bullet_bodies import Solids
+from kinematics.simulation.bullet_bodies import CollisionBodies
 
 TIME_OUT = 5.0  # [s]
-FINGERS_OFF = 0.003  # a held cube, for a checker that takes touching for a collision [m]
+FINGERS_OFF = 0.003  # distance of the fingers from a held cube, for a checker that forbids contact [m]
 
 
 class OmplWithSimplification:
-    """RRTConnect, then OMPL's own simplification, on our checker."""
+    """RRTConnect, then OMPL's own simplification, with our collision checker."""
 
     def __init__(self, robot: Robot, referee: Referee) -> None:
         util.setLogLevel(util.LOG_NONE)
@@ -39,8 +38,8 @@ class OmplWithSimplification:
         self._space = base.RealVectorStateSpace(robot.dof)
         self._space.setBounds(bounds)
         self._setup = geometric.SimpleSetup(self._space)
-        self._scene: CollisionScene = referee.scene_of_nothing
-        self._setup.setStateValidityChecker(lambda state: self._scene.is_free(np.array(state[0 : robot.dof])))
+        self._valid: Validity = lambda q: True
+        self._setup.setStateValidityChecker(lambda state: self._valid(np.array(state[0 : robot.dof])))
         information = self._setup.getSpaceInformation()
         information.setStateValidityCheckingResolution(RESOLUTION / self._space.getMaximumExtent())
         planner = geometric.RRTConnect(information)
@@ -49,7 +48,8 @@ class OmplWithSimplification:
         self._setup.setup()
 
     def plan(self, query: Query) -> Array | None:
-        self._scene = self._referee.scene(query)
+        """Return the corners of a path, or None."""
+        self._valid = self._referee.validity(query)
         util.RNG.setSeed(query.seed)
         self._setup.clear()
         self._setup.setStartAndGoalStates(self._state(query.start), self._state(query.goal))
@@ -68,7 +68,7 @@ class OmplWithSimplification:
 
 
 class PybulletPlanning:
-    """Its bidirectional RRT with smoothing, as its documentation calls it."""
+    """The bidirectional RRT with smoothing, called as its documentation does."""
 
     def __init__(self, robot: Robot, referee: Referee) -> None:
         pybullet_loading.load()
@@ -87,24 +87,25 @@ class PybulletPlanning:
             self._body = self._world.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
         self._joints = [self._pp.joint_from_name(self._body, name) for name in robot.arm_joints]
         self._tool = self._pp.link_from_name(self._body, robot.tool_frame)
-        self._built = {
+        self._always_touching = {
             tuple(self._pp.link_from_name(self._body, name) for name in pair)
             for pair in always_touching(robot)
             if "world" not in pair
         }
         self._hand = [self._pp.link_from_name(self._body, name) for name in robot.hand_links]
-        self._built |= {(a, b) for a in self._hand for b in self._hand if a != b}
-        self._solids = Solids(self._world, self._client, folder)
+        self._always_touching |= {(a, b) for a in self._hand for b in self._hand if a != b}
+        self._collision_bodies = CollisionBodies(self._world, self._client, folder)
 
     def plan(self, query: Query) -> Array | None:
+        """Return the corners of a path, or None."""
         pp = self._pp
-        bodies = {body.name: self._solids.add(body) for body in query.bodies}
+        bodies = {body.name: self._collision_bodies.add(body) for body in query.bodies}
         try:
             return self._planned(query, bodies)
         finally:
             for body in bodies.values():
                 pp.remove_body(body)
-            self._solids.forget()
+            self._collision_bodies.clear()
 
     def _planned(self, query: Query, bodies: dict[str, int]) -> Array | None:
         pp = self._pp
@@ -127,7 +128,7 @@ class PybulletPlanning:
             obstacles=obstacles,
             attachments=attachments,
             self_collisions=True,
-            disabled_collisions=self._built,
+            disabled_collisions=self._always_touching,
             extra_disabled_collisions=touching,
         )
         return None if path is None else np.array(path)

@@ -1,4 +1,4 @@
-"""Pick and place queries in crowded cells, with and without a held cube, and who judges the answers."""
+"""Pick-and-place queries in crowded cells, with and without a held cube, and the checks of their paths."""
 
 import math
 from collections.abc import Iterator
@@ -7,22 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.bench.cells import crowded, half_of
+from kinematics.bench.cells import CUBES, crowded, half_of
+from kinematics.collision.models import MARGIN
 from kinematics.collision.scene import CollisionScene
+from kinematics.collision.scene_state import HeldBody, SceneState
 from kinematics.errors import UnusableRobot
-from kinematics.geometry.transforms import Array, inverse, transform_of
-from kinematics.grasping.grasps import grasps_by_trouble
+from kinematics.geometry.transforms import Array, inverse, pose_of, transform_of
+from kinematics.grasping.grasps import grasps_by_cost
 from kinematics.ik.global_ik import InverseKinematics
+from kinematics.planning.planner import Validity
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import Body
+from kinematics.skills.approach import CLEARANCE
 from kinematics.skills.workspace import workspace_of
 
-FINE = 1 / 160  # rad, Euclidean over the joints: how finely a path is checked once more
-CUBES = 8
-ABOVE = 0.1  # the tool, over a cube that stands on the table [m]
-RESTARTS = 8
-FRUITLESS = 100  # cells in a row: then the arm cannot work where it is said to
+FINE = 1 / 160  # between two checks of a path, Euclidean over the joints [rad]
+QUERY_RESTARTS = 8
+MOST_FAILURES = 100  # cells in a row without a query, which mean that the workspace is unusable
 OPENING = 0.04  # of each finger, when nothing is held [m]
 
 
@@ -39,39 +41,42 @@ class Query:
 
 
 class Referee:
-    """The checker as it stands for a query, and what a path must pass."""
+    """The collision checks of queries and of their paths."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.scene_of_nothing = CollisionScene(robot, {})
         self._scenes: dict[tuple[Any, ...], CollisionScene] = {}
 
-    def scene(self, query: Query) -> CollisionScene:
-        """All bodies where they are, the held one in the hand."""
+    def validity(self, query: Query, margin: float = MARGIN) -> Validity:
+        """Return the check whether joint positions keep a margin [m] in a query's scene."""
+        scene, state = self._scene(query), self._state(query)
+        return lambda q: scene.is_free(q, state, margin)
+
+    def _scene(self, query: Query) -> CollisionScene:
         shapes = {body.name: body.shape for body in query.bodies}
         key = tuple(shapes.items())
         if key not in self._scenes:
             fixed = frozenset(body.name for body in query.bodies if body.is_fixed)
             self._scenes[key] = CollisionScene(self.robot, shapes, fixed)
-        scene = self._scenes[key]
-        absent = frozenset([query.held]) if query.held else frozenset()
-        scene.place({body.name: body.pose for body in query.bodies}, absent)
-        scene.hold(query.held, query.held_to_tool)
-        empty = min(OPENING, gripper_of(self.robot).maximum_opening)
-        scene.open_fingers(half_of(self.robot) if query.held else empty)
-        return scene
+        return self._scenes[key]
+
+    def _state(self, query: Query) -> SceneState:
+        poses = {body.name: body.pose for body in query.bodies}
+        if query.held is None:
+            return SceneState(poses, min(OPENING, gripper_of(self.robot).maximum_opening))
+        held = HeldBody(query.held, pose_of(query.held_to_tool))
+        return SceneState(poses, half_of(self.robot)).with_held(held)
 
     def is_clear(self, query: Query, corners: Array) -> bool:
-        """Whether nothing is touched anywhere on a chain, looked at every `FINE`."""
-        scene = self.scene(query)
-        return all(scene.is_free(q, margin=0.0) for q in finely(corners))
+        """Return whether a chain touches nothing, checked every `FINE`."""
+        return all(map(self.validity(query, margin=0.0), densified(corners)))
 
 
-def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
-    """Queries whose ends are free, without end; every second one holds a cube."""
+def random_queries(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
+    """Yield any number of queries whose ends are free; in every second one the hand holds a cube."""
     solver = InverseKinematics(robot)
-    number, fruitless = 0, 0
-    while fruitless < FRUITLESS:
+    number, failures = 0, 0
+    while failures < MOST_FAILURES:
         generator = np.random.default_rng((seed, number))
         number += 1
         bodies = tuple(crowded(robot, generator, CUBES))
@@ -83,20 +88,20 @@ def drawn(robot: Robot, referee: Referee, seed: int) -> Iterator[Query]:
             in_hand = inverse(tools[0]) @ transform_of(bodies[first].pose)
             in_hand[:3, 3] = 0.0
         blank = Query(bodies, robot.home, robot.home, held, in_hand, number)
-        scene = referee.scene(blank)
-        ends = [_free_end(solver, scene, tool, number) for tool in tools]
-        fruitless += 1
+        valid = referee.validity(blank)
+        ends = [_free_end(solver, valid, tool, number) for tool in tools]
+        failures += 1
         if ends[0] is not None and ends[1] is not None:
-            fruitless = 0
+            failures = 0
             yield Query(bodies, ends[0], ends[1], held, in_hand, number)
     raise UnusableRobot(
-        f"{robot.name}: {FRUITLESS} times in a row the tool could not wait above two things of its workspace "
-        f"{workspace_of(robot).region}; tell another under `workspace`, or none to have it measured"
+        f"{robot.name}: {MOST_FAILURES} times in a row the tool could not reach above two bodies in its "
+        f"workspace {workspace_of(robot).region}; give another `workspace`, or none to have it measured"
     )
 
 
-def finely(corners: Array) -> Iterator[Array]:
-    """Points of a chain at most `FINE` apart."""
+def densified(corners: Array) -> Iterator[Array]:
+    """Yield points of a chain that are at most `FINE` apart."""
     yield corners[0]
     for a, b in zip(corners, corners[1:], strict=False):
         steps = max(1, math.ceil(float(np.linalg.norm(b - a)) / FINE))
@@ -105,12 +110,12 @@ def finely(corners: Array) -> Iterator[Array]:
 
 
 def _above(robot: Robot, body: Body) -> Array:
-    grasp = next(grasps_by_trouble(body.pose, body.shape, gripper_of(robot)))[0]
+    grasp = next(grasps_by_cost(body.pose, body.shape, gripper_of(robot)))[0]
     tool = grasp.tool.copy()
-    tool[2, 3] = 2 * half_of(robot) + ABOVE
+    tool[2, 3] = 2 * half_of(robot) + CLEARANCE
     return tool
 
 
-def _free_end(solver: InverseKinematics, scene: CollisionScene, tool: Array, seed: int) -> Array | None:
-    starts = solver.starts(tool, solver.robot.home, seed, RESTARTS)
-    return next((q for q in solver.solutions(tool, starts) if scene.is_free(q)), None)
+def _free_end(solver: InverseKinematics, valid: Validity, tool: Array, seed: int) -> Array | None:
+    starts = solver.starts(tool, solver.robot.home, seed, QUERY_RESTARTS)
+    return next((q for q in solver.solutions(tool, starts) if valid(q)), None)

@@ -1,4 +1,4 @@
-"""Execution: what the skills cost over replaying their own motor commands with the same settings."""
+"""Benchmark of execution: the time of skills relative to replaying their motor commands."""
 
 from collections.abc import Callable
 from functools import partial
@@ -6,19 +6,17 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from kinematics.bench.cells import cubes
+from kinematics.bench.cells import CUBES, cubes
 from kinematics.bench.measuring import Tally, machine
 from kinematics.robot.robot import Robot, panda
 from kinematics.simulation.workcell import Workcell
 from kinematics.skills import skills
 
-CUBES = 8
-
 Command: TypeAlias = tuple[Callable[..., None], tuple[Any, ...]]
 
 
 class RecordingCell(Workcell):
-    """A cell that keeps every command it is given."""
+    """A cell that records its commands."""
 
     def __init__(self, robot: Robot) -> None:
         self.commands: list[Command] = []
@@ -42,7 +40,7 @@ class RecordingCell(Workcell):
 
 
 def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
-    """`ours`: pick-and-place cycles by the skills alone; no peer does the same work."""
+    """Return the figures `ours` of pick-and-place cycles by skills; no peer does the same work."""
     robot = robot or panda()
     skilled, replayed = Tally(), Tally()
     simulated: list[float] = []
@@ -54,9 +52,9 @@ def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
             cell.commands.clear()
             skilled.solved.append(skilled.timed(partial(cycle, cell, seed + number)))
             replayed.timed(partial(replay, cell.commands, other))
-            assert other.poses() == cell.poses(), "a replay is bit for bit the same"
+            assert other.poses() == cell.poses(), "a replay ends bit for bit in the same state"
             simulated.append(cell.time)
-            if number == 0:  # the first warms the solvers up
+            if number == 0:  # the first cycle warms the solvers up
                 skilled, replayed, simulated = Tally(), Tally(), []
     overheads = np.divide(skilled.busy, replayed.busy) - 1.0
     figures = skilled.figures()
@@ -75,7 +73,7 @@ def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
 
 
 def cycle(cell: Workcell, seed: int) -> bool:
-    """One cube picked up, and placed on another: whether all of it was achieved."""
+    """Pick up a cube and place it on another; return whether all skills succeeded."""
     return all(
         motion.achieved
         for motion in (
@@ -88,6 +86,6 @@ def cycle(cell: Workcell, seed: int) -> bool:
 
 
 def replay(commands: list[Command], other: Workcell) -> None:
-    """The same motor commands in another cell, without a thought."""
+    """Send the same motor commands to another cell."""
     for command, arguments in commands:
         command(other, *arguments)

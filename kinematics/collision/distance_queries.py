@@ -1,52 +1,45 @@
-"""What is asked of a scene now and then: does a hand fit there, how far is this from that, what is below."""
+"""Rarer queries of a scene: whether a hand fits, how far apart bodies are, how far below is the support."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import mujoco
-import numpy as np
 
-from kinematics.collision.models import GHOST, NOWHERE_ELSE, TABLE, for_questions
-from kinematics.geometry.transforms import Array, Pose, inverse, pose_of, quaternion_from_rotation, wxyz
+from kinematics.collision.models import GHOST, GHOST_PARKED, for_distances
+from kinematics.collision.placing import geoms_of, mocap_ids, place_bodies, place_fingers, place_held
+from kinematics.collision.scene_state import SceneState
+from kinematics.geometry.transforms import Array, inverse, quaternion_from_rotation, wxyz
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import Shape
 
-TOUCHING = 1e-4  # [m]
-HALVINGS = 8  # of the way between closed and open fingers
-SLIMMER = 1.5e-3  # a body that is let down, so that a neighbour at its side does not stop it [m]
+ZERO_DISTANCE = 1e-4  # at which a search for contact ends [m]
+BISECTIONS = 8  # of the interval between closed and open fingers
+SHRINKAGE = 1.5e-3  # of a body being lowered, so that a neighbour at its side does not stop it [m]
 
 
-class Questions:
-    """A model of its own, so that the one that is asked thousands of times stays small."""
+class DistanceQueries:
+    """Distances in a model of their own, so that the one for collision checks stays small."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float
     ) -> None:
         self._robot, self._shapes = robot, shapes
-        self._model = for_questions(robot, shapes, in_hand, margin, SLIMMER)
+        self._model = for_distances(robot, shapes, in_hand, margin, SHRINKAGE)
         self._data = mujoco.MjData(self._model)
+        self._mocap = mocap_ids(self._model, shapes)
         self._geoms = {name: geoms_of(self._model, f"body_{name}") for name in shapes}
         self._held = {shape: geoms_of(self._model, name) for shape, name in in_hand.items()}
         self._is_ghost = self._model.geom_contype == GHOST
         self._ghost = self._data.qpos[robot.dof : robot.dof + 7]
         self._hide_ghost()
+        self._shown: SceneState | None = None
 
-    def place_like(self, data: Any) -> None:
-        """The bodies where they are in another model's data."""
-        self._data.mocap_pos[:] = data.mocap_pos
-        self._data.mocap_quat[:] = data.mocap_quat
-
-    def hold(self, shape: Shape, pose: Pose) -> None:
-        """A body of that shape in the hand, its pose in the tool frame."""
-        body = self._model.geom_bodyid[self._held[shape][0]]
-        self._model.body_pos[body] = pose.position
-        self._model.body_quat[body] = wxyz(pose.quaternion_xyzw)
-
-    def hand_is_free(self, tool: Array, opening: float, margin: float) -> bool:
-        """Whether a hand without an arm keeps the margin."""
-        self._show_ghost(tool, opening)
+    def hand_is_free(self, tool: Array, state: SceneState, margin: float) -> bool:
+        """Return whether a hand without an arm keeps the margin [m]."""
+        self._show(state)
+        self._show_ghost(tool, state.opening)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         contact = self._data.contact
@@ -55,11 +48,12 @@ class Questions:
         self._hide_ghost()
         return is_free
 
-    def closed_on(self, tool: Array, name: str) -> float:
-        """The opening at which the fingers of a hand there would meet a body, were that in the middle [m].
+    def contact_opening(self, tool: Array, name: str, state: SceneState) -> float:
+        """Return the opening at which the fingers of a hand there would touch a body between them [m].
 
-        Not the body's width: fingers are not as wide apart at their tips as they are at the tool.
+        Not half the body's width: fingers are not as far apart at their tips as at the tool.
         """
+        self._show(state)
         fingers = [
             geom
             for links in gripper_of(self._robot).sides
@@ -67,45 +61,59 @@ class Questions:
             for geom in geoms_of(self._model, f"ghost_{link}")
         ]
         low, high = 0.0, gripper_of(self._robot).maximum_opening
-        for _ in range(HALVINGS):
+        for _ in range(BISECTIONS):
             middle = (low + high) / 2
             self._show_ghost(tool, middle)
             mujoco.mj_kinematics(self._model, self._data)
-            if self._nearest(fingers, self._geoms[name]) > TOUCHING:
+            if self._nearest(fingers, self._geoms[name]) > ZERO_DISTANCE:
                 high = middle
             else:
                 low = middle
         self._hide_ghost()
         return (low + high) / 2
 
-    def drop_height(self, q: Array, held: str, below: float) -> float:
-        """How far the held body can go straight down before it rests on something, at most `below` [m].
+    def drop_height(self, q: Array, state: SceneState, below: float) -> float:
+        """Return how far the held body can go down before it rests on something, at most `below` [m].
 
-        Conservative advancement: the distance to anything is a safe step.
+        Conservative advancement: the least distance to any other body is a safe step.
         """
+        assert state.held is not None
+        held = state.held.name
+        self._show(state)
         self._data.qpos[: len(q)] = q
         mujoco.mj_kinematics(self._model, self._data)
         geoms = self._held[self._shapes[held]]
         others = [geom for name in self._shapes if name != held for geom in self._geoms[name]]
         others.append(self._model.geom(f"{TABLE}_top").id)
-        return self._advance_down(geoms, others, below + SLIMMER) - SLIMMER
+        return self._advance_down(geoms, others, below + SHRINKAGE) - SHRINKAGE
 
-    def distance(self, a: str, b: str) -> float:
-        """Between two bodies [m]."""
+    def distance(self, a: str, b: str, state: SceneState) -> float:
+        """Return the distance between two bodies [m]."""
+        self._show(state)
         mujoco.mj_kinematics(self._model, self._data)
         return self._nearest(self._geoms[a], self._geoms[b])
 
-    def room_of(self, name: str, shifts: Sequence[Array]) -> float:
-        """The least distance of a body to all others, were it shifted by any of these [m]."""
+    def distance_to_others(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
+        """Return the least distance of a body to all others, over the shifts [m]."""
+        self._show(state)
         mujoco.mj_kinematics(self._model, self._data)
         geoms = self._geoms[name]
         others = [geom for other in self._shapes if other != name for geom in self._geoms[other]]
         start = self._data.geom_xpos[geoms].copy()
-        room = math.inf
+        least = math.inf
         for shift in shifts:
             self._data.geom_xpos[geoms] = start + shift
-            room = min(room, self._nearest(geoms, others))
-        return room
+            least = min(least, self._nearest(geoms, others))
+        return least
+
+    def _show(self, state: SceneState) -> None:
+        """Move what differs from the state shown; fingers belong to the ghost, which each query places."""
+        shown, self._shown = self._shown, None
+        if shown is None or not state.has_bodies_of(shown):
+            place_bodies(self._data, self._mocap, state)
+        if state.held is not None and (shown is None or state.held != shown.held):
+            place_held(self._model, self._held[self._shapes[state.held.name]], state.held.pose_in_tool)
+        self._shown = state
 
     def _advance_down(self, geoms: Array, others: list[int], below: float) -> float:
         start = self._data.geom_xpos[geoms].copy()
@@ -113,13 +121,13 @@ class Questions:
         for _ in range(200):
             self._data.geom_xpos[geoms] = start - (0.0, 0.0, dropped)
             nearest = self._nearest(geoms, others)
-            if nearest < TOUCHING or dropped >= below:
+            if nearest < ZERO_DISTANCE or dropped >= below:
                 break
             dropped += nearest
         return min(dropped, below)
 
     def _nearest(self, geoms: Iterable[int], others: Iterable[int]) -> float:
-        """The least distance between two groups; spheres around the geoms say which pairs can matter."""
+        """Return the least distance between two groups [m]; bounding spheres rule most pairs out."""
         model, data = self._model, self._data
         others = list(others)
         nearest = 1.0 if others else math.inf
@@ -139,18 +147,4 @@ class Questions:
         place_fingers(self._model, self._robot, opening, "ghost_")
 
     def _hide_ghost(self) -> None:
-        self._ghost[:3] = NOWHERE_ELSE
-
-
-def place_fingers(model: Any, robot: Robot, opening: float, prefix: str) -> None:
-    """The fingers of the arm, or of its ghost, each this far from the middle [m]."""
-    for link, transform in gripper_of(robot).link_poses(opening).items():
-        body, pose = model.body(prefix + link).id, pose_of(transform)
-        model.body_pos[body] = pose.position
-        model.body_quat[body] = wxyz(pose.quaternion_xyzw)
-
-
-def geoms_of(model: Any, body: str) -> Any:
-    """Indices of all geoms of a body of a model."""
-    first, count = int(model.body(body).geomadr[0]), int(model.body(body).geomnum[0])
-    return np.arange(first, first + count)
+        self._ghost[:3] = GHOST_PARKED

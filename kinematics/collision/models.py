@@ -1,7 +1,7 @@
 """From a robot and the shapes of a cell to the two MuJoCo models of the checker.
 
-One is small and is asked thousands of times: is this configuration free? The other answers what is
-asked now and then: does a hand alone fit there, how far is this from that.
+A small one for collision checks, of which a plan needs thousands, and one for distance queries, which are
+rare.
 """
 
 import itertools
@@ -16,6 +16,7 @@ from kinematics.geometry.transforms import Array, pose_of, wxyz
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import (
     Box,
     Convex,
@@ -28,26 +29,25 @@ from kinematics.shapes.shapes import (
     pieces_of,
 )
 
-TABLE = "table"
-MARGIN = 0.004  # clearance is measured up to here [m]
+MARGIN = 0.004  # up to which clearance is measured [m]
 ROBOT, SCENE, GHOST = 1, 2, 4
-NOWHERE = (0.0, 0.0, 50.0)
-NOWHERE_ELSE = (0.0, 0.0, 100.0)
-LOWER_TABLE = 1.2e-3  # the table is where it is: fingers may come nearer to it than to what may move [m]
-ALWAYS = 0.95  # of random configurations in which two links that touch are built that way
-SAMPLES = 200
+PARKED = (0.0, 0.0, 50.0)  # where absent bodies are [m]
+GHOST_PARKED = (0.0, 0.0, 100.0)  # where the hand without an arm is between queries [m]
+TABLE_LOWERED = 1.2e-3  # the table is fixed: fingers may come nearer to it than to movable bodies [m]
+ALWAYS = 0.95  # share of random configurations from which a contact of two links counts as built in
+CONFIGURATIONS = 200  # random ones, for `ALWAYS` and for lever arms
 
 
-def in_hand_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[Shape, str]:
-    """One body of the model for each shape that can be in the hand."""
-    loose = dict.fromkeys(shape for name, shape in shapes.items() if name not in fixed)
-    return {shape: f"held_{i}" for i, shape in enumerate(loose)}
+def held_body_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[Shape, str]:
+    """Return the name of one body of the model for each shape that can be in the hand."""
+    movable = dict.fromkeys(shape for name, shape in shapes.items() if name not in fixed)
+    return {shape: f"held_{i}" for i, shape in enumerate(movable)}
 
 
 def for_planning(
     robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float
 ) -> Any:
-    """Arm, table, every body, and every shape that can be held once more in the hand."""
+    """Return arm, table, every body, and a second body in the hand for every shape that can be held."""
     spec = _with_bodies(robot, shapes, margin)
     for first, second in always_touching(robot):
         spec.add_exclude(bodyname1=first, bodyname2=second)
@@ -59,10 +59,10 @@ def for_planning(
     return spec.compile()
 
 
-def for_questions(
-    robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float, slimmer: float
+def for_distances(
+    robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float, shrinkage: float
 ) -> Any:
-    """A ghost of the hand, the table, every body, and every shape that can be held, slimmer, in the hand."""
+    """Return a hand without an arm, table, every body, and in the hand, shrunk, all shapes it can hold."""
     spec = _with_bodies(robot, shapes, margin)
     for geom in spec.geoms:
         if geom.contype == ROBOT:
@@ -74,21 +74,21 @@ def for_questions(
     for shape, name in in_hand.items():
         held = tool.add_body(name=name)
         for piece in pieces_of(shape):
-            _add(spec, held, _slimmed(piece, slimmer), contype=0, conaffinity=0)
+            _add(spec, held, _shrunk_piece(piece, shrinkage), contype=0, conaffinity=0)
     return spec.compile()
 
 
 def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> Any:
     spec = models.mujoco_spec(robot)
-    # One point of contact a pair is enough, and with several its distance is not the least to the micrometre.
+    # One contact point a pair is enough; with several, the least distance is inexact by micrometres.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
-    spec.compiler.discardvisual = False  # what only measures distances collides with nothing, but stays
+    spec.compiler.discardvisual = False  # keep the geoms that only measure distances and never collide
     for geom in spec.geoms:
         geom.contype, geom.conaffinity, geom.margin = ROBOT, ROBOT | SCENE, margin
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     world = spec.worldbody
     world.add_geom(
-        name=TABLE, type=plane, size=[0, 0, 1], pos=[0, 0, -LOWER_TABLE], contype=SCENE, conaffinity=0
+        name=TABLE, type=plane, size=[0, 0, 1], pos=[0, 0, -TABLE_LOWERED], contype=SCENE, conaffinity=0
     )
     for name, shape in shapes.items():
         body = world.add_body(name=f"body_{name}", mocap=True)
@@ -99,7 +99,7 @@ def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> An
 
 @cache
 def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
-    """Pairs of links nearer than `MARGIN` at home, or nearly everywhere: neighbours, as they are built.
+    """Return the pairs of links that are nearer than `MARGIN` by construction: at home, or nearly everywhere.
 
     And all pairs within the hand, whose joints no path moves.
     """
@@ -115,26 +115,26 @@ def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
     limits = robot.limits
     counts: dict[tuple[str, str], int] = {}
     at_home = _pairs(model, data, robot.home)
-    for q in generator.uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+    for q in generator.uniform(limits.lower, limits.upper, (CONFIGURATIONS, robot.dof)):
         for pair in _pairs(model, data, q):
             counts[pair] = counts.get(pair, 0) + 1
-    often = {pair for pair, count in counts.items() if count >= ALWAYS * SAMPLES}
+    often = {pair for pair, count in counts.items() if count >= ALWAYS * CONFIGURATIONS}
     order = sorted(robot.hand_links, key=lambda link: int(model.body(link).id))
     return tuple(sorted(often | at_home | set(itertools.combinations(order, 2))))
 
 
 @cache
-def reaches(robot: Robot) -> Array:
-    """(dof,) how far any point of the arm moves when a joint does [m/rad]; 1 where that one slides.
+def lever_arms(robot: Robot) -> Array:
+    """Return (dof,) how far any point of the arm moves with each joint [m/rad]; 1 for a sliding joint.
 
-    The farthest from its axis that spheres around the links were seen, in random configurations.
+    The largest distance of the links' bounding spheres from the joint's axis, over random configurations.
     """
     model = models.mujoco_model(robot)
     data = mujoco.MjData(model)
     moved = [[g for g in range(model.ngeom) if _is_moved(model, g, joint)] for joint in range(model.njnt)]
     limits = robot.limits
     found = np.zeros(robot.dof)
-    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (SAMPLES, robot.dof)):
+    for q in np.random.default_rng(0).uniform(limits.lower, limits.upper, (CONFIGURATIONS, robot.dof)):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         for joint, geoms in enumerate(moved):
@@ -183,12 +183,12 @@ def _primitive(shape: Box | Cylinder | Sphere) -> tuple[Any, list[float]]:
     return mujoco.mjtGeom.mjGEOM_SPHERE, [shape.radius, 0.0, 0.0]
 
 
-def _slimmed(piece: Piece, by: float) -> Piece:
-    return Piece(_slim(piece.shape, by), piece.position, piece.quaternion_xyzw)
+def _shrunk_piece(piece: Piece, by: float) -> Piece:
+    return Piece(_shrunk(piece.shape, by), piece.position, piece.quaternion_xyzw)
 
 
-def _slim(shape: Convex, by: float) -> Convex:
-    """The same shape with every face this much further in; thin ones keep a tenth."""
+def _shrunk(shape: Convex, by: float) -> Convex:
+    """Return the shape with every face moved inwards [m]; thin shapes keep a tenth."""
     if isinstance(shape, Box):
         x, y, z = (max(half - by, 0.1 * half) for half in shape.half_extents)
         return Box((x, y, z))
@@ -202,15 +202,15 @@ def _slim(shape: Convex, by: float) -> Convex:
 
 
 def _add_ghost(spec: Any, robot: Robot, margin: float) -> None:
-    """A hand without an arm, far away until it is asked about.
+    """Add a hand without an arm, far away between queries.
 
-    With a joint, since MuJoCo lets no two bodies collide that are both fixed to the world.
+    It has a joint, since MuJoCo lets no two bodies collide that are both fixed to the world.
     """
     ghosts: dict[str, Any] = {}
     for link in robot.hand_links:
         original = spec.body(link)
         if not ghosts:
-            ghosts[link] = spec.worldbody.add_body(name=f"ghost_{link}", pos=list(NOWHERE_ELSE))
+            ghosts[link] = spec.worldbody.add_body(name=f"ghost_{link}", pos=list(GHOST_PARKED))
             ghosts[link].add_freejoint()
         else:
             ghosts[link] = ghosts[robot.urdf.parent_joint[link].parent].add_body(name=f"ghost_{link}")

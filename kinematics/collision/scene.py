@@ -1,25 +1,31 @@
-"""The collision checker: joint positions in, clearance out; arm, hand, held body and scene, in MuJoCo.
+"""The collision checker: joint positions and a scene's state in, clearance out, in MuJoCo.
 
-One model serves as long as the shapes of the bodies stay the same: bodies are moved, never rebuilt.
+One model serves as long as the shapes of the bodies stay the same: bodies are moved, never rebuilt. It
+remembers which state it shows, so that thousands of checks in one state move nothing but the arm.
 Every body of the scene is a mocap body of its own, since a geom moved inside the world body silently
 loses its collisions.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 
-from kinematics.collision.distance_queries import Questions, geoms_of, place_fingers
-from kinematics.collision.models import MARGIN, NOWHERE, ROBOT, SCENE, TABLE, for_planning, in_hand_names
-from kinematics.geometry.transforms import Array, Pose, pose_of, wxyz
+from kinematics.collision.distance_queries import DistanceQueries
+from kinematics.collision.models import MARGIN, ROBOT, SCENE, for_planning, held_body_names
+from kinematics.collision.placing import geoms_of, mocap_ids, place_bodies, place_fingers, place_held
+from kinematics.collision.scene_state import HeldBody, SceneState
+from kinematics.geometry.transforms import Array
 from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import Shape
+
+TOLERATED_APPROACH = 1e-3  # by which a tolerated pair may come nearer [m]
 
 
 @dataclass(frozen=True)
-class Touch:
-    """Two geoms nearer than the margin."""
+class Contact:
+    """Two geoms nearer to each other than `MARGIN`."""
 
     pair: tuple[int, int]
     names: tuple[str, str]
@@ -27,133 +33,114 @@ class Touch:
 
 
 class CollisionScene:
-    """Arm, table and the bodies of a cell, by name."""
+    """Arm, table and the bodies of a cell, by name; the state of the bodies is an argument of every check."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Shape], fixed: frozenset[str] = frozenset()
     ) -> None:
         self.robot = robot
         self.shapes = dict(shapes)
-        in_hand = in_hand_names(self.shapes, fixed)
+        in_hand = held_body_names(self.shapes, fixed)
         self._model = for_planning(robot, self.shapes, in_hand, MARGIN)
         self._data = mujoco.MjData(self._model)
-        self._q = self._data.qpos[: robot.dof]  # a view, and its place is looked up once
-        self._mocap = {name: int(self._model.body(f"body_{name}").mocapid[0]) for name in self.shapes}
+        self._q = self._data.qpos[: robot.dof]  # a view, taken once: every check writes to it
+        self._mocap = mocap_ids(self._model, self.shapes)
         self._held = {shape: geoms_of(self._model, name) for shape, name in in_hand.items()}
-        self._questions = Questions(robot, self.shapes, in_hand, MARGIN)
-        self._tolerated: dict[tuple[int, int], float] = {}
-        self.checks = 0
-        self.hold(None)
-
-    # -- the scene ---------------------------------------------------------------------------
-
-    def place(self, poses: Mapping[str, Pose], absent: frozenset[str] = frozenset()) -> None:
-        """Put the bodies where they are; those that are absent, out of the way."""
-        for name, index in self._mocap.items():
-            if name in absent:
-                self._data.mocap_pos[index] = NOWHERE
-            else:
-                self._data.mocap_pos[index] = poses[name].position
-                self._data.mocap_quat[index] = wxyz(poses[name].quaternion_xyzw)
-
-    def hold(self, name: str | None, tool_to_body: Array | None = None) -> None:
-        """The hand holds the body of this name, at this transform of body to tool; or nothing."""
-        held = None if name is None else self.shapes[name]
-        for shape, geoms in self._held.items():
-            active = int(shape == held)
-            self._model.geom_contype[geoms] = ROBOT * active
-            self._model.geom_conaffinity[geoms] = (ROBOT | SCENE) * active
-            if active and tool_to_body is not None:
-                pose = pose_of(tool_to_body)
-                body = self._model.geom_bodyid[geoms[0]]
-                self._model.body_pos[body] = pose.position
-                self._model.body_quat[body] = wxyz(pose.quaternion_xyzw)
-                self._questions.hold(shape, pose)
-
-    def open_fingers(self, opening: float) -> None:
-        """Each finger this far from the middle [m]."""
-        place_fingers(self._model, self.robot, opening, "")
+        self._queries = DistanceQueries(robot, self.shapes, in_hand, MARGIN)
+        self._shown: SceneState | None = None
 
     # -- clearance ---------------------------------------------------------------------------
 
-    def clearance(self, q: Array) -> float:
-        """The least distance at these joint positions, up to `MARGIN`; negative where things overlap [m]."""
-        self.checks += 1
+    def clearance(self, q: Array, state: SceneState) -> float:
+        """Return the least distance, up to `MARGIN`; negative where bodies overlap [m]."""
+        if state is not self._shown:
+            self._show(state)
         self._q[:] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
         if self._data.ncon == 0:
             return MARGIN
-        if not self._tolerated:
+        if not state.tolerated:
             return float(self._data.contact.dist.min())
-        return min((self._beyond_tolerated(touch) for touch in self._touches()), default=MARGIN)
+        return min((_beyond_tolerated(contact, state) for contact in self._contacts()), default=MARGIN)
 
-    def is_free(self, q: Array, margin: float = MARGIN) -> bool:
-        """Whether nothing is nearer than the margin."""
-        return self.clearance(q) >= margin
+    def is_free(self, q: Array, state: SceneState, margin: float = MARGIN) -> bool:
+        """Return whether nothing is nearer than the margin [m]."""
+        return self.clearance(q, state) >= margin
 
-    def touches(self, q: Array) -> list[Touch]:
-        """Everything nearer than `MARGIN`, for the evidence of a failure."""
-        self.clearance(q)
-        return self._touches()
+    def contacts(self, q: Array, state: SceneState) -> list[Contact]:
+        """Return every pair nearer than `MARGIN`, for the evidence of a failure."""
+        self.clearance(q, state)
+        return self._contacts()
 
-    def hand_is_free(self, tool: Array, opening: float, margin: float) -> bool:
-        """Whether a hand alone, its tool frame there, keeps the margin: no inverse kinematics needed."""
-        self.checks += 1
-        return self._asked().hand_is_free(tool, opening, margin)
-
-    def tolerate_here(self, *configurations: Array) -> None:
-        """What is near at these joint positions may stay as near (not nearer) until `tolerate_nothing`."""
+    def tolerating(self, q: Array, state: SceneState) -> SceneState:
+        """Return the state in which pairs that are near at these joint positions may stay so, not nearer."""
         tolerated: dict[tuple[int, int], float] = {}
-        self._tolerated = {}
-        for q in configurations:
-            for touch in self.touches(q):
-                tolerated[touch.pair] = min(touch.distance, tolerated.get(touch.pair, MARGIN))
-        self._tolerated = tolerated
-
-    def tolerate_nothing(self) -> None:
-        self._tolerated = {}
+        for contact in self.contacts(q, state):
+            tolerated[contact.pair] = min(contact.distance, tolerated.get(contact.pair, MARGIN))
+        return replace(state, tolerated=tolerated)
 
     # -- distances ---------------------------------------------------------------------------
 
-    def closed_on(self, tool: Array, name: str) -> float:
-        """The opening at which the fingers of a hand there would meet a body [m]."""
-        return self._asked().closed_on(tool, name)
+    def hand_is_free(self, tool: Array, state: SceneState, margin: float) -> bool:
+        """Return whether a hand without an arm, its tool frame there, keeps the margin [m]."""
+        return self._queries.hand_is_free(tool, state, margin)
 
-    def drop_height(self, q: Array, held: str, below: float) -> float:
-        """How far the held body can go straight down before it rests on something, at most `below` [m]."""
-        return self._asked().drop_height(q, held, below)
+    def contact_opening(self, tool: Array, name: str, state: SceneState) -> float:
+        """Return the opening at which the fingers of a hand there would touch a body between them [m]."""
+        return self._queries.contact_opening(tool, name, state)
 
-    def distance(self, a: str, b: str) -> float:
-        """Between two bodies that are where they were placed [m]."""
-        return self._asked().distance(a, b)
+    def drop_height(self, q: Array, state: SceneState, below: float) -> float:
+        """Return how far the held body can go down before it rests on something, at most `below` [m]."""
+        return self._queries.drop_height(q, state, below)
 
-    def room_of(self, name: str, shifts: Sequence[Array]) -> float:
-        """The least distance of a body to all others, were it shifted by any of these [m]."""
-        return self._asked().room_of(name, shifts)
+    def distance(self, a: str, b: str, state: SceneState) -> float:
+        """Return the distance between two bodies [m]."""
+        return self._queries.distance(a, b, state)
 
-    def _asked(self) -> Questions:
-        """The other model, with the bodies where they are in this one."""
-        self._questions.place_like(self._data)
-        return self._questions
+    def distance_to_others(self, name: str, shifts: Sequence[Array], state: SceneState) -> float:
+        """Return the least distance of a body to all others, over the shifts [m]."""
+        return self._queries.distance_to_others(name, shifts, state)
 
     # -- inside ------------------------------------------------------------------------------
 
-    def _beyond_tolerated(self, touch: Touch) -> float:
-        tolerated = self._tolerated.get(touch.pair)
-        if tolerated is None:
-            return touch.distance
-        return MARGIN if touch.distance >= tolerated - 1e-3 else touch.distance
+    def _show(self, state: SceneState) -> None:
+        """Move what differs from the state shown."""
+        shown, self._shown = self._shown, None
+        if shown is None or not state.has_bodies_of(shown):
+            place_bodies(self._data, self._mocap, state)
+        if shown is None or state.opening != shown.opening:
+            place_fingers(self._model, self.robot, state.opening, "")
+        if shown is None or state.held != shown.held:
+            self._hold(state.held)
+        self._shown = state
 
-    def _touches(self) -> list[Touch]:
-        touches = []
+    def _hold(self, held: HeldBody | None) -> None:
+        """Let the held body collide, and none of the others that could be in the hand."""
+        held_shape = None if held is None else self.shapes[held.name]
+        for shape, geoms in self._held.items():
+            active = int(shape == held_shape)
+            self._model.geom_contype[geoms] = ROBOT * active
+            self._model.geom_conaffinity[geoms] = (ROBOT | SCENE) * active
+        if held is not None:
+            place_held(self._model, self._held[self.shapes[held.name]], held.pose_in_tool)
+
+    def _contacts(self) -> list[Contact]:
+        contacts = []
         for contact in self._data.contact[: self._data.ncon]:
             first, second = int(contact.geom1), int(contact.geom2)
             names = (self._name(first), self._name(second))
-            touches.append(Touch((first, second), names, float(contact.dist)))
-        return touches
+            contacts.append(Contact((first, second), names, float(contact.dist)))
+        return contacts
 
     def _name(self, geom: int) -> str:
         body = int(self._model.geom_bodyid[geom])
         name: str = self._model.body(body).name
         return name.removeprefix("body_") if body else TABLE
+
+
+def _beyond_tolerated(contact: Contact, state: SceneState) -> float:
+    tolerated = state.tolerated.get(contact.pair)
+    if tolerated is None:
+        return contact.distance
+    return MARGIN if contact.distance >= tolerated - TOLERATED_APPROACH else contact.distance

@@ -13,17 +13,18 @@ Vector: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
+Z_AXIS: Array = np.array([0.0, 0.0, 1.0])
 
 
 class Pose(NamedTuple):
-    """Where a frame stands in the world."""
+    """Position and orientation of a frame, in the world unless a name says otherwise."""
 
     position: Vector  # [m]
     quaternion_xyzw: Quaternion
 
 
 def check_pose(name: str, pose: Pose) -> Pose:
-    """The pose, or `UnusablePose`."""
+    """Return the pose; raise `UnusablePose` if it is not finite, or its quaternion not of unit length."""
     numbers = (*pose.position, *pose.quaternion_xyzw)
     length = math.hypot(*pose.quaternion_xyzw)
     if not all(map(math.isfinite, numbers)) or abs(length - 1.0) > 1e-3:
@@ -32,19 +33,19 @@ def check_pose(name: str, pose: Pose) -> Pose:
 
 
 def check_finite(what: str, *numbers: float) -> None:
-    """`UnusablePose` where one is not a number, or has no end."""
+    """Raise `UnusablePose` if a number is not finite."""
     if not all(map(math.isfinite, numbers)):
         raise UnusablePose(what, numbers)
 
 
 def wxyz(quaternion_xyzw: Quaternion) -> Quaternion:
-    """The same quaternion as MuJoCo and mink write it."""
+    """Return the quaternion in the order of MuJoCo and mink."""
     x, y, z, w = quaternion_xyzw
     return (w, x, y, z)
 
 
 def rotation_from_quaternion(quaternion_xyzw: Quaternion) -> Array:
-    """3 x 3 rotation matrix."""
+    """Return the rotation matrix (3, 3)."""
     x, y, z, w = quaternion_xyzw
     scale = 2.0 / (x * x + y * y + z * z + w * w)
     return np.array(
@@ -57,9 +58,7 @@ def rotation_from_quaternion(quaternion_xyzw: Quaternion) -> Array:
 
 
 def quaternion_from_rotation(rotation: Array) -> Quaternion:
-    """Quaternion with the largest component computed first, so that it is stable for every
-    rotation.
-    """
+    """Return the quaternion; its largest component is computed first, which is stable for every rotation."""
     m = rotation.tolist()
     squares = (  # four times the square of x, y, z, w
         1 + m[0][0] - m[1][1] - m[2][2],
@@ -85,7 +84,7 @@ def quaternion_from_rotation(rotation: Array) -> Quaternion:
 
 
 def transform_from(rotation: Array, translation: Array | Vector) -> Array:
-    """4 x 4 homogeneous transform."""
+    """Return the homogeneous transform (4, 4)."""
     transform = np.eye(4)
     transform[:3, :3] = rotation
     transform[:3, 3] = translation
@@ -93,24 +92,24 @@ def transform_from(rotation: Array, translation: Array | Vector) -> Array:
 
 
 def transform_of(pose: Pose) -> Array:
-    """Transform of the frame to the world."""
+    """Return the transform of the frame to the world (4, 4)."""
     return transform_from(rotation_from_quaternion(pose.quaternion_xyzw), pose.position)
 
 
 def pose_of(transform: Array) -> Pose:
-    """Inverse of `transform_of`."""
+    """Return the pose of a transform: the inverse of `transform_of`."""
     x, y, z = transform[:3, 3].tolist()
     return Pose((x, y, z), quaternion_from_rotation(transform[:3, :3]))
 
 
 def inverse(transform: Array) -> Array:
-    """The transform back."""
+    """Return the inverse transform (4, 4)."""
     rotation = transform[:3, :3].T
     return transform_from(rotation, -rotation @ transform[:3, 3])
 
 
 def rotation_about(axis: Array, angle: float) -> Array:
-    """Rotation by `angle` [rad] about a unit axis (Rodrigues)."""
+    """Return the rotation by `angle` [rad] about a unit axis (Rodrigues)."""
     x, y, z = axis.tolist()
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
     turned: Array = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
@@ -118,7 +117,7 @@ def rotation_about(axis: Array, angle: float) -> Array:
 
 
 def rotation_from_rpy(rpy: Array | Vector) -> Array:
-    """Fixed-axis roll, pitch and yaw, as URDF means them [rad]."""
+    """Return the rotation of fixed-axis roll, pitch and yaw, as in URDF [rad]."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy).tolist(), np.sin(rpy).tolist()
     return np.array(
         [
@@ -130,7 +129,7 @@ def rotation_from_rpy(rpy: Array | Vector) -> Array:
 
 
 def rpy_from_rotation(rotation: Array) -> Vector:
-    """Inverse of `rotation_from_rpy`; roll is zero where pitch is a right angle."""
+    """Return roll, pitch and yaw [rad]; roll is zero if pitch is a right angle."""
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if abs(math.cos(pitch)) < 1e-9:
         return (0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1]))
@@ -139,6 +138,6 @@ def rpy_from_rotation(rotation: Array) -> Vector:
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Angle of the rotation that leads from one rotation matrix to another [rad]."""
+    """Return the angle of the rotation between two rotation matrices [rad]."""
     cosine = (float(np.sum(a * b)) - 1.0) / 2.0  # trace of a.T @ b
     return math.acos(min(1.0, max(-1.0, cosine)))

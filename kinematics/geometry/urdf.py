@@ -1,6 +1,6 @@
-"""From a URDF file to its joints and to one text that every library reads alike.
+"""From a URDF file to its joints and to one description that all libraries read the same way.
 
-Mesh paths become absolute. What a library would stumble over silently is a named error here.
+Mesh paths become absolute. Faults that a library would pass over silently are errors here.
 """
 
 import copy
@@ -17,7 +17,7 @@ from kinematics.geometry.transforms import Array, rotation_about, rotation_from_
 
 Element = ElementTree.Element
 
-_PLACED = ("inertial", "visual", "collision")  # of a link, each with an origin
+_PLACED = ("inertial", "visual", "collision")  # children of a link that have an origin
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint as the URDF says it. What is not said is None."""
+    """One joint of the URDF; a missing limit is None."""
 
     name: str
     type: str
@@ -39,14 +39,14 @@ class Joint:
     child: str
     origin: Array  # (4, 4) of the joint to the parent link
     axis: Array  # (3,)
-    lower: float | None  # soft limit, where there is one [rad] or [m]
+    lower: float | None  # the soft limit, if there is one [rad] or [m]
     upper: float | None
     velocity: float | None  # [rad/s] or [m/s]
     effort: float | None  # [N m] or [N]
     mimic: Mimic | None
 
     def motion(self, value: float) -> Array:
-        """(4, 4) of the child link to the parent link."""
+        """Return the transform of the child link to the parent link (4, 4) at a joint value."""
         if self.type == "prismatic":
             return self.origin @ transform_from(np.eye(3), self.axis * value)
         return self.origin @ transform_from(rotation_about(self.axis, value), (0.0, 0.0, 0.0))
@@ -66,11 +66,11 @@ class Urdf:
 
     @property
     def parent_joint(self) -> dict[str, Joint]:
-        """Of each link, the joint that carries it."""
+        """The joint above each link."""
         return {joint.child: joint for joint in self.joints.values()}
 
-    def carried_by(self, link: str) -> tuple[str, ...]:
-        """The link, and all that hang on it."""
+    def subtree_of(self, link: str) -> tuple[str, ...]:
+        """Return the link and all its descendants."""
         links = [link]
         for parent in links:
             children = [joint.child for joint in self.joints.values() if joint.parent == parent]
@@ -78,37 +78,37 @@ class Urdf:
         return tuple(links)
 
     def chain_to(self, link: str) -> tuple[Joint, ...]:
-        """All joints from the base to a link, fixed ones too."""
-        found, carriers = [], self.parent_joint
-        while link in carriers:
-            found.append(carriers[link])
+        """Return all joints from the base to a link, fixed ones too."""
+        found, above = [], self.parent_joint
+        while link in above:
+            found.append(above[link])
             link = found[-1].parent
         return tuple(reversed(found))
 
-    def moved(self, by: tuple[float, float, float]) -> "Urdf":
-        """The same, all that belongs to its root or hangs on it shifted [m]."""
+    def translated(self, by: tuple[float, float, float]) -> "Urdf":
+        """Return the robot with everything moved relative to its root frame [m]."""
         (base,) = set(self.links) - set(self.parent_joint)
         root = copy.deepcopy(self.root)
-        hung = [e for e in root.findall("joint") if self.joints[e.get("name", "")].parent == base]
-        told = (e for e in root.iterfind(f"link[@name='{base}']/*") if e.tag in _PLACED)
-        for element in (*hung, *told):
+        on_base = [e for e in root.findall("joint") if self.joints[e.get("name", "")].parent == base]
+        of_base = (e for e in root.iterfind(f"link[@name='{base}']/*") if e.tag in _PLACED)
+        for element in (*on_base, *of_base):
             origin = element.find("origin")
             if origin is None:
                 origin = ElementTree.SubElement(element, "origin")
-            place = _numbers(origin, "xyz", (0.0, 0.0, 0.0)) + by
-            origin.set("xyz", " ".join(f"{number:.12g}" for number in place))
-        moved = {joint.name: joint for joint in (_joint(element, self.path) for element in hung)}
+            xyz = _numbers(origin, "xyz", (0.0, 0.0, 0.0)) + by
+            origin.set("xyz", " ".join(f"{number:.12g}" for number in xyz))
+        moved = {joint.name: joint for joint in (_joint(element, self.path) for element in on_base)}
         return replace(self, root=root, joints=self.joints | moved)
 
 
 def read(path: Path) -> Urdf:
-    """A URDF file; `UnusableRobot` where it is missing, is no XML, or names a mesh that is not there."""
+    """Read a URDF file; raise `UnusableRobot` if it or a mesh is missing, or it is malformed."""
     if not path.is_file():
         raise UnusableRobot(f"there is no URDF at {path}")
     try:
         root = ElementTree.fromstring(_with_prefixes_declared(path.read_text(encoding="utf-8")))
     except (ElementTree.ParseError, UnicodeDecodeError) as unexpected:
-        raise UnusableRobot(f"{path} is no XML: {unexpected}") from unexpected
+        raise UnusableRobot(f"{path} is not XML: {unexpected}") from unexpected
     _drop_foreign(root, path)
     if root.tag != "robot":
         raise UnusableRobot(f"{path}: expected a <robot>, found <{root.tag}>; is it a URDF?")
@@ -122,7 +122,7 @@ def read(path: Path) -> Urdf:
 
 
 def _check_tree(description: Urdf, joints: list[Joint]) -> None:
-    """One root, from which every link hangs by one joint."""
+    """Raise `UnusableRobot` unless links and joints form one tree."""
     path, links = description.path, description.links
     for kind, names in (("link", links), ("joint", [joint.name for joint in joints])):
         if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -130,18 +130,18 @@ def _check_tree(description: Urdf, joints: list[Joint]) -> None:
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in links:
-                raise UnusableRobot(f"{path}: joint '{joint.name}' needs a link '{link}', and there is none")
+                raise UnusableRobot(f"{path}: joint '{joint.name}' refers to a missing link '{link}'")
     children = [joint.child for joint in joints]
     roots = [link for link in links if link not in children]
-    if len(roots) != 1 or set(description.carried_by(roots[0])) != set(links) or len(children) >= len(links):
+    if len(roots) != 1 or set(description.subtree_of(roots[0])) != set(links) or len(children) >= len(links):
         raise UnusableRobot(
-            f"{path}: the links must hang from one root, each by one joint; "
+            f"{path}: links and joints must form one tree with one root; "
             f"found {len(links)} links, {len(joints)} joints and the roots {roots}"
         )
 
 
 def _with_prefixes_declared(text: str) -> str:
-    """Many a URDF has the tags and attributes of some tool, as `drake:…`, without declaring the prefix."""
+    """Declare the prefixes of other tools' tags and attributes, such as `drake:…`, which URDFs often omit."""
     used = set(re.findall(r"[<\s/]([A-Za-z_][\w-]*):[A-Za-z_]", text)) - {"xml", "xmlns"}
     needed = sorted(prefix for prefix in used if f"xmlns:{prefix}=" not in text)
     declared = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in needed)
@@ -149,22 +149,22 @@ def _with_prefixes_declared(text: str) -> str:
 
 
 def _drop_foreign(root: Element, path: Path) -> None:
-    """Remove what belongs to other tools; xacro is what somebody forgot to expand."""
+    """Remove tags and attributes of other tools; raise `UnusableRobot` for xacro's."""
     for parent in list(root.iter()):
         for child in [child for child in parent if str(child.tag).startswith("{")]:
             if "xacro" in child.tag:
-                raise UnusableRobot(f"{path} is a xacro that nobody expanded: `xacro {path.name}` does")
+                raise UnusableRobot(f"{path} is an unexpanded xacro; expand it with `xacro {path.name}`")
             parent.remove(child)
         for key in [key for key in parent.attrib if key.startswith("{")]:
             del parent.attrib[key]
 
 
-def located(reference: str, folder: Path) -> Path:
-    """A path relative to a folder, or `package://NAME/…` of an installed Python package."""
+def resolved_path(reference: str, folder: Path) -> Path:
+    """Return the path of a reference relative to a folder, or `package://NAME/…` of an installed package."""
     if not reference.startswith("package://"):
         return (folder / reference).resolve()
     package, _, rest = reference.removeprefix("package://").partition("/")
-    # Found without importing it: some packages print at their import.
+    # Located without importing it, since some packages print on import.
     spec = importlib.util.find_spec(package)
     if spec is None or spec.origin is None:
         raise UnusableRobot(f"the Python package '{package}' of {reference} is not installed")
@@ -172,7 +172,7 @@ def located(reference: str, folder: Path) -> Path:
 
 
 def _mesh(filename: str, urdf: Path, link: str) -> Path:
-    """Where a mesh is: `package://` is looked for beside the URDF and in every folder above it."""
+    """Return the path of a mesh; `package://` is looked for beside the URDF and in every folder above it."""
     plain = filename.removeprefix("package://").removeprefix("file://")
     tried = [urdf.parent / plain]
     if filename.startswith("package://"):
@@ -183,7 +183,7 @@ def _mesh(filename: str, urdf: Path, link: str) -> Path:
         if place.is_file():
             return place.resolve()
     raise UnusableRobot(
-        f"{urdf}: link '{link}' wants the mesh {filename}, which is not there; looked for {tried[0]}"
+        f"{urdf}: link '{link}' refers to a missing mesh {filename}; looked for {tried[0]}"
         + (" and in the folders above" if len(tried) > 1 else "")
     )
 
@@ -220,7 +220,7 @@ def _joint(element: Element, path: Path) -> Joint:
 
 
 def origin_of(element: Element) -> Array:
-    """(4, 4) of an element's `<origin>`; the identity where it has none."""
+    """Return the transform of an element's `<origin>` (4, 4), by default the identity."""
     origin = element.find("origin")
     xyz, rpy = (_numbers(origin, key, (0.0, 0.0, 0.0)) for key in ("xyz", "rpy"))
     return transform_from(rotation_from_rpy(rpy), xyz)

@@ -1,8 +1,8 @@
-"""From a body's pose to the ways of grasping it, best first.
+"""From a body's pose to grasps of it, cheapest first.
 
-A grasp closes on a pair of opposite places of the body. The approach is as vertical as these allow, so
-that a tilted body is grasped by a tilted hand; turned about the closing direction it still meets the
-body flatly.
+A grasp closes on a pair of opposite surfaces. Its approach is as vertical as the pair allows, so a tilted
+body is grasped by a tilted hand; turned about the closing direction, the fingers still meet the surfaces
+flat.
 """
 
 import itertools
@@ -19,17 +19,17 @@ from kinematics.geometry.transforms import (
     rotation_from_quaternion,
     transform_from,
 )
-from kinematics.grasping.contact_pairs import Grip, grips_of
+from kinematics.grasping.contact_pairs import ContactPair, contact_pairs_of
 from kinematics.robot.gripper import Gripper
 from kinematics.shapes.shapes import Box, Shape, height_below, support
 
-FINGER_DEPTH = 0.025  # of the tool below the top of what is gripped, at most [m]
-LARGEST_TILT = math.radians(50)  # of the approach from the vertical
-FINGER_ROOM = 0.015  # beside the body, of each finger, where there is space [m]
+FINGER_DEPTH = 0.025  # of the tool below the top of the gripped part, at most [m]
+LARGEST_TILT = math.radians(50)  # of a hand from the vertical
+FINGER_ROOM = 0.015  # between body and each finger, where there is space [m]
 NARROW_FINGER_ROOMS = (0.009, 0.005, 0.0035)  # where there is less
-BITE = 2e-3  # of the fingertips below the top of what they close on, at least [m]
-ABOVE_SUPPORT = 1e-3  # of the fingertips, when a body is flatter than they are long [m]
-SWINGING_ABOVE_SUPPORT = 2e-3  # the same where they dip on closing: what is below would spread them [m]
+LEAST_OVERLAP = 2e-3  # of the fingertips with the gripped part, along the approach [m]
+FINGERTIP_CLEARANCE = 1e-3  # above the support, for a body that is flatter than the fingers are long [m]
+SWINGING_FINGERTIP_CLEARANCE = 2e-3  # for fingers that dip on closing: a support would spread them [m]
 
 _TURNS = (0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0)  # about the closing direction [degrees]
 _LIFTS = (0.0, 0.008, 0.014, 0.019)  # of the tool, so that the fingertips go in less deep [m]
@@ -38,13 +38,13 @@ _SHIFTS = (0.0, 0.006, -0.006, 0.012, -0.012)  # of the tool along its x, across
 
 @dataclass(frozen=True)
 class Grasp:
-    """Where the tool is to be when the fingers close."""
+    """A pose of the tool in which the fingers close on a body."""
 
     tool: Array  # (4, 4) transform to the world
-    centre: Array  # (3,) of what is gripped, world frame [m]
+    centre: Array  # (3,) between the gripped surfaces, world frame [m]
     width: float  # of the body between the fingers [m]
-    trouble: float  # how far from the plain grasp
-    widest: float  # that a finger opens [m]
+    cost: float  # deviation from a plain grasp; 0 is plain
+    widest: float  # maximum opening of a finger [m]
     offset: Array  # (3,) of the body's origin in the tool frame, if all goes as planned [m]
 
     @property
@@ -55,83 +55,84 @@ class Grasp:
         return list(dict.fromkeys(openings))
 
 
-def grasps_by_trouble(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[list[Grasp]]:
-    """All grasps of a body, in groups of equal trouble: plain ones first, contortions last."""
+def grasps_by_cost(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[list[Grasp]]:
+    """Yield all grasps of a body in groups of equal cost, plain ones first."""
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
     bottom = pose.position[2] - height_below(shape, rotation)
     closings = [
         closing
-        for grip in grips_of(shape, pose)
-        if grip.width <= greatest_width(gripper)
-        for closing in _closings(grip)
+        for pair in contact_pairs_of(shape, pose)
+        if pair.width <= largest_graspable_width(gripper)
+        for closing in _closings(pair)
     ]
-    variants = sorted(itertools.product(_TURNS, _LIFTS, _SHIFTS), key=_trouble)
-    for trouble, group in itertools.groupby(variants, key=_trouble):
+    variants = sorted(itertools.product(_TURNS, _LIFTS, _SHIFTS), key=_cost)
+    for cost, group in itertools.groupby(variants, key=_cost):
         grasps = []
         for turn, lift, shift in group:
-            for grip, closing, approach in closings:
+            for pair, closing, approach in closings:
                 turned = rotation_about(closing, math.radians(turn)) @ approach
                 if turned[2] > -math.cos(LARGEST_TILT):
                     continue
-                tool = _tool_transform(closing, turned, grip.centre)
-                raised = lift + _raised(grip, turned, bottom, gripper)
-                if raised > _top(grip, turned) - BITE + _beyond(grip, gripper):
+                tool = _tool_transform(closing, turned, pair.centre)
+                raised = lift + _raised(pair, turned, bottom, gripper)
+                if raised > _top(pair, turned) - LEAST_OVERLAP + _beyond(pair, gripper):
                     continue
                 tool[:3, 3] -= turned * raised
                 tool[:3, 3] += tool[:3, 0] * shift
                 offset = tool[:3, :3].T @ (np.array(pose.position) - tool[:3, 3])
                 widest = gripper.maximum_opening
-                grasps.append(Grasp(tool, grip.centre, grip.width, trouble, widest, offset))
+                grasps.append(Grasp(tool, pair.centre, pair.width, cost, widest, offset))
         if grasps:
             yield grasps
 
 
-def least_width(pose: Pose, shape: Shape) -> float:
-    """Between any two sides that fingers could close on from above; infinite where there are none [m]."""
-    return min((grip.width for grip in grips_of(shape, pose) if any(_closings(grip))), default=math.inf)
+def narrowest_width(pose: Pose, shape: Shape) -> float:
+    """Return the least width of a body between fingers from above; infinite if there is no pair [m]."""
+    pairs = contact_pairs_of(shape, pose)
+    return min((pair.width for pair in pairs if any(_closings(pair))), default=math.inf)
 
 
-def greatest_width(gripper: Gripper) -> float:
-    """Of what the fingers get around [m]."""
+def largest_graspable_width(gripper: Gripper) -> float:
+    """Return the width of the widest body that the fingers fit around [m]."""
     return 2 * (gripper.maximum_opening - NARROW_FINGER_ROOMS[-1])
 
 
-def _trouble(variant: tuple[float, float, float]) -> float:
+def _cost(variant: tuple[float, float, float]) -> float:
     turn, lift, shift = variant
     return abs(turn) / 15.0 + abs(lift) / 0.008 + abs(shift) / 0.006
 
 
-def _closings(grip: Grip) -> Iterator[tuple[Grip, Array, Array]]:
-    """Grip, closing direction and approach, both ways round."""
-    normal = grip.normal
+def _closings(pair: ContactPair) -> Iterator[tuple[ContactPair, Array, Array]]:
+    """Yield contact pair, closing direction and approach, both ways round."""
+    normal = pair.normal
     approach = np.array([0.0, 0.0, -1.0]) + normal * normal[2]
     length = float(np.linalg.norm(approach))
     if length < math.cos(LARGEST_TILT):
         return
     for sign in (1.0, -1.0):
-        yield grip, sign * normal, approach / length
+        yield pair, sign * normal, approach / length
 
 
-def _raised(grip: Grip, approach: Array, bottom: float, gripper: Gripper) -> float:
-    """How far from the grip's centre the tool stays: not too deep in what is tall, off what is below."""
-    top = _top(grip, approach)
-    tips = float(grip.centre[2]) - _beyond(grip, gripper)  # world height, were the tool in the centre
-    above = ABOVE_SUPPORT if gripper.slides else SWINGING_ABOVE_SUPPORT
-    return max(0.0, top - min(FINGER_DEPTH, grip.depth), bottom + above - tips)
+def _raised(pair: ContactPair, approach: Array, bottom: float, gripper: Gripper) -> float:
+    """Return how far the tool stays above the pair's centre: not too deep, and clear of the support [m]."""
+    top = _top(pair, approach)
+    tips = float(pair.centre[2]) - _beyond(pair, gripper)  # world height, were the tool in the centre
+    clearance = FINGERTIP_CLEARANCE if gripper.slides else SWINGING_FINGERTIP_CLEARANCE
+    return max(0.0, top - min(FINGER_DEPTH, pair.depth), bottom + clearance - tips)
 
 
-def _beyond(grip: Grip, gripper: Gripper) -> float:
-    """Of the fingertips beyond the tool, at most, while they close [m]."""
-    return gripper.beyond_tool(grip.width / 2, grip.width / 2 + FINGER_ROOM)
+def _beyond(pair: ContactPair, gripper: Gripper) -> float:
+    """Return how far the fingertips reach beyond the tool while they close [m]."""
+    return gripper.beyond_tool(pair.width / 2, pair.width / 2 + FINGER_ROOM)
 
 
-def _top(grip: Grip, approach: Array) -> float:
-    """Of the gripped piece above the grip's centre, against the approach [m]."""
-    rotation = rotation_from_quaternion(grip.piece_pose.quaternion_xyzw)
+def _top(pair: ContactPair, approach: Array) -> float:
+    """Return the height of the gripped piece above the pair's centre, against the approach [m]."""
+    rotation = rotation_from_quaternion(pair.piece_pose.quaternion_xyzw)
     own = rotation.T @ approach
-    is_flat = not isinstance(grip.piece, Box) or float(np.abs(own).max()) > 0.999
-    middle = float((np.array(grip.piece_pose.position) - grip.centre) @ -approach)
-    return middle + support(grip.piece, -own) if is_flat else FINGER_DEPTH
+    is_flat = not isinstance(pair.piece, Box) or float(np.abs(own).max()) > 0.999
+    middle = float((np.array(pair.piece_pose.position) - pair.centre) @ -approach)
+    return middle + support(pair.piece, -own) if is_flat else FINGER_DEPTH
 
 
 def _tool_transform(closing: Array, approach: Array, position: Array) -> Array:

@@ -1,4 +1,4 @@
-"""From a held body and what is to be under it to the ways of holding it there, best first; free places."""
+"""From a held body to tool orientations that stand it upright, least tilted first; and free places for it."""
 
 import itertools
 import math
@@ -8,21 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.geometry.transforms import (
+    Z_AXIS,
     Array,
     Pose,
     rotation_about,
     rotation_from_quaternion,
     transform_from,
 )
+from kinematics.grasping.grasps import LARGEST_TILT
 from kinematics.robot.robot import Region
 from kinematics.shapes.shapes import Box, Shape, half_extents_of, height_below, reach_of
 
-LARGEST_TILT = math.radians(50)  # of the hand
-_GRID = 0.02  # of the free places that are tried [m]
-_ROOM_THAT_SUFFICES = 0.13  # between centres; more is not better [m]
-_FINGERS = 0.02  # beside the held body [m]
-_UP = np.array([0.0, 0.0, 1.0])
-_TURNS = tuple(math.radians(angle) for angle in (0, 45, -45, 90, -90, 135, -135, 180))
+_GRID = 0.02  # spacing of the places that are tried [m]
+_ENOUGH_ROOM = 0.13  # around a place; more is not better [m]
+_FINGERS = 0.02  # room for a finger beside the held body [m]
+_YAW_TURNS = tuple(math.radians(angle) for angle in (0, 45, -45, 90, -90, 135, -135, 180))
 
 
 @dataclass(frozen=True)
@@ -36,27 +36,30 @@ class Placement:
     tilt: float  # of the hand from the vertical [rad]
 
     def tool_over(self, x: float, y: float, body_height: float) -> Array:
-        """Tool transform with the body's centre over (x, y) at `body_height`, world frame [m]."""
+        """Return the tool transform that puts the body's centre at (x, y, `body_height`), world frame [m]."""
         centre = np.array([x, y, body_height])
         return transform_from(self.tool_rotation, centre - self.body_from_tool)
 
 
 def yaw_of(rotation: Array) -> float:
-    """Of a box that stands on any of its faces, between -45 and 45 degrees [rad]."""
+    """Return the yaw of a box that stands on any of its faces, between -45 and 45 degrees [rad]."""
     horizontal = [axis for axis in rotation.T if abs(axis[2]) < 0.75]
     x, y = horizontal[0][:2]
     return math.remainder(math.atan2(y, x), math.pi / 2)
 
 
 def placements(tool_to_body: Array, shape: Shape, tool: Array, yaw: float) -> list[Placement]:
-    """All ways of putting the body down: least tilted hand first.
+    """Return all ways of putting the body down, least tilted hand first.
 
-    A box stands on any of its faces, turned as `yaw` says. Anything else is put down as it was picked up,
-    with an upright hand, turned from the `tool` rotation (3, 3) that the hand has as little as may be.
+    A box stands on any of its faces, at a yaw [rad]. Any other body is put down as it was picked up, with an
+    upright hand that turns as little as possible from its rotation `tool` (3, 3).
     """
     if not isinstance(shape, Box):
-        return [_as_held(tool_to_body, shape, rotation_about(_UP, turn) @ _levelled(tool)) for turn in _TURNS]
-    base = rotation_about(_UP, yaw)
+        return [
+            _as_held(tool_to_body, shape, rotation_about(Z_AXIS, turn) @ _levelled(tool))
+            for turn in _YAW_TURNS
+        ]
+    base = rotation_about(Z_AXIS, yaw)
     found = []
     for face in _cube_rotations():
         body_rotation = base @ face
@@ -70,10 +73,10 @@ def placements(tool_to_body: Array, shape: Shape, tool: Array, yaw: float) -> li
 
 
 def _levelled(tool: Array) -> Array:
-    """The nearest tool rotation whose approach is straight down."""
+    """Return the nearest tool rotation whose approach is straight down (3, 3)."""
     x = tool[:, 0] * (1.0, 1.0, 0.0)
     x = x / max(float(np.linalg.norm(x)), 1e-9)
-    return np.array([x, np.cross(-_UP, x), -_UP]).T
+    return np.array([x, np.cross(-Z_AXIS, x), -Z_AXIS]).T
 
 
 def _as_held(tool_to_body: Array, shape: Shape, tool_rotation: Array) -> Placement:
@@ -85,21 +88,21 @@ def _as_held(tool_to_body: Array, shape: Shape, tool_rotation: Array) -> Placeme
 def free_places(
     poses: Mapping[str, Pose], shapes: Mapping[str, Shape], held: str, region: Region
 ) -> list[tuple[float, float]]:
-    """Spots of the table with room for the held body and the fingers, the clearest first."""
+    """Return places on the table with room for the held body and the fingers, clearest first [m]."""
     own = _reach(shapes[held])
     others = [(pose.position, _footprint(pose, shapes[name])) for name, pose in poses.items() if name != held]
     scored = []
-    for x, y in _spots(region, own):
+    for x, y in _grid_points(region):
         room = min(
             (math.hypot(x - position[0], y - position[1]) - reach for position, reach in others),
             default=math.inf,
         )
         if room > own + _FINGERS:
-            scored.append((-min(room, _ROOM_THAT_SUFFICES), _from_middle(x, y, region), x, y))
+            scored.append((-min(room, _ENOUGH_ROOM), _from_middle(x, y, region), x, y))
     return [(x, y) for _, _, x, y in sorted(scored)]
 
 
-def _spots(region: Region, own: float) -> Iterator[tuple[float, float]]:
+def _grid_points(region: Region) -> Iterator[tuple[float, float]]:
     axes = []
     for low, high in region:
         count = max(1, round((high - low) / _GRID))
@@ -113,12 +116,12 @@ def _from_middle(x: float, y: float, region: Region) -> float:
 
 
 def _reach(shape: Shape) -> float:
-    """Half of the widest horizontal size of a body that stands, a box on any of its faces [m]."""
+    """Return half the largest horizontal extent of a standing body, for a box on any of its faces [m]."""
     return math.hypot(*sorted(shape.half_extents)[1:]) if isinstance(shape, Box) else reach_of(shape)
 
 
 def _footprint(pose: Pose, shape: Shape) -> float:
-    """Radius of a vertical cylinder around the body [m]."""
+    """Return the radius of a vertical cylinder around the body [m]."""
     rotation = np.abs(rotation_from_quaternion(pose.quaternion_xyzw))
     upright = rotation.max(axis=0).min() > 0.99 and rotation[2].max() > 0.99
     if upright and (isinstance(shape, Box) or rotation[2, 2] > 0.99):
@@ -127,7 +130,7 @@ def _footprint(pose: Pose, shape: Shape) -> float:
 
 
 def _cube_rotations() -> Iterator[Array]:
-    """The 24 rotations that lay a box's axes along the world's."""
+    """Yield the 24 rotations that align a box's axes with the world's."""
     for axes in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
             rotation = np.zeros((3, 3))

@@ -1,6 +1,4 @@
-"""Differential inverse kinematics by mink: a straight line of the tool in, a chain of joint
-positions out.
-"""
+"""From a straight line of the tool to a chain of joint positions: differential inverse kinematics by mink."""
 
 import math
 
@@ -12,10 +10,10 @@ from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
 SOLVER = "mink_daqp"
-SPACING = 0.01  # between the points of a line [m]
+LINE_SPACING = 0.01  # between the points of a line [m]
 ERROR_TOLERANCE = 2e-4  # [m] and [rad]
-STEPS_A_POINT = 5
-LARGEST_JUMP = 0.35  # of a joint between two points [rad]; more means that the arm folds over
+STEPS_PER_POINT = 5
+LARGEST_JUMP = 0.35  # of a joint between two points; more means that the arm folds over [rad]
 
 
 class StraightLines:
@@ -29,10 +27,10 @@ class StraightLines:
         self._task = mink.FrameTask(self._frame, "body", position_cost=1.0, orientation_cost=1.0)
 
     def follow(self, start: Array, corners: list[Array]) -> Array | None:
-        """Joint positions (n, dof) that lead the tool from `start` through the corner transforms.
+        """Return joint positions (n, dof) that lead the tool from `start` through the corner transforms.
 
-        The orientation is that of each corner (corners of one line differ little). None where the
-        line leaves the joint limits or the arm would have to fold over.
+        The orientation is that of the next corner (corners of one line differ little). None if the line
+        leaves the joint limits or the arm would have to fold over.
         """
         self._configuration.update(start)
         tool = self._configuration.get_transform_frame_to_world(self._frame, "body")
@@ -40,7 +38,7 @@ class StraightLines:
         chain = [start]
         for corner in corners:
             there = corner[:3, 3]
-            points = max(1, math.ceil(float(np.linalg.norm(there - here)) / SPACING - 1e-6))
+            points = max(1, math.ceil(float(np.linalg.norm(there - here)) / LINE_SPACING - 1e-6))
             for k in range(1, points + 1):
                 q = self._reach(corner[:3, :3], here + (there - here) * (k / points))
                 if q is None or np.abs(q - chain[-1]).max() > LARGEST_JUMP:
@@ -54,7 +52,7 @@ class StraightLines:
             mink.SO3(np.array(wxyz(quaternion_from_rotation(rotation)))), position
         )
         self._task.set_target(target)
-        for _ in range(STEPS_A_POINT):
+        for _ in range(STEPS_PER_POINT):
             try:
                 velocity = mink.solve_ik(
                     self._configuration,

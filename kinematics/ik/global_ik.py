@@ -1,6 +1,4 @@
-"""Global inverse kinematics: tool transforms in, joint positions out, by Levenberg-Marquardt with
-restarts.
-"""
+"""From tool transforms to joint positions: Levenberg-Marquardt with restarts."""
 
 import math
 from collections.abc import Iterator
@@ -11,7 +9,7 @@ import pinocchio
 from scipy.linalg.lapack import dposv
 
 from kinematics.geometry.transforms import Array, check_finite
-from kinematics.ik.seed_postures import Postures
+from kinematics.ik.seed_postures import SeedPostures
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
@@ -19,17 +17,17 @@ SOLVER = "pinocchio_lm"
 POSITION_TOLERANCE = 1e-4  # [m]
 ANGLE_TOLERANCE = 1e-3  # [rad]
 MAXIMUM_ITERATIONS = 30
-PATIENCE = 4  # iterations that do not halve the squared error
-LARGEST_STEP = 0.7  # of a joint: beyond this the linearisation says nothing [rad]
-POSTURES = 20_000  # that are remembered, drawn at random
-NEIGHBOURS = 12  # remembered postures that are started from, before random ones
-FIRST = 3  # of these are looked up at once, since one of them nearly always serves
-ALIKE = math.cos(1.0)  # of the approach and home's: then the usual posture is a good start
+PATIENCE = 4  # iterations in a row that fail to halve the squared error
+LARGEST_STEP = 0.7  # of a joint; beyond, the linearisation is invalid [rad]
+POSTURES = 20_000  # random ones, kept as seeds
+NEIGHBOURS = 12  # kept postures to start from, before random ones
+FIRST = 3  # of these are looked up first, since one of them nearly always serves
+SIMILAR_APPROACH = math.cos(1.0)  # to that at home: then the posture that faces the target is a good start
 DAMPING = 0.01  # times the squared error
 
 
 class InverseKinematics:
-    """A Pinocchio model and its work space. Joint positions [rad], tool transforms to world."""
+    """A Pinocchio model with its data. Joint positions in rad, tool transforms to the world (4, 4)."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -42,19 +40,19 @@ class InverseKinematics:
         self._home_tool = self.forward(robot.home)
 
     def forward(self, q: Array) -> Array:
-        """Transform of the tool to the world."""
+        """Return the transform of the tool to the world (4, 4)."""
         pinocchio.forwardKinematics(self._model, self._data, q)
         placement = pinocchio.updateFramePlacement(self._model, self._data, self._frame)
         return np.array(placement.homogeneous)
 
     def jacobian(self, q: Array) -> Array:
-        """Twist of the tool, in the tool frame, per joint velocity: (6, n), linear part first."""
+        """Return the tool's twist per joint velocity (6, dof), in the tool frame, linear part first."""
         pinocchio.computeJointJacobians(self._model, self._data, q)
         pinocchio.updateFramePlacement(self._model, self._data, self._frame)
         return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL))
 
     def solve(self, target: Array, start: Array) -> Array | None:
-        """The solution that the iteration reaches from `start`, or None."""
+        """Return the solution that the iteration reaches from `start`, or None."""
         model, data, frame = self._model, self._data, self._frame
         wanted = pinocchio.SE3(target)
         q = start
@@ -77,7 +75,7 @@ class InverseKinematics:
         return None
 
     def solutions(self, target: Array, starts: Iterator[Array]) -> Iterator[Array]:
-        """Every distinct solution found from the starts, in their order."""
+        """Yield every distinct solution found from the starts, in their order."""
         found: list[Array] = []
         check_finite("the tool", float(target.sum()))
         if math.dist(target[:3, 3], self._shoulder) > self._reach:
@@ -89,14 +87,15 @@ class InverseKinematics:
                 yield q
 
     def starts(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
-        """Where to start from: the usual posture, facing the target; here; remembered postures that put
-        the tool near the target; then at random.
+        """Yield joint positions to start from.
+
+        A posture facing the target, the current one, kept ones with the tool near the target, random ones.
 
         Args:
-            restarts: how many of the last two kinds.
+            restarts: number of the last two kinds.
         """
-        if not restarts or float(target[:3, 2] @ self._home_tool[:3, 2]) > ALIKE:
-            yield self.usual_posture(target)
+        if not restarts or float(target[:3, 2] @ self._home_tool[:3, 2]) > SIMILAR_APPROACH:
+            yield self.posture_facing(target)
             yield current
         near = min(NEIGHBOURS, restarts)
         if near:
@@ -107,10 +106,10 @@ class InverseKinematics:
         for _ in range(restarts - near):
             yield generator.uniform(self._limits.lower, self._limits.upper)
 
-    def usual_posture(self, target: Array) -> Array:
-        """As at home, but turned about the shoulder towards the target, and the wrist turned as that is.
+    def posture_facing(self, target: Array) -> Array:
+        """Return the home posture with the shoulder turned to face the target, and the wrist to its yaw.
 
-        Where the first or the last axis is not vertical at home, that joint stays as it is.
+        A first or last joint whose axis is not vertical at home keeps its position.
         """
         q = self.robot.home.copy()
         first, last = self._home_jacobian[5, 0], self._home_jacobian[5, -1]
@@ -126,7 +125,7 @@ class InverseKinematics:
         return clipped
 
     def _bearing(self, tool: Array) -> float:
-        """Of a tool as seen from the shoulder [rad]."""
+        """Return the bearing of a tool as seen from the shoulder [rad]."""
         x, y, _ = (tool[:3, 3] - self._shoulder).tolist()
         return math.atan2(y, x)
 
@@ -137,7 +136,7 @@ class InverseKinematics:
         return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, aligned))
 
     def _measure_reach(self) -> tuple[Array, float]:
-        """Where the first joint is, and how far the tool can be from there at most [m]."""
+        """Return the position of the first joint, and the tool's largest distance from there [m]."""
         model = self._model
         placements = [model.jointPlacements[k].translation for k in range(2, model.njoints)]
         tool = model.frames[self._frame].placement.translation
@@ -151,7 +150,7 @@ class InverseKinematics:
         within: Array = np.minimum(np.maximum(moved, lower), upper)
         if (within != moved).any():
             stuck = within == q
-            if stuck.any():  # the other joints have to do without those that are at their limit
+            if stuck.any():  # joints at their limit cannot contribute
                 jacobian[:, stuck] = 0.0
                 moved = q + _shortened(_least_squares(jacobian, error, damping))
                 within = np.minimum(np.maximum(moved, lower), upper)
@@ -159,7 +158,7 @@ class InverseKinematics:
 
 
 def _shortened(step: Array) -> Array:
-    """At most `LARGEST_STEP` of any joint."""
+    """Scale a step so that no joint moves farther than `LARGEST_STEP`."""
     largest = max(map(abs, step.tolist()))
     return step if largest <= LARGEST_STEP else step * (LARGEST_STEP / largest)
 
@@ -172,15 +171,15 @@ def _least_squares(jacobian: Array, error: Array, damping: float) -> Array:
 
 
 @cache
-def _postures_of(robot: Robot) -> Postures:
-    """Made once a process, in a tenth of a second."""
+def _postures_of(robot: Robot) -> SeedPostures:
+    """Return the seeds of a robot, made once a process in a tenth of a second."""
     solver, limits = InverseKinematics(robot), robot.limits
     joints = np.random.default_rng(0).uniform(limits.lower, limits.upper, (POSTURES, robot.dof))
-    return Postures(joints, np.array([solver.forward(q) for q in joints]))
+    return SeedPostures(joints, np.array([solver.forward(q) for q in joints]))
 
 
-def usual_tool(x: float, y: float, z: float) -> Array:
-    """Transform of a tool that points straight down, world frame [m]."""
+def tool_pointing_down(x: float, y: float, z: float) -> Array:
+    """Return the transform of a tool that points straight down, world frame [m]."""
     tool = np.diag([1.0, -1.0, -1.0, 1.0])
     tool[:3, 3] = x, y, z
     return tool

@@ -2,8 +2,8 @@
 
 Corners are rounded, then the path is followed as fast as the joints' velocities and accelerations and
 the tool's speed allow: a forward and a backward pass over the path, as in time-optimal path
-parameterisation. A moving average over the way along the path then bounds the jerk; it changes when a
-point of the path is reached, never the path.
+parameterisation. A moving average of the distance along the path then bounds the jerk; it changes the
+timing, never the path.
 """
 
 import math
@@ -20,8 +20,8 @@ TIME_STEP = 1 / 240  # of control and simulation [s]
 VELOCITY_SHARE = 0.9  # of the joints' limits
 ACCELERATION_SHARE = 0.5
 SMOOTHING = 6  # control steps over which an acceleration builds up
-SAMPLE = 0.02  # along the path, Euclidean over the joints [rad]
-ROUNDING = 0.3  # of a corner: where the curve leaves the edge, at most [rad]
+PATH_SPACING = 0.02  # of points along the path, Euclidean over the joints [rad]
+ROUNDING = 0.3  # distance from a corner at which its curve begins, at most [rad]
 SMALLEST_ROUNDING = 0.01  # [rad]
 
 
@@ -37,16 +37,16 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Duration [s]."""
         return len(self) * TIME_STEP
 
     def reversed(self) -> "Trajectory":
-        """The same path at the same speeds, backwards."""
+        """Return the same path at the same speeds, backwards."""
         return Trajectory(self.positions[::-1].copy(), -self.velocities[::-1])
 
 
 def round_corners(corners: Array, free: Callable[[Array], bool]) -> Array:
-    """Each corner replaced by a parabola as wide as the obstacles allow. (n, dof) dense points."""
+    """Replace each corner by a parabola, as wide as obstacles allow; return dense points (n, dof)."""
     points = [corners[:1]]
     for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
         points.append(_rounded(before, corner, after, free))
@@ -70,12 +70,11 @@ def _rounded(before: Array, corner: Array, after: Array, free: Callable[[Array],
 def time_parameterise(
     chain: Array, limits: Limits, tool_speed: float = math.inf, tool_length: float = 0.0
 ) -> Trajectory:
-    """The fastest motion along a chain, from rest to rest.
+    """Return the fastest motion along a chain, from rest to rest.
 
     Args:
-        tool_speed: the most that the tool may do [m/s], on a chain whose points are equally far apart
-        for it.
-        tool_length: the way of the tool along the chain [m].
+        tool_speed: maximum speed of the tool [m/s], on a chain whose points are equally far apart for it.
+        tool_length: distance of the tool along the chain [m].
     """
     path = _resampled(chain)
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)  # (n-1,)
@@ -92,24 +91,24 @@ def time_parameterise(
 
 
 def _resampled(chain: Array) -> Array:
-    """Points equally spaced along the chain; equal spacing keeps the differences below well-behaved."""
+    """Return points equally spaced along the chain, which keeps finite differences well-behaved."""
     steps = np.linalg.norm(np.diff(chain, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(steps)])
     keep = np.concatenate([[True], steps > 1e-9])
-    points = max(12, math.ceil(float(s[-1]) / SAMPLE)) + 1
+    points = max(12, math.ceil(float(s[-1]) / PATH_SPACING)) + 1
     even = np.linspace(0.0, s[-1], points)
     return np.stack([np.interp(even, s[keep], column[keep]) for column in chain.T], axis=1)
 
 
 def _widest(bend: Array) -> Array:
-    """The largest of each point and its neighbours: a bend begins between two points."""
+    """Return the largest value of each point and its neighbours, since a bend begins between two points."""
     padded = np.pad(bend, ((1, 1), (0, 0)), mode="edge")
     widest: Array = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return widest
 
 
 def _speed_limits(tangent: Array, bend: Array, limits: Limits) -> Array:
-    """The highest path speed at every point: joint velocities, and half the acceleration for the bend."""
+    """Return the highest path speed at every point, with half the acceleration reserved for bends."""
     by_velocity = (VELOCITY_SHARE * limits.velocity / (np.abs(tangent) + 1e-9)).min(axis=1)
     acceleration = ACCELERATION_SHARE * limits.acceleration
     by_bend = np.sqrt((0.5 * acceleration / (bend + 1e-9)).min(axis=1))
@@ -118,14 +117,14 @@ def _speed_limits(tangent: Array, bend: Array, limits: Limits) -> Array:
 
 
 def _tangential_acceleration(tangent: Array, bend: Array, highest: Array, limits: Limits) -> Array:
-    """What the bend, at the highest speed, leaves for speeding up and slowing down [rad/s2]."""
+    """Return what the bend, at the highest speed, leaves for speeding up and slowing down [rad/s2]."""
     left = ACCELERATION_SHARE * limits.acceleration - bend * highest[:, None] ** 2
     along: Array = (left / (np.abs(tangent) + 1e-9)).min(axis=1)
     return along
 
 
 def _passes(s: Array, highest: Array, acceleration: Array) -> Array:
-    """Forward, then backward: no point is reached faster, or left slower, than the acceleration allows."""
+    """Limit speeds in a forward and a backward pass to what the acceleration allows."""
     squared = (highest**2).tolist()
     gain = (2 * np.minimum(acceleration[1:], acceleration[:-1]) * np.diff(s)).tolist()
     squared[0] = squared[-1] = 0.0
@@ -138,7 +137,7 @@ def _passes(s: Array, highest: Array, acceleration: Array) -> Array:
 
 
 def _sampled(s: Array, path: Array, tangent: Array, speed: Array) -> Trajectory:
-    """Set points at every control step; between path points the acceleration is constant."""
+    """Return set points at every control step; between path points the acceleration is constant."""
     between = 2 * np.diff(s) / (speed[1:] + speed[:-1])
     times = np.concatenate([[0.0], np.cumsum(between)])
     count = max(1, math.ceil(float(times[-1]) / TIME_STEP))
@@ -157,7 +156,7 @@ def _sampled(s: Array, path: Array, tangent: Array, speed: Array) -> Trajectory:
 
 
 def _averaged(values: Array, before: float, after: float) -> Array:
-    """The moving average over `SMOOTHING` control steps, as long as it takes to come to rest."""
+    """Return the moving average over `SMOOTHING` control steps, continued until it is at rest."""
     rest = SMOOTHING - 1
     padded = np.concatenate([np.full(rest, before), values, np.full(rest, after)])
     sums = np.cumsum(np.concatenate([[0.0], padded]))
@@ -166,7 +165,7 @@ def _averaged(values: Array, before: float, after: float) -> Array:
 
 
 def _hermite(path: Array, tangent: Array, s: Array, i: Any, along: Array) -> tuple[Array, Array]:
-    """Points and derivatives of the cubic with the given tangents: its direction never jumps."""
+    """Return points and derivatives of the cubic Hermite spline, whose direction is continuous."""
     length = (s[i + 1] - s[i])[:, None]
     u = (along - s[i])[:, None] / length
     a, b, da, db = path[i], path[i + 1], tangent[i] * length, tangent[i + 1] * length

@@ -1,7 +1,7 @@
-"""What a gripper's joints do: how far from the middle each finger is, and where its links are.
+"""From a gripper's joint values to its opening and the poses of its finger links.
 
-Nothing of it is told; it is measured once on the robot's own collision geometry. A finger may slide
-or swing, and joints may mimic one another.
+Measured once on the robot's collision geometry, without further configuration. Fingers may slide or swing,
+and joints may mimic one another.
 """
 
 from dataclasses import dataclass
@@ -16,29 +16,29 @@ from kinematics.geometry.transforms import Array, pose_of, wxyz
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
-SAMPLES = 65  # of the way from one limit of the gripper's joints to the other
-BAND = 0.04  # of the fingers, above their tips, that meets what is pushed [m]
-_BEAD = 1e-4  # a sphere in the tool's place, to measure from [m]
+GRIPPER_SAMPLES = 65  # between the limits of the gripper's joints
+PUSHING_BAND = 0.04  # height of the part of the fingers, from their tips, that touches a pushed body [m]
+_BEAD = 1e-4  # radius of a sphere in the tool frame, to measure from [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Gripper:
-    """Joint values against the opening, which is how far each finger is from the middle [m]."""
+    """Joint values by opening, which is the distance of each finger from the middle [m]."""
 
     robot: Robot
-    openings: Array  # (SAMPLES,) rising from nearly nothing [m]
-    driven: Array  # (SAMPLES, d) of the driven joints
-    tips: Array  # (SAMPLES,) of the fingertips beyond the tool, along the approach [m]
+    openings: Array  # (n,) increasing, from nearly zero [m]
+    driven: Array  # (n, d) of the driven joints
+    tips: Array  # (n,) of the fingertips beyond the tool, along the approach [m]
     half_sizes: tuple[float, float]  # of the closed fingers along the tool's x and y [m]
     sides: tuple[frozenset[str], frozenset[str]]  # links on either side of the middle
 
     @property
     def maximum_opening(self) -> float:
-        """[m]"""
+        """Largest opening [m]."""
         return float(self.openings[-1])
 
     def beyond_tool(self, narrow: float, wide: float) -> float:
-        """How far the fingertips reach beyond the tool between two openings: they may swing [m]."""
+        """Return how far the fingertips, which may swing, extend beyond the tool between two openings [m]."""
         at = np.linspace(narrow, wide, 9)
         return float(np.interp(at, self.openings, self.tips).max())
 
@@ -48,74 +48,75 @@ class Gripper:
         return self.robot.finger_joints[0].type == "prismatic"
 
     def values(self, opening: float) -> dict[str, float]:
-        """Of every finger joint at an opening [m]."""
+        """Return the values of all finger joints at an opening [m]."""
         columns = [np.interp(opening, self.openings, column) for column in self.driven.T]
         return self.robot.finger_values(np.array(columns))
 
     @cached_property
     def _columns(self) -> Array:
-        """(SAMPLES, joints) values of all finger joints."""
+        """(n, joints) values of all finger joints."""
         return np.array([list(self.robot.finger_values(driven).values()) for driven in self.driven])
 
     def opening_at(self, value: float, joint: int) -> float:
-        """From the value of one finger joint, by its place in `Robot.finger_joints` [m]."""
+        """Return the opening at a value of one finger joint, an index into `Robot.finger_joints` [m]."""
         values = self._columns[:, joint]
         order = slice(None) if values[-1] > values[0] else slice(None, None, -1)
         return float(np.interp(value, values[order], self.openings[order]))
 
     def link_poses(self, opening: float) -> dict[str, Array]:
-        """Of each finger link, (4, 4) to its parent link."""
+        """Return the transform of each finger link to its parent link (4, 4) at an opening [m]."""
         values = self.values(opening)
         return {joint.child: joint.motion(values[joint.name]) for joint in self.robot.finger_joints}
 
 
 @cache
 def gripper_of(robot: Robot) -> Gripper:
-    """Measure the gripper; `UnusableRobot` where its joints do not open and close it."""
-    bench = _Bench(robot)
-    ends = [_ends(bench, k) for k in range(len(robot.gripper_joints))]
+    """Measure the gripper; raise `UnusableRobot` if its joints do not open and close it."""
+    hand = _HandModel(robot)
+    ends = [_ends(hand, k) for k in range(len(robot.gripper_joints))]
     closed, opened = (np.array([end[k] for end in ends]) for k in (0, 1))
-    shares = np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    driven = closed + shares * (opened - closed)  # (SAMPLES, d)
-    gaps = np.array([bench.gap(values) for values in driven])
-    first = int(np.flatnonzero(gaps <= gaps.min() + 1e-6)[-1])  # fingers that have met do not close further
+    shares = np.linspace(0.0, 1.0, GRIPPER_SAMPLES)[:, None]
+    driven = closed + shares * (opened - closed)  # (GRIPPER_SAMPLES, d)
+    gaps = np.array([hand.gap(values) for values in driven])
+    first = int(np.flatnonzero(gaps <= gaps.min() + 1e-6)[-1])  # fingers in contact do not close further
     openings, driven = np.maximum(gaps[first:], 0.0), driven[first:]
     if len(openings) < 3 or (np.diff(openings) <= 0).any():
         raise UnusableRobot(
             f"{robot.name}: the gripper joints {list(robot.gripper_joints)} do not open it steadily along "
             f"the tool's closing direction (gaps of {1000 * gaps.min():.1f} to {1000 * gaps.max():.1f} mm); "
-            "check 'closing', 'approach' and the place of the tool under [tool]"
+            "check 'closing', 'approach' and the position of the tool under [tool]"
         )
-    reaches = np.array([float(bench.tips(values)[:, 2].max()) for values in driven])
-    closed_tips = bench.tips(driven[0])
-    sides = bench.sides(driven[0], driven[-1])
+    reaches = np.array([float(hand.tips(values)[:, 2].max()) for values in driven])
+    closed_tips = hand.tips(driven[0])
+    sides = hand.sides(driven[0], driven[-1])
     if not all(sides):
         raise UnusableRobot(
             f"{robot.name}: the fingers are not on either side of the tool along its closing direction; "
-            "check 'closing', 'approach' and the place of the tool under [tool]"
+            "check 'closing', 'approach' and the position of the tool under [tool]"
         )
     return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), sides)
 
 
-def _ends(bench: "_Bench", k: int) -> tuple[float, float]:
-    """The closed and the open limit of one driven joint, the others half-way."""
-    joints = bench.robot.finger_joints[: len(bench.robot.gripper_joints)]
+def _ends(hand: "_HandModel", k: int) -> tuple[float, float]:
+    """Return the closed and the open limit of one driven joint, with the others half-way."""
+    joints = hand.robot.finger_joints[: len(hand.robot.gripper_joints)]
     low, high = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
     gaps = []
     for end in (low, high):
         values = (low + high) / 2
         values[k] = end[k]
-        gaps.append(bench.gap(values))
+        gaps.append(hand.gap(values))
     return (float(low[k]), float(high[k])) if gaps[1] > gaps[0] else (float(high[k]), float(low[k]))
 
 
 def _half_sizes(tips: Array) -> tuple[float, float]:
-    band = tips[tips[:, 2] > tips[:, 2].max() - BAND]
+    """Return the half extents of closed fingers along the tool's x and y, near their tips [m]."""
+    band = tips[tips[:, 2] > tips[:, 2].max() - PUSHING_BAND]
     x, y = np.abs(band[:, :2]).max(axis=0).tolist()
     return x, y
 
 
-class _Bench:
+class _HandModel:
     """The arm at home in MuJoCo, with a bead between the fingers."""
 
     def __init__(self, robot: Robot) -> None:
@@ -141,7 +142,7 @@ class _Bench:
         mujoco.mj_kinematics(self.model, self.data)
 
     def gap(self, driven: Array) -> float:
-        """From the tool's place to the nearer finger [m]."""
+        """Return the distance from the tool frame's origin to the nearer finger [m]."""
         self.place(driven)
         bead = self.model.geom("bead").id
         nearest: Any = min(
@@ -150,9 +151,9 @@ class _Bench:
         return float(nearest) + _BEAD
 
     def sides(self, closed: Array, opened: Array) -> tuple[frozenset[str], frozenset[str]]:
-        """The finger links that opening moves towards positive, and towards negative, y of the tool frame.
+        """Return the finger links that opening moves along positive, and along negative, y of the tool frame.
 
-        None where it moves any farther along x: then they do not close along y.
+        Both empty if opening moves a link farther along x: then the fingers do not close along y.
         """
         left: set[str] = set()
         right: set[str] = set()
@@ -164,14 +165,14 @@ class _Bench:
         return frozenset(left), frozenset(right)
 
     def _centres(self, driven: Array) -> Array:
-        """(n, 3) of the fingers' geoms in the tool frame."""
+        """Return the centres of the fingers' geoms (n, 3) in the tool frame [m]."""
         self.place(driven)
         tool = self.data.body(self.robot.tool_frame)
         centres: Array = (self.data.geom_xpos[self.geoms] - tool.xpos) @ tool.xmat.reshape(3, 3)
         return centres
 
     def tips(self, driven: Array) -> Array:
-        """(n, 3) vertices of the fingers in the tool frame."""
+        """Return the vertices of the fingers (n, 3) in the tool frame [m]."""
         self.place(driven)
         tool = self.data.body(self.robot.tool_frame)
         points = []
@@ -183,7 +184,7 @@ class _Bench:
 
 
 def _corners(model: Any, geom: int) -> Array:
-    """(n, 3) points that span a geom, in its own frame."""
+    """Return the points that span a geom (n, 3), in its own frame [m]."""
     mesh = int(model.geom_dataid[geom])
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])

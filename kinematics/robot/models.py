@@ -1,4 +1,4 @@
-"""The one description of a robot, as Pinocchio, MuJoCo (for mink too) and PyBullet take it."""
+"""From the description of a robot to models for Pinocchio, MuJoCo (also for mink) and PyBullet."""
 
 import copy
 import xml.etree.ElementTree as ElementTree
@@ -16,58 +16,59 @@ from kinematics.robot.robot import TOOL_LINK, Robot
 
 Element = ElementTree.Element
 
-_MASS = 0.2  # of a link that has a shape, where the URDF says nothing of its weight [kg]
+_MASS = 0.2  # of a link with a shape and without a mass in the URDF [kg]
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def tree(robot: Robot) -> Element:
-    """The URDF as all libraries read it alike.
+    """Return the URDF in a form that all libraries read the same way.
 
-    Paths are absolute, a link stands in the tool's frame, joints without end have a turn, and joints that
-    are neither the arm's nor the gripper's are fixed.
+    Paths are absolute, the tool frame is a link, continuous joints are limited to one turn, and joints that
+    belong neither to the arm nor to the gripper are fixed.
     """
     root = copy.deepcopy(robot.urdf.root)
     moving = {*robot.arm_joints, *(joint.name for joint in robot.finger_joints)}
     for joint in root.findall("joint"):
         if joint.get("name") not in moving:
             joint.set("type", "fixed")
-    _end_the_endless(root, robot)
+    _limit_continuous_joints(root, robot)
     for mesh in root.iterfind("link/collision/geometry/mesh"):
-        mesh.set("filename", str(meshes.readable(Path(mesh.get("filename", "")))))
+        mesh.set("filename", str(meshes.readable_mesh(Path(mesh.get("filename", "")))))
     if robot.tool_frame == TOOL_LINK:
         _add_tool(root, robot)
     return root
 
 
 def text(root: Element) -> str:
+    """Return an XML tree as text."""
     return ElementTree.tostring(root, encoding="unicode")
 
 
 def for_bullet(robot: Robot, visuals: bool) -> str:
-    """Without visuals loading is six times faster.
+    """Return the URDF for PyBullet; without visuals it loads six times faster.
 
-    PyBullet gives a kilogram to every link that does not say its mass, to mere frames too.
+    Every link gets a mass, since PyBullet gives a kilogram to links without one, mere frames included.
     """
     root = tree(robot)
     for link in root.findall("link"):
         if link.find("inertial/mass") is None or link.find("inertial/inertia") is None:
             mass = link.find("inertial/mass")
-            untold = _MASS if link.find("collision") is not None else 0.0
-            _weigh(link, untold if mass is None else float(mass.get("value", untold)))
+            default = _MASS if link.find("collision") is not None else 0.0
+            _set_inertia(link, default if mass is None else float(mass.get("value", default)))
     if not visuals:
         _drop(root, "visual")
     return text(root)
 
 
 def for_kinematics(robot: Robot) -> Element:
-    """The arm alone: fingers are fixed, since as mimics they would cost equalities in every update.
+    """Return the arm alone: fingers are fixed, since mimic joints would cost equalities in every update.
 
-    All links weigh alike, for what the URDF says of weights may be less than a library wants to hear.
+    All links have the same mass, since a URDF may say less of masses than a library requires.
     """
     root = tree(robot)
     _drop(root, "visual")
     for link in root.findall("link"):
-        _weigh(link, _MASS)
+        _set_inertia(link, _MASS)
     for joint in root.findall("joint"):
         for mimic in joint.findall("mimic"):
             joint.remove(mimic)
@@ -78,7 +79,7 @@ def for_kinematics(robot: Robot) -> Element:
 
 @cache
 def pinocchio_model(robot: Robot) -> Any:
-    """The arm alone, within its soft limits."""
+    """Return the arm alone, within its soft limits."""
     try:
         model = pinocchio.buildModelFromXML(text(for_kinematics(robot)))
     except ValueError as unexpected:
@@ -93,12 +94,12 @@ def pinocchio_model(robot: Robot) -> Any:
 
 @cache
 def mujoco_model(robot: Robot) -> Any:
-    """The arm alone, for mink."""
+    """Return the arm alone, for mink."""
     return compiled(mujoco_spec(robot), robot)
 
 
 def compiled(spec: Any, robot: Robot) -> Any:
-    """The model of a MuJoCo description; `UnusableRobot` where it has none, as of a broken mesh."""
+    """Compile a MuJoCo description; raise `UnusableRobot` if it cannot be, as for a broken mesh."""
     try:
         return spec.compile()
     except ValueError as unexpected:
@@ -106,9 +107,9 @@ def compiled(spec: Any, robot: Robot) -> Any:
 
 
 def mujoco_spec(robot: Robot) -> Any:
-    """The arm with fixed fingers as an editable MuJoCo description, joint ranges tightened.
+    """Return the arm with fixed fingers as an editable MuJoCo description, within its soft limits.
 
-    Meshes are handed over under names of our own: MuJoCo takes two files of one name for one.
+    Meshes get names of our own, since MuJoCo takes two files of one name to be the same.
     """
     root = for_kinematics(robot)
     assets: dict[str, bytes] = {}
@@ -130,7 +131,7 @@ def mujoco_spec(robot: Robot) -> Any:
         spec = mujoco.MjSpec.from_string(text(root), assets=assets)
     except ValueError as unexpected:
         raise UnusableRobot(f"{robot.urdf.path}: MuJoCo cannot read it: {unexpected}") from unexpected
-    for mesh in spec.meshes:  # what lies within is never asked for, and may not be well-defined
+    for mesh in spec.meshes:  # only hulls matter, and the inside of a mesh may not be well-defined
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     limits = robot.limits
     for name, lower, upper in zip(robot.arm_joints, limits.lower, limits.upper, strict=True):
@@ -145,21 +146,21 @@ def _drop(root: Element, tag: str) -> None:
             link.remove(element)
 
 
-def _end_the_endless(root: Element, robot: Robot) -> None:
-    """A joint without end would have two coordinates in Pinocchio."""
+def _limit_continuous_joints(root: Element, robot: Robot) -> None:
+    """Make continuous joints revolute: in Pinocchio a continuous joint has two coordinates."""
     for joint in root.findall("joint"):
         if joint.get("type") == "continuous":
             joint.set("type", "revolute")
             limit = joint.find("limit")
             limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
-            place = robot.arm_joints.index(joint.get("name", ""))
-            limit.set("lower", f"{robot.limits.lower[place]:.12g}")
-            limit.set("upper", f"{robot.limits.upper[place]:.12g}")
+            index = robot.arm_joints.index(joint.get("name", ""))
+            limit.set("lower", f"{robot.limits.lower[index]:.12g}")
+            limit.set("upper", f"{robot.limits.upper[index]:.12g}")
 
 
-def _weigh(link: Element, mass: float) -> None:
-    for told in link.findall("inertial"):
-        link.remove(told)
+def _set_inertia(link: Element, mass: float) -> None:
+    for present in link.findall("inertial"):
+        link.remove(present)
     inertial = ElementTree.SubElement(link, "inertial")
     ElementTree.SubElement(inertial, "mass", {"value": str(mass)})
     moments = {key: "0.1" if key[1] == key[2] else "0" for key in _MOMENTS}
@@ -168,7 +169,7 @@ def _weigh(link: Element, mass: float) -> None:
 
 def _add_tool(root: Element, robot: Robot) -> None:
     link = ElementTree.SubElement(root, "link", {"name": TOOL_LINK})
-    _weigh(link, 0.0)
+    _set_inertia(link, 0.0)
     joint = ElementTree.SubElement(root, "joint", {"name": f"{TOOL_LINK}_joint", "type": "fixed"})
     ElementTree.SubElement(joint, "parent", {"link": robot.tool_link})
     ElementTree.SubElement(joint, "child", {"link": TOOL_LINK})

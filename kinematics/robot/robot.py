@@ -1,7 +1,7 @@
-"""An arm: a URDF and a short TOML in, one description out, as Pinocchio, MuJoCo and PyBullet read it.
+"""From a URDF and a short TOML to the checked description of an arm.
 
-Lengths in metres, angles in radians, the robot's base at the world's origin. The tool frame sits
-between the fingertips: z along the approach, y along the closing direction.
+Lengths in metres, angles in radians, the robot's base at the world's origin. The tool frame is between the
+fingertips: z along the approach, y along the closing direction.
 """
 
 import math
@@ -22,9 +22,9 @@ from kinematics.geometry.urdf import Joint, Urdf
 FOLDER = Path(__file__).parents[1] / "robots"
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
-TOOL_LINK = "tool_of_kinematics"  # added where the URDF has no link in the tool's frame
-RAMP = 0.2  # from rest to full speed, where no acceleration is given [s]
-JERK_RAMP = 0.02  # from none to full acceleration, where no jerk is given [s]
+TOOL_LINK = "tool_of_kinematics"  # added if no link of the URDF is in the tool frame
+RAMP = 0.2  # from rest to full speed, if no acceleration is given [s]
+JERK_RAMP = 0.02  # from zero to full acceleration, if no jerk is given [s]
 
 Region = tuple[tuple[float, float], tuple[float, float]]  # of x and of y, world frame [m]
 
@@ -39,7 +39,7 @@ _TABLES = {
 
 @dataclass(frozen=True)
 class Limits:
-    """Soft limits of the arm's joints, each an array of one number a joint."""
+    """Soft limits of the arm's joints, each (dof,)."""
 
     lower: Array  # [rad]
     upper: Array  # [rad]
@@ -49,32 +49,34 @@ class Limits:
     jerk: Array  # [rad/s3]
 
     def contains(self, q: Array, tolerance: float = 1e-9) -> bool:
+        """Return whether joint positions are within the limits."""
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A checked arm: holding one is the proof that its URDF and its TOML were sound."""
+    """An arm whose URDF and TOML were checked."""
 
     name: str
     urdf: Urdf
     arm_joints: tuple[str, ...]
-    gripper_joints: tuple[str, ...]  # those that are driven; their mimics follow
-    home: Array  # (n,) [rad]
+    gripper_joints: tuple[str, ...]  # the driven ones, without their mimics
+    home: Array  # (dof,) [rad]
     limits: Limits
     tool_link: str
-    tool_from_link: Array  # (4, 4) of our tool frame to that link
-    workspace: Region | None  # where things lie, if the TOML tells; else `workspace_of` measures it [m]
+    tool_from_link: Array  # (4, 4) of the tool frame to that link
+    workspace: Region | None  # of the TOML; without it `workspace_of` measures one [m]
 
     @property
     def dof(self) -> int:
+        """Number of arm joints."""
         return len(self.arm_joints)
 
     @property
     def tool_frame(self) -> str:
         """The link whose frame is the tool's."""
-        is_there = np.allclose(self.tool_from_link, np.eye(4))
-        return self.tool_link if is_there else TOOL_LINK
+        exists = np.allclose(self.tool_from_link, np.eye(4))
+        return self.tool_link if exists else TOOL_LINK
 
     @cached_property
     def chain(self) -> tuple[Joint, ...]:
@@ -83,12 +85,12 @@ class Robot:
 
     @property
     def flange(self) -> str:
-        """The link that the last arm joint turns."""
+        """The link that the last arm joint moves."""
         return self.urdf.joints[self.arm_joints[-1]].child
 
     @cached_property
     def tool_to_flange(self) -> Array:
-        """(4, 4)"""
+        """Transform of the tool frame to the flange (4, 4)."""
         transform = np.eye(4)
         for joint in self.chain[[j.name for j in self.chain].index(self.arm_joints[-1]) + 1 :]:
             transform = transform @ joint.origin
@@ -96,18 +98,19 @@ class Robot:
 
     @cached_property
     def hand_links(self) -> tuple[str, ...]:
-        """The links that move with the last arm joint, and all fingers."""
-        return self.urdf.carried_by(self.flange)
+        """The flange and all links below it, fingers included."""
+        return self.urdf.subtree_of(self.flange)
 
     @cached_property
     def finger_links(self) -> tuple[str, ...]:
-        """The links that finger joints move, with the pads and tips that are fixed to them."""
-        found = (link for joint in self.finger_joints for link in self.urdf.carried_by(joint.child))
+        """The links that finger joints move, with pads and tips fixed to them."""
+        found = (link for joint in self.finger_joints for link in self.urdf.subtree_of(joint.child))
         return tuple(dict.fromkeys(found))
 
     def contact_of(self, link: str) -> frozenset[str]:
-        """What the URDF says of how a link touches: `lateral_friction`, `stiffness` …"""
-        return frozenset(told.tag for told in self.urdf.root.iterfind(f"link[@name='{link}']/contact/*"))
+        """Return the contact properties that the URDF gives for a link, such as `lateral_friction`."""
+        found = self.urdf.root.iterfind(f"link[@name='{link}']/contact/*")
+        return frozenset(element.tag for element in found)
 
     @cached_property
     def finger_joints(self) -> tuple[Joint, ...]:
@@ -120,7 +123,7 @@ class Robot:
         return tuple(found)
 
     def finger_values(self, driven: Array) -> dict[str, float]:
-        """Of every finger joint, by the values of the driven ones."""
+        """Return the values of all finger joints, given those of the driven ones."""
         values = dict(zip(self.gripper_joints, driven.tolist(), strict=True))
         for joint in self.finger_joints[len(driven) :]:
             assert joint.mimic is not None
@@ -130,52 +133,52 @@ class Robot:
 
 @cache
 def load(name_or_path: str) -> Robot:
-    """One of `SHIPPED` by its name, or a TOML of your own by its path."""
+    """Load one of `SHIPPED` by its name, or a TOML by its path."""
     shipped = FOLDER / f"{name_or_path}.toml"
     path = shipped if shipped.is_file() else Path(name_or_path)
     if not path.is_file():
         listed = ", ".join(SHIPPED)
-        raise UnusableRobot(f"no arm is called '{name_or_path}' and no file either; there are {listed}")
+        raise UnusableRobot(f"'{name_or_path}' is neither an arm nor a file; the arms are {listed}")
     try:
-        told = tomllib.loads(path.read_text())
+        table = tomllib.loads(path.read_text())
     except tomllib.TOMLDecodeError as unexpected:
-        raise UnusableRobot(f"{path} is no TOML: {unexpected}") from unexpected
-    return _robot(path, told)
+        raise UnusableRobot(f"{path} is not TOML: {unexpected}") from unexpected
+    return _robot(path, table)
 
 
 def panda() -> Robot:
-    """The default arm."""
+    """Return the default arm."""
     return load("panda")
 
 
 @cache
-def standing(robot: Robot, x: float, y: float) -> Robot:
-    """The same arm, its base at another place of the table [m]."""
+def with_base_at(robot: Robot, x: float, y: float) -> Robot:
+    """Return the same arm with its base elsewhere on the table [m]."""
     if math.hypot(x, y) < 1e-9:
         return robot
     region = robot.workspace
     if region is not None:
         (x0, x1), (y0, y1) = region
         region = ((x0 + x, x1 + x), (y0 + y, y1 + y))
-    return replace(robot, urdf=robot.urdf.moved((x, y, 0.0)), workspace=region)
+    return replace(robot, urdf=robot.urdf.translated((x, y, 0.0)), workspace=region)
 
 
-def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
-    _check_keys(path, told)
-    description = urdf.read(urdf.located(told["urdf"], path.parent))
-    arm, gripper = tuple(told["arm"]), tuple(told["gripper"]["joints"])
+def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
+    _check_keys(path, table)
+    description = urdf.read(urdf.resolved_path(table["urdf"], path.parent))
+    arm, gripper = tuple(table["arm"]), tuple(table["gripper"]["joints"])
     for name in (*arm, *gripper):
         if name not in description.joints:
             listed = ", ".join(j.name for j in description.joints.values() if j.type != "fixed")
             raise UnusableRobot(f"{path}: no joint of the URDF is called '{name}'; there are {listed}")
-    link = told["tool"]["link"]
+    link = table["tool"]["link"]
     if link not in description.links:
         raise UnusableRobot(
             f"{path}: no link of the URDF is called '{link}'; there are {', '.join(description.links)}"
         )
     _check_chain(path, description, arm, link)
-    limits = _limits(path, [description.joints[name] for name in arm], told.get("limits", {}))
-    home = _numbers(path, "home", told["home"])
+    limits = _limits(path, [description.joints[name] for name in arm], table.get("limits", {}))
+    home = _numbers(path, "home", table["home"])
     if home.shape != (len(arm),) or not limits.contains(home):
         raise UnusableRobot(f"{path}: home needs {len(arm)} joint positions within the limits, found {home}")
     made = Robot(
@@ -186,90 +189,90 @@ def _robot(path: Path, told: Mapping[str, Any]) -> Robot:
         home,
         limits,
         link,
-        _tool(path, told["tool"]),
-        _workspace(path, told.get("workspace")),
+        _tool(path, table["tool"]),
+        _workspace(path, table.get("workspace")),
     )
     _check_fingers(path, made)
     return made
 
 
-def _numbers(path: Path, key: str, told: Any) -> Array:
-    """(n,) finite ones."""
+def _numbers(path: Path, key: str, value: Any) -> Array:
+    """Return a list of finite numbers (n,)."""
     try:
-        found = np.array(told, dtype=float)
+        numbers = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        found = np.array(math.nan)
-    if found.ndim != 1 or not np.isfinite(found).all():
-        raise UnusableRobot(f"{path}: `{key}` needs a list of numbers, found {told}")
-    return found
+        numbers = np.array(math.nan)
+    if numbers.ndim != 1 or not np.isfinite(numbers).all():
+        raise UnusableRobot(f"{path}: `{key}` needs a list of numbers, found {value}")
+    return numbers
 
 
-def _workspace(path: Path, told: Any) -> Region | None:
-    if told is None:
+def _workspace(path: Path, value: Any) -> Region | None:
+    if value is None:
         return None
     try:
-        (x0, x1), (y0, y1) = told
+        (x0, x1), (y0, y1) = value
         region = ((float(x0), float(x1)), (float(y0), float(y1)))
     except (TypeError, ValueError) as unexpected:
         raise UnusableRobot(
-            f"{path}: workspace is [[x from, x to], [y from, y to]] in metres, found {told}"
+            f"{path}: workspace is [[x from, x to], [y from, y to]] in metres, found {value}"
         ) from unexpected
     if not (x0 < x1 and y0 < y1):
-        raise UnusableRobot(f"{path}: workspace needs ends that rise, found {told}")
+        raise UnusableRobot(f"{path}: workspace needs increasing limits, found {value}")
     return region
 
 
-def _check_keys(path: Path, told: Mapping[str, Any]) -> None:
-    for table in filter(None, _TABLES):
-        if not isinstance(told.get(table, {}), dict):
-            raise UnusableRobot(f"{path}: [{table}] is a table, found {told[table]!r}")
-    for table, allowed in _TABLES.items():
-        found = told if not table else told.get(table, {})
-        if unknown := sorted(set(found) - allowed):
-            where = f"[{table}]" if table else "the top"
-            raise UnusableRobot(f"{path}: {where} knows no '{unknown[0]}'; it takes {sorted(allowed)}")
+def _check_keys(path: Path, top: Mapping[str, Any]) -> None:
+    for name in filter(None, _TABLES):
+        if not isinstance(top.get(name, {}), dict):
+            raise UnusableRobot(f"{path}: [{name}] must be a table, found {top[name]!r}")
+    for name, allowed in _TABLES.items():
+        table = top if not name else top.get(name, {})
+        if unknown := sorted(set(table) - allowed):
+            where = f"[{name}]" if name else "the top level"
+            raise UnusableRobot(f"{path}: {where} has no key '{unknown[0]}'; it takes {sorted(allowed)}")
     needed = [("", key) for key in ("urdf", "arm", "home", "tool", "gripper")]
-    for table, key in [*needed, ("tool", "link"), ("gripper", "joints")]:
-        if key not in (told[table] if table else told):
-            raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{table}]' if table else ''}")
-    for key, text in (("urdf", told["urdf"]), ("link", told["tool"]["link"])):
+    for name, key in [*needed, ("tool", "link"), ("gripper", "joints")]:
+        if key not in (top[name] if name else top):
+            raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{name}]' if name else ''}")
+    for key, text in (("urdf", top["urdf"]), ("link", top["tool"]["link"])):
         if not isinstance(text, str):
-            raise UnusableRobot(f"{path}: '{key}' needs a text, found {text!r}")
-    for key, names in (("arm", told["arm"]), ("joints", told["gripper"]["joints"])):
+            raise UnusableRobot(f"{path}: '{key}' needs a string, found {text!r}")
+    for key, names in (("arm", top["arm"]), ("joints", top["gripper"]["joints"])):
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise UnusableRobot(f"{path}: '{key}' needs a list of joints' names, found {names!r}")
+            raise UnusableRobot(f"{path}: '{key}' needs a list of joint names, found {names!r}")
 
 
 def _check_chain(path: Path, description: Urdf, arm: tuple[str, ...], tool_link: str) -> None:
-    """The arm's joints are those that lead to the tool, in this order."""
+    """Raise `UnusableRobot` unless the arm's joints are those that lead to the tool, in order."""
     moving = tuple(joint.name for joint in description.chain_to(tool_link) if joint.type != "fixed")
     if moving != arm:
         raise UnusableRobot(
             f"{path}: from the base to '{tool_link}' the URDF has the joints {list(moving)}, "
-            f"'arm' says {list(arm)}; it must name the same in the same order"
+            f"'arm' has {list(arm)}; it must name the same joints in the same order"
         )
 
 
 def _check_fingers(path: Path, made: Robot) -> None:
     for joint in made.finger_joints:
         if joint.child not in made.hand_links:
-            raise UnusableRobot(f"{path}: the gripper joint '{joint.name}' is not on the arm's last link")
+            raise UnusableRobot(f"{path}: the gripper joint '{joint.name}' is not below the arm's last link")
         if joint.mimic is None and (joint.lower is None or joint.upper is None or joint.lower >= joint.upper):
             raise UnusableRobot(f"{made.urdf.path}: the gripper joint '{joint.name}' has no limits")
 
 
-def _limits(path: Path, joints: list[Joint], told: Mapping[str, Any]) -> Limits:
-    """What the TOML says, else the URDF's; accelerations and jerks are rarely in a URDF."""
+def _limits(path: Path, joints: list[Joint], table: Mapping[str, Any]) -> Limits:
+    """Return the limits of the TOML, else of the URDF; accelerations and jerks are rarely in a URDF."""
 
     def of(key: str, default: list[float | None]) -> Array:
         values: list[float | None] = default
-        if key in told:
-            values = list(_numbers(path, key, told[key]).tolist())
+        if key in table:
+            values = list(_numbers(path, key, table[key]).tolist())
         for joint, value in zip(joints, values, strict=False):
             if value is None or not math.isfinite(value) or (key in POSITIVE and value <= 0):
                 raise UnusableRobot(
                     f"{path}: joint '{joint.name}' has no {key} limit in the URDF (found {value}); "
-                    f"give `{key}`, one number a joint, under [limits]"
+                    f"give `{key}`, one number per joint, under [limits]"
                 )
         if len(values) != len(joints):
             raise UnusableRobot(f"{path}: `{key}` needs {len(joints)} numbers, found {len(values)}")
@@ -281,7 +284,7 @@ def _limits(path: Path, joints: list[Joint], told: Mapping[str, Any]) -> Limits:
         if low >= high:
             raise UnusableRobot(
                 f"{path}: joint '{joint.name}' has no position limits (lower {low}, upper {high}); "
-                "give `lower` and `upper`, one number a joint, under [limits]"
+                "give `lower` and `upper`, one number per joint, under [limits]"
             )
     velocity = of("velocity", [joint.velocity for joint in joints])
     acceleration = of("acceleration", (velocity / RAMP).tolist())
@@ -298,18 +301,18 @@ def _limits(path: Path, joints: list[Joint], told: Mapping[str, Any]) -> Limits:
 POSITIVE = frozenset(("velocity", "effort", "acceleration", "jerk"))
 
 
-def _tool(path: Path, told: Mapping[str, Any]) -> Array:
-    """(4, 4) of the tool frame to its link, turned so that z approaches and y closes."""
-    axes = {key: told.get(key, default) for key, default in (("approach", "z"), ("closing", "y"))}
+def _tool(path: Path, table: Mapping[str, Any]) -> Array:
+    """Return the transform of the tool frame to its link (4, 4), z along the approach and y along closing."""
+    axes = {key: table.get(key, default) for key, default in (("approach", "z"), ("closing", "y"))}
     for key, axis in axes.items():
         if axis not in _AXES:
-            raise UnusableRobot(f"{path}: '{key}' is one of {', '.join(_AXES)}, found {axis!r}")
+            raise UnusableRobot(f"{path}: '{key}' must be one of {', '.join(_AXES)}, found {axis!r}")
     z, y = (np.array(_AXES[axis], float) for axis in axes.values())
     if abs(float(z @ y)) > 0.5:
         raise UnusableRobot(f"{path}: the gripper cannot close along its own approach")
-    turned = np.array([np.cross(y, z), y, z]).T
-    rpy, xyz = (_numbers(path, key, told.get(key, (0, 0, 0))) for key in ("rpy", "xyz"))
+    rotation = np.array([np.cross(y, z), y, z]).T
+    rpy, xyz = (_numbers(path, key, table.get(key, (0, 0, 0))) for key in ("rpy", "xyz"))
     if rpy.shape != (3,) or xyz.shape != (3,):
         raise UnusableRobot(f"{path}: `xyz` and `rpy` of the tool need three numbers, found {xyz}, {rpy}")
     link = transform_from(rotation_from_rpy(rpy), xyz)
-    return link @ transform_from(turned, (0.0, 0.0, 0.0))
+    return link @ transform_from(rotation, (0.0, 0.0, 0.0))

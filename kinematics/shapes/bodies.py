@@ -1,4 +1,4 @@
-"""What the cell holds: a shape, where it starts, how heavy it is and what it looks like."""
+"""Bodies of a cell: shape, initial pose, mass and colour."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,13 @@ from kinematics.errors import UnusableShape
 from kinematics.geometry.transforms import UPRIGHT, Pose, Quaternion, Vector, check_pose
 from kinematics.shapes.shapes import Box, Convex, Cylinder, Shape, Sphere, pieces_of, points_of
 
+TABLE = "table"  # the name of the table among the bodies' names
 Colour: TypeAlias = tuple[float, float, float, float]  # red, green, blue, opacity, each 0..1
 
 
 @dataclass(frozen=True)
 class Body:
-    """A thing of the cell. Without a mass it never moves: bins, trays, shelves."""
+    """An object of the cell; with zero mass it is fixed, such as a bin, a tray or a shelf."""
 
     name: str
     shape: Shape
@@ -34,7 +35,7 @@ class Body:
 
 
 def check_body(body: Body) -> None:
-    """`UnusablePose`, or `UnusableShape` for what has no size or no weight that can be."""
+    """Raise `UnusablePose`, or `UnusableShape` for a body without volume or with an impossible mass."""
     check_pose(body.name, body.pose)
     if not (math.isfinite(body.mass) and body.mass >= 0):
         raise UnusableShape(f"'{body.name}' needs a mass of zero or more, found {body.mass}")

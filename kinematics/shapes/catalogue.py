@@ -1,4 +1,4 @@
-"""Shapes that are often wanted: meshes from files, prisms, bowls, forks, bins and trays."""
+"""Common shapes: meshes from files, prisms, bowls, forks, bins and trays."""
 
 import math
 import xml.etree.ElementTree as ElementTree
@@ -22,21 +22,21 @@ from kinematics.shapes.shapes import (
 
 
 def hull_from_mesh(path: Path, scale: float = 1.0) -> Hull:
-    """The convex hull of a mesh file (obj, stl, dae …), about the middle of its bounding box."""
+    """Return the convex hull of a mesh file (obj, stl, dae …), about the centre of its bounding box."""
     points = mesh_points(path) * scale
     points = points - (points.min(axis=0) + points.max(axis=0)) / 2
     return Hull(tuple((x, y, z) for x, y, z in points.tolist()))
 
 
 def hull_of_size(path: Path, size: Vector) -> Hull:
-    """The convex hull of a mesh file, stretched to a length, width and height [m]."""
+    """Return the convex hull of a mesh file, stretched to a length, width and height [m]."""
     hull = hull_from_mesh(path)
     scale = [full / 2 / half for full, half in zip(size, half_extents_of(hull), strict=True)]
     return Hull(tuple((x * scale[0], y * scale[1], z * scale[2]) for x, y, z in hull.points))
 
 
 def compound_from_urdf(path: Path) -> Compound:
-    """The collision geometry of a URDF of one link, about the link's origin."""
+    """Return the collision geometry of a URDF with one link, about the link's origin."""
     description = urdf.read(path)
     pieces = []
     for collision in description.root.iterfind("link/collision"):
@@ -57,14 +57,14 @@ def _urdf_shape(collision: ElementTree.Element, path: Path) -> Convex:
     if geometry.tag == "sphere":
         return Sphere(float(geometry.get("radius", "0")))
     if geometry.tag != "mesh":
-        raise UnusableShape(f"{path}: no shape is called <{geometry.tag}>")
+        raise UnusableShape(f"{path}: <{geometry.tag}> is not a known shape")
     scale = [float(word) for word in geometry.get("scale", "1 1 1").split()]
     points = mesh_points(Path(geometry.get("filename", ""))) * scale
     return Hull(tuple((x, y, z) for x, y, z in points.tolist()))
 
 
 def prism(sides: int, radius: float, height: float) -> Hull:
-    """An upright regular prism; `radius` is to its corners [m]."""
+    """Return an upright regular prism; `radius` is that of its corners [m]."""
     angles = [2 * math.pi * k / sides for k in range(sides)]
     return Hull(
         tuple(
@@ -76,9 +76,9 @@ def prism(sides: int, radius: float, height: float) -> Hull:
 def bowl(
     radius: float = 0.068, height: float = 0.06, wall: float = 0.004, clearance: float = 0.008
 ) -> Compound:
-    """A tub of a base, a step and twelve wall facets; its step rests on the rim of one like it below.
+    """Return a bowl of a base, a step and twelve wall facets; the step rests on the rim of a like bowl below.
 
-    The origin is in the middle of its height. `radius` is the inner one [m].
+    The origin is at half its height. `radius` is the inner one [m].
     """
     low = -height / 2
     foot = Piece(Cylinder(radius - clearance, 0.008), (0.0, 0.0, low + 0.004))
@@ -103,7 +103,7 @@ def bowl(
 
 
 def fork(length: float = 0.1, thickness: float = 0.006) -> Compound:
-    """A handle of 9 mm along x with a wider head, lying flat."""
+    """Return a fork that lies flat: a handle 9 mm wide along x, with a wider head."""
     head = 0.3 * length
     handle = length - head
     return Compound(
@@ -116,7 +116,7 @@ def fork(length: float = 0.1, thickness: float = 0.006) -> Compound:
 
 
 def tub(inner: Vector = (0.1, 0.1, 0.08), wall: float = 0.005) -> Compound:
-    """An open box: half of the inner length and width, and the inner height [m]. Bins, trays."""
+    """Return an open box (a bin, a tray) by half its inner length and width, and its inner height [m]."""
     x, y, tall = inner
     low = -(tall + wall) / 2
     middle = low + wall + tall / 2

@@ -1,6 +1,6 @@
-"""What a body is made of: convex pieces, as the planner, the simulator and the camera take them.
+"""Shapes of bodies, made of convex pieces for planner, simulator and camera.
 
-A shape stands in its own frame, z up as it is usually put down.
+In its own frame a shape is upright, with z up as it is usually put down.
 """
 
 import math
@@ -23,7 +23,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """About its centre, along z."""
+    """A cylinder about its centre, along z."""
 
     radius: float  # [m]
     height: float  # [m]
@@ -31,14 +31,14 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """About its centre."""
+    """A sphere about its centre."""
 
     radius: float  # [m]
 
 
 @dataclass(frozen=True)
 class Hull:
-    """The convex hull of points; their frame's origin is taken for the centre of mass."""
+    """The convex hull of points; their frame's origin is the centre of mass."""
 
     points: tuple[Vector, ...]  # [m]
 
@@ -57,7 +57,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Cavity:
-    """An upright hollow that things can be dropped into."""
+    """The upright hollow of a container."""
 
     half_extents: tuple[float, float]  # along x and y, of the largest box that fits [m]
     floor: float  # above the compound's origin [m]
@@ -69,7 +69,7 @@ class Compound:
     """Several convex pieces in one frame."""
 
     pieces: tuple[Piece, ...]
-    handles: tuple[int, ...] = ()  # the pieces that a hand may close on; all where none are named
+    handles: tuple[int, ...] = ()  # indices of the pieces that a hand may grip; empty for all
     cavity: Cavity | None = None
 
 
@@ -77,19 +77,19 @@ Shape: TypeAlias = Convex | Compound
 
 
 def pieces_of(shape: Shape) -> tuple[Piece, ...]:
-    """The convex pieces of any shape."""
+    """Return the convex pieces of any shape."""
     return shape.pieces if isinstance(shape, Compound) else (Piece(shape),)
 
 
 def handles_of(shape: Shape) -> Iterator[Piece]:
-    """The pieces that a hand may close on."""
+    """Return an iterator over the pieces that a hand may grip."""
     pieces = pieces_of(shape)
     chosen = shape.handles if isinstance(shape, Compound) else ()
     return iter([pieces[k] for k in chosen] if chosen else pieces)
 
 
 def support(shape: Shape, direction: Array) -> float:
-    """How far the shape reaches from its origin along a unit direction of its own frame [m]."""
+    """Return how far the shape extends from its origin along a unit direction of its own frame [m]."""
     if isinstance(shape, Box):
         return float(np.abs(direction) @ np.asarray(shape.half_extents))
     if isinstance(shape, Cylinder):
@@ -109,14 +109,14 @@ def _piece_support(piece: Piece, direction: Array) -> float:
 
 @cache
 def half_extents_of(shape: Shape) -> Vector:
-    """Of a box about the origin that holds the shape [m]."""
+    """Return the half extents of the box about the origin that encloses the shape [m]."""
     x, y, z = (max(support(shape, axis), support(shape, -axis)) for axis in np.eye(3))
     return (x, y, z)
 
 
 @cache
 def reach_of(shape: Shape) -> float:
-    """Of the shape from its upright axis: radius of a vertical cylinder that holds it [m]."""
+    """Return the radius of the vertical cylinder about the origin that encloses the shape [m]."""
     if isinstance(shape, Box):
         return math.hypot(*shape.half_extents[:2])
     angles = np.linspace(0, 2 * math.pi, 32, endpoint=False)
@@ -124,24 +124,24 @@ def reach_of(shape: Shape) -> float:
 
 
 def height_above(shape: Shape, pose: Pose) -> float:
-    """World height of the highest point of a body [m]."""
+    """Return the height of a body's highest point, world frame [m]."""
     return pose.position[2] + support(shape, rotation_from_quaternion(pose.quaternion_xyzw)[2])
 
 
 def height_below(shape: Shape, rotation: Array) -> float:
-    """How far a turned shape reaches below its origin [m]."""
+    """Return how far a rotated shape extends below its origin [m]."""
     return support(shape, -rotation[2])
 
 
 @cache
 def points_of(hull: Hull) -> Array:
-    """(n, 3) [m]"""
+    """Return the points of a hull (n, 3) [m]."""
     return np.array(hull.points)
 
 
 @cache
 def faces_of(hull: Hull) -> tuple[tuple[Vector, float, Vector], ...]:
-    """Outward normal, distance from the origin [m] and centre [m] of every face, largest first."""
+    """Return outward normal, distance from the origin [m] and centre [m] of every face, largest first."""
     from scipy.spatial import ConvexHull
 
     points = points_of(hull)

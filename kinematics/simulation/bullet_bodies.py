@@ -1,4 +1,4 @@
-"""From shapes to PyBullet: collision bodies for the simulation, visual ones for the camera."""
+"""From shapes to PyBullet bodies: for collisions in the simulation, visual ones for the camera."""
 
 from pathlib import Path
 from typing import Any
@@ -9,27 +9,27 @@ from kinematics.shapes.bodies import Body, Colour
 from kinematics.shapes.shapes import Box, Compound, Convex, Cylinder, Hull, Piece, Sphere, points_of
 from kinematics.simulation import pybullet_loading
 
-ROLLING = 2e-3  # friction of what is round, as on a tablecloth; with a tenth of it what rolls never stops
+ROLLING = 2e-3  # friction of round bodies, as on a tablecloth; with a tenth of it they never stop rolling
 _GLOSS = (0.1, 0.1, 0.1)
 
 
-class Solids:
-    """Collision bodies of one simulation; equal shapes share their geometry."""
+class CollisionBodies:
+    """The collision bodies of one simulation; equal shapes share their geometry."""
 
     def __init__(self, world: Any, client: int, folder: Path) -> None:
         self._world, self._client, self._folder = world, client, folder
         self._shapes: dict[Convex, int] = {}
         self._files: dict[tuple[Compound, float], Path] = {}
 
-    def forget(self) -> None:
-        """The simulation was reset; its shapes are gone."""
+    def clear(self) -> None:
+        """Forget all shapes, after the simulation was reset."""
         self._shapes.clear()
 
     def add(self, body: Body, may_sleep: bool = False) -> int:
-        """The identity of a new body.
+        """Add a body, and return its identity in PyBullet.
 
         Args:
-            may_sleep: at rest it costs no time; plain shapes then have maximal coordinates, which is faster.
+            may_sleep: at rest it costs no time; convex shapes then have maximal coordinates, which is faster.
         """
         is_compound = isinstance(body.shape, Compound)
         identity = self._compound(body) if is_compound else self._convex(body, may_sleep)
@@ -61,7 +61,7 @@ class Solids:
         return identity
 
     def _compound(self, body: Body) -> int:
-        """By a URDF: PyBullet's own arrays of shapes crash when they are long."""
+        """Load a compound from a URDF, since long arrays of shapes crash PyBullet."""
         shape = body.shape
         assert isinstance(shape, Compound)
         key = (shape, body.mass)
@@ -80,14 +80,14 @@ class Solids:
 
     def _urdf(self, shape: Compound, mass: float) -> str:
         pieces = "".join(self._collision(piece) for piece in shape.pieces)
-        inertia = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'  # PyBullet takes it from the shape
+        inertia = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'  # PyBullet computes it from the shape
         inertial = f'<inertial><mass value="{mass}"/><inertia {inertia}/></inertial>'
         return f'<robot name="compound"><link name="base">{inertial}{pieces}</link></robot>'
 
     def _collision(self, piece: Piece) -> str:
         xyz = " ".join(f"{v:.9g}" for v in piece.position)
-        turn = rpy_from_rotation(rotation_from_quaternion(piece.quaternion_xyzw))
-        rpy = " ".join(f"{v:.9g}" for v in turn)
+        angles = rpy_from_rotation(rotation_from_quaternion(piece.quaternion_xyzw))
+        rpy = " ".join(f"{v:.9g}" for v in angles)
         return (
             f'<collision><origin xyz="{xyz}" rpy="{rpy}"/><geometry>{self._element(piece.shape)}</geometry>'
             "</collision>"
@@ -105,8 +105,8 @@ class Solids:
         return f'<mesh filename="{path}"/>'
 
 
-def add_picture(world: Any, client: int, piece: Piece, colour: Colour) -> int:
-    """The identity of a body that is only seen."""
+def add_visual_body(world: Any, client: int, piece: Piece, colour: Colour) -> int:
+    """Add a body without collisions, and return its identity in PyBullet."""
     shape = world.createVisualShape(
         **_geometry(world, piece.shape, "length"),
         rgbaColor=colour,
@@ -118,7 +118,7 @@ def add_picture(world: Any, client: int, piece: Piece, colour: Colour) -> int:
 
 
 def _geometry(world: Any, shape: Convex, along: str) -> dict[str, Any]:
-    """PyBullet's arguments; the length of a cylinder has one name for contact and another for looks."""
+    """Return PyBullet's arguments; it calls a cylinder's length `height` for contact, `length` for looks."""
     if isinstance(shape, Box):
         return {"shapeType": world.GEOM_BOX, "halfExtents": shape.half_extents}
     if isinstance(shape, Cylinder):

@@ -11,29 +11,29 @@ from typing import Any
 
 @contextlib.contextmanager
 def output_silenced() -> Iterator[None]:
-    """Nothing that compiled code prints reaches standard output or standard error meanwhile."""
+    """Keep what compiled code prints from standard output and standard error."""
     sys.stdout.flush()
     sys.stderr.flush()
     flush_c = ctypes.CDLL(None).fflush
     flush_c(None)
     kept = [os.dup(descriptor) for descriptor in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    devnull = os.open(os.devnull, os.O_WRONLY)
     try:
         for descriptor in (1, 2):
-            os.dup2(nowhere, descriptor)
+            os.dup2(devnull, descriptor)
         yield
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-        flush_c(None)  # what C has printed is still in its own buffer
+        flush_c(None)  # output of C is still in its own buffer
         for descriptor, original in zip((1, 2), kept, strict=True):
             os.dup2(original, descriptor)
             os.close(original)
-        os.close(nowhere)
+        os.close(devnull)
 
 
 def load() -> Any:
-    """The module `pybullet`."""
+    """Return the module `pybullet`."""
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
     with output_silenced():

@@ -1,7 +1,4 @@
-"""A cell in motion as a file that rerun opens: robot and bodies in 3-D, to turn about and to wind back.
-
-Needs the extra `viz`.
-"""
+"""A recording of a cell for rerun: robot and bodies in three dimensions over time. Needs the extra `viz`."""
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -12,33 +9,33 @@ from typing import Any
 from kinematics.geometry.meshes import hull_triangles
 from kinematics.geometry.transforms import Pose, pose_of
 from kinematics.geometry.urdf import origin_of
-from kinematics.shapes.bodies import Body
+from kinematics.shapes.bodies import TABLE, Body
 from kinematics.shapes.shapes import Box, Cylinder, Piece, Sphere, pieces_of, points_of
+from kinematics.simulation.camera import TABLE_COLOUR, TABLE_TOP
 from kinematics.simulation.workcell import Workcell
 
 APPLICATION = "kinematics"
 READABLE = (".obj", ".stl", ".gltf", ".glb")
-TABLE = Box((0.5, 0.55, 0.002))
 
 
 class Recording:
-    """While it is open, every frame of the cell goes into the file."""
+    """A recording of every frame of the cell while it is open."""
 
     def __init__(self, cell: Workcell, path: Path) -> None:
-        import rerun  # an extra; imported when it is asked for
+        import rerun  # an extra, imported on use
 
         self._rerun: Any = rerun
-        self._cell, self._watched = cell, cell.on_frame
+        self._cell, self._previous = cell, cell.on_frame
         self._stream = rerun.RecordingStream(APPLICATION)
         self._stream.save(path)
         self._bodies: object = None
-        self._log("table", self._shape(Piece(TABLE), (0.87, 0.83, 0.76, 1.0)), static=True)
-        self._place("table", Pose((0.35, 0.0, -0.002), (0.0, 0.0, 0.0, 1.0)))
+        self._log(TABLE, self._shape(TABLE_TOP, TABLE_COLOUR), static=True)
+        self._place(TABLE, Pose(TABLE_TOP.position, TABLE_TOP.quaternion_xyzw))
         for link in cell.robot.urdf.root.findall("link"):
             self._show_link(link)
 
     def __enter__(self) -> "Recording":
-        self._cell.on_frame = self._both(self._watched)
+        self._cell.on_frame = self._then(self._previous)
         self.frame()
         return self
 
@@ -46,11 +43,11 @@ class Recording:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.frame()
-        self._cell.on_frame = self._watched
+        self._cell.on_frame = self._previous
         self._stream.disconnect()
 
     def frame(self) -> None:
-        """The cell as it is now."""
+        """Record the cell as it is now."""
         self._stream.set_time("simulated", duration=self._cell.time)
         if self._bodies is not self._cell.bodies:
             self._bodies = self._cell.bodies
@@ -61,13 +58,13 @@ class Recording:
         for link, pose in self._cell.link_poses().items():
             self._place(f"robot/{link}", pose)
 
-    def _both(self, other: Callable[[], None] | None) -> Callable[[], None]:
-        def called() -> None:
+    def _then(self, previous: Callable[[], None] | None) -> Callable[[], None]:
+        def on_frame() -> None:
             self.frame()
-            if other is not None:
-                other()
+            if previous is not None:
+                previous()
 
-        return called
+        return on_frame
 
     def _show_body(self, body: Body) -> None:
         for number, piece in enumerate(pieces_of(body.shape)):
@@ -86,24 +83,24 @@ class Recording:
 
     def _shape(self, piece: Piece, colour: tuple[float, ...]) -> Any:
         shape, rerun = piece.shape, self._rerun
-        told = [int(255 * part) for part in colour]
+        rgba = [int(255 * part) for part in colour]
         if isinstance(shape, Box):
-            return rerun.Boxes3D(half_sizes=[shape.half_extents], colors=[told], fill_mode="solid")
+            return rerun.Boxes3D(half_sizes=[shape.half_extents], colors=[rgba], fill_mode="solid")
         if isinstance(shape, Cylinder):
             sizes = {"lengths": [shape.height], "radii": [shape.radius]}
-            return rerun.Cylinders3D(**sizes, colors=[told], fill_mode="solid")
+            return rerun.Cylinders3D(**sizes, colors=[rgba], fill_mode="solid")
         if isinstance(shape, Sphere):
             half = (shape.radius,) * 3
-            return rerun.Ellipsoids3D(half_sizes=[half], colors=[told], fill_mode="solid")
+            return rerun.Ellipsoids3D(half_sizes=[half], colors=[rgba], fill_mode="solid")
         vertices, indices = hull_triangles(points_of(shape))
         triangles = list(zip(*[iter(indices)] * 3, strict=True))
         return rerun.Mesh3D(
-            vertex_positions=vertices, triangle_indices=triangles, vertex_colors=[told] * len(vertices)
+            vertex_positions=vertices, triangle_indices=triangles, vertex_colors=[rgba] * len(vertices)
         )
 
     def _place(self, entity: str, pose: Pose) -> None:
-        turn = self._rerun.Quaternion(xyzw=pose.quaternion_xyzw)
-        self._log(entity, self._rerun.Transform3D(translation=pose.position, quaternion=turn))
+        quaternion = self._rerun.Quaternion(xyzw=pose.quaternion_xyzw)
+        self._log(entity, self._rerun.Transform3D(translation=pose.position, quaternion=quaternion))
 
     def _log(self, entity: str, what: Any, static: bool = False) -> None:
         self._stream.log(entity, what, static=static)

@@ -1,4 +1,4 @@
-"""A window in which the simulation is seen as it happens, where a display exists."""
+"""A window that shows the simulation as it runs, if there is a display."""
 
 import ctypes
 import ctypes.util
@@ -17,16 +17,16 @@ _VIEW = {  # from the front and above, as the camera's
     "cameraPitch": -30.0,
     "cameraTargetPosition": (0.4, 0.0, 0.15),
 }
-_OPENING = 0.5  # for which the window's own thread goes on telling of its graphics [s]
+_OPENING = 0.5  # during which the window's thread prints about its graphics [s]
 
 
 def connect(world: Any) -> int:
-    """A PyBullet client with a window; `NoDisplay` where none can be shown."""
+    """Return a PyBullet client with a window; raise `NoDisplay` if there is no display."""
     _check_display()
     with pybullet_loading.output_silenced():
         client: int = world.connect(world.GUI)
         if client < 0:
-            raise NoDisplay("no window could be opened: leave it out")
+            raise NoDisplay("no window could be opened; leave the window out")
         world.configureDebugVisualizer(world.COV_ENABLE_GUI, 0, physicsClientId=client)
         world.resetDebugVisualizerCamera(**_VIEW, physicsClientId=client)
         time.sleep(_OPENING)
@@ -39,7 +39,7 @@ def paint(world: Any, client: int, identity: int, body: Body) -> None:
 
 
 def _check_display() -> None:
-    """PyBullet ends the whole process where it finds no X server, so that is asked for first."""
+    """Raise `NoDisplay` without an X server, for which PyBullet would end the whole process."""
     if not sys.platform.startswith("linux"):
         return
     named = os.environ.get("DISPLAY")

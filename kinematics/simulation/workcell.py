@@ -1,9 +1,7 @@
-"""The simulated cell: motor commands in, what is measured out. Friction and gravity only, in
-PyBullet.
+"""The simulated cell: motor commands in, measurements out. Friction and gravity only, in PyBullet.
 
-The arm stands at the world's origin, the table's top is the plane z = 0. Every reset builds the
-world anew (12 ms): then nothing of an earlier episode, not even the order of its contacts, is left to
-be felt.
+The arm's base is at the world's origin, the table's top is the plane z = 0. Every reset rebuilds the world
+(12 ms), so that nothing of an earlier episode has an effect, not even the order of its contacts.
 """
 
 import math
@@ -24,20 +22,20 @@ from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot, panda
-from kinematics.shapes.bodies import Body, check_body
+from kinematics.shapes.bodies import TABLE, Body, check_body
 from kinematics.shapes.pose_noise import NO_NOISE, Noise
 from kinematics.shapes.shapes import half_extents_of
 from kinematics.simulation import pybullet_loading, window
-from kinematics.simulation.bullet_bodies import Solids
+from kinematics.simulation.bullet_bodies import CollisionBodies
 from kinematics.simulation.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
 from kinematics.simulation.camera import Camera
 
-TABLE = "table"
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
 SOLVER_ITERATIONS = 100
 RESIDUAL = 1e-6  # at which the solver stops early
-MANY = 14  # loose bodies: where there are more, those at rest sleep, or a step would take ten times as long
-STILL = 0.01  # a body this slow has come to rest [m/s]
+MANY = 14  # movable bodies; if there are more, those at rest sleep, or a step would take ten times as long
+STILL = 0.01  # speed below which a body is at rest [m/s]
+CONTACT = 1e-3  # distance at which bodies count as touching [m]
 _PUSH_STEPS = 12
 _PUSH_ABOVE_CENTRE = 0.015  # [m]
 
@@ -50,12 +48,12 @@ class Workcell:
         self.gripper = gripper_of(self.robot)
         self._bullet: Any = pybullet_loading.load()
         self._client: int = window.connect(self._bullet) if gui else self._bullet.connect(self._bullet.DIRECT)
-        self._is_watched = gui
+        self._has_window = gui
         folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
-        self._let_go = weakref.finalize(self, _let_go, self._bullet, self._client, folder)
+        self._disconnect = weakref.finalize(self, _disconnect, self._bullet, self._client, folder)
         self._urdf = folder / "robot.urdf"
         self._urdf.write_text(models.for_bullet(self.robot, visuals=gui))
-        self._solids = Solids(self._bullet, self._client, folder)
+        self._collision_bodies = CollisionBodies(self._bullet, self._client, folder)
         self._camera: Camera | None = None
         self.on_frame: Callable[[], None] | None = None
         self.reset([], seed=0)
@@ -63,32 +61,32 @@ class Workcell:
     # -- the world -------------------------------------------------------------------------
 
     def reset(self, bodies: Sequence[Body], seed: int, noise: Noise = NO_NOISE) -> None:
-        """Arm at home with an open hand, bodies where they are said to be, settled; the clock at zero.
+        """Put the arm at home with an open hand and the bodies at their poses, settle, and zero the clock.
 
         Args:
-            noise: of what skills are told of the bodies; `pose` and `poses` stay exact.
+            noise: on the poses that skills observe; `pose` and `poses` stay exact.
         """
         _check_bodies(bodies)
         self.noise = noise
-        self._looks = np.random.default_rng((seed % 2**32, 2))
-        self.is_told_to_stop = False
+        self._noise_generator = np.random.default_rng((seed % 2**32, 2))
+        self.stop_requested = False
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
         self.seed = seed
         self._build()
         self._steps = 0
         self.stepping_seconds = 0.0  # wall time spent in the simulator since the reset
-        self.watching_seconds = 0.0  # wall time spent in `on_frame` since the reset
+        self.frame_seconds = 0.0  # wall time spent in `on_frame` since the reset
         frame, self.on_frame = self.on_frame, None
         self.settle(0.2)
         self.on_frame = frame
         self._steps = 0
 
     def close(self) -> None:
-        """Disconnect, and remove the robot's temporary description."""
+        """Disconnect from PyBullet, and remove the robot's temporary description."""
         if self._camera is not None:
             self._camera.close()
             self._camera = None
-        self._let_go()  # once; a cell that is forgotten does the same
+        self._disconnect()  # once; garbage collection does the same
         self._client = -1
 
     def __enter__(self) -> Self:
@@ -97,7 +95,7 @@ class Workcell:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # -- what is measured ------------------------------------------------------------------
+    # -- measurements ----------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -105,68 +103,70 @@ class Workcell:
         return self._steps * TIME_STEP
 
     def pose(self, name: str) -> Pose:
-        """Of a body's centre, world frame."""
+        """Return the pose of a body's centre, world frame."""
         position, quaternion = self._bullet.getBasePositionAndOrientation(
             self._id(name), physicsClientId=self._client
         )
         return check_pose(name, Pose(position, quaternion))
 
     def poses(self) -> dict[str, Pose]:
-        """Of all bodies' centres, world frame."""
+        """Return the poses of all bodies' centres, world frame."""
         return {name: self.pose(name) for name in self.bodies}
 
     def observed_poses(self) -> dict[str, Pose]:
-        """Of all bodies, as one look tells them."""
+        """Return the poses of all bodies as one observation gives them, world frame."""
         poses = self.poses()
-        return poses if self.noise == NO_NOISE else self.noise.applied(poses, self._looks)
+        return poses if self.noise == NO_NOISE else self.noise.applied(poses, self._noise_generator)
 
     def observed_pose(self, name: str) -> Pose:
-        """Of one body, as one look tells it."""
+        """Return the pose of a body as one observation gives it, world frame."""
         pose = self.pose(name)
-        return pose if self.noise == NO_NOISE else self.noise.applied({name: pose}, self._looks)[name]
+        if self.noise == NO_NOISE:
+            return pose
+        return self.noise.applied({name: pose}, self._noise_generator)[name]
 
     def speed(self, name: str) -> float:
-        """At most this fast is any point of the body [m/s]."""
+        """Return an upper bound on the speed of any point of the body [m/s]."""
         linear, angular = self._bullet.getBaseVelocity(self._id(name), physicsClientId=self._client)
         radius = math.hypot(*half_extents_of(self.bodies[name].shape))
         return math.hypot(*linear) + radius * math.hypot(*angular)
 
     def contacts(self, a: str, b: str) -> bool:
-        """Whether two bodies touch; the table is called 'table'."""
+        """Return whether two bodies touch; the table is called `TABLE`."""
         ids = [self._table if name == TABLE else self._id(name) for name in (a, b)]
         points = self._bullet.getContactPoints(ids[0], ids[1], physicsClientId=self._client)
-        return any(point[8] < 1e-3 for point in points)
+        return any(point[8] < CONTACT for point in points)
 
     def joint_positions(self) -> Array:
-        """Of the arm [rad]."""
+        """Return the arm's joint positions (dof,) [rad]."""
         return self._robot.joint_positions()
 
     def link_poses(self) -> dict[str, Pose]:
-        """Of all links of the robot, world frame."""
+        """Return the poses of all links of the robot, world frame."""
         return self._robot.link_poses()
 
     def joint_torques(self) -> Array:
-        """Of the arm's motors, as last applied [N m]."""
+        """Return the last torques of the arm's motors (dof,) [N m]."""
         return self._robot.joint_torques()
 
     def all_joints(self) -> dict[str, float]:
-        """Of the arm and of the fingers, by the URDF's names [rad] or [m]."""
+        """Return the positions of arm and finger joints, by the URDF's names [rad] or [m]."""
         return self._robot.all_joints()
 
     def tool_pose(self) -> Pose:
-        """Of the point between the fingertips, where a grasped body is; z along the approach."""
+        """Return the pose of the tool frame, between the fingertips, z along the approach; world frame."""
         return self._robot.tool_pose()
 
     def tool_position(self) -> Vector:
-        """World frame [m]."""
+        """Return the position of the tool frame, world frame [m]."""
         return self.tool_pose().position
 
     def finger_width(self) -> float:
-        """Between the fingers [m]."""
+        """Return the distance between the fingers [m]."""
         return self._robot.finger_width()
 
     def held(self) -> str | None:
-        """The body that a closed hand touches with both fingers, these being apart."""
+        """Return the body that a closed hand touches with both fingers while they are apart."""
         if not self.hand_closed or self.finger_width() < 2e-3:
             return None
         left, right = self._robot.pressing()
@@ -175,36 +175,36 @@ class Workcell:
         return min(both, key=lambda name: (-both[name], name), default=None)
 
     def touched(self) -> frozenset[str]:
-        """The bodies that either finger presses on."""
+        """Return the bodies that either finger presses on."""
         left, right = self._robot.pressing()
         return frozenset(self._names[each] for each in left.keys() | right.keys() if each in self._names)
 
     def pressed(self) -> frozenset[str]:
-        """The bodies that any part of the robot presses on."""
+        """Return the bodies that any part of the robot presses on."""
         return frozenset(self._names[each] for each in self._robot.pressed() if each in self._names)
 
-    # -- what is done ----------------------------------------------------------------------
+    # -- commands --------------------------------------------------------------------------
 
     def step(self) -> None:
-        """One time step under the present motor commands."""
+        """Simulate one time step under the present motor commands."""
         started = time.perf_counter()
         self._bullet.stepSimulation(physicsClientId=self._client)
         self.stepping_seconds += time.perf_counter() - started
         self._steps += 1
-        if self._is_watched:
+        if self._has_window:
             self._show()
         if self._steps % FRAME_STEPS == 0 and self.on_frame is not None:
             started = time.perf_counter()
             self.on_frame()
-            self.watching_seconds += time.perf_counter() - started
+            self.frame_seconds += time.perf_counter() - started
 
     def settle(self, seconds: float) -> None:
-        """Let simulated time pass."""
+        """Let simulated time pass [s]."""
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
     def settle_until_still(self, names: Sequence[str], at_most: float) -> None:
-        """Let time pass until the bodies have come to rest, `at_most` so long [s]."""
+        """Let time pass until the bodies are at rest, `at_most` so long [s]."""
         deadline = self._steps + round(at_most / TIME_STEP)
         while self._steps < deadline:
             self.settle(0.05)
@@ -212,39 +212,37 @@ class Workcell:
                 return
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
-        """Set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
+        """Set the set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
         self._robot.drive_arm(position, velocity)
 
     def hold(self) -> None:
-        """The arm stays where it is; the fingers go on doing what they do."""
+        """Hold the arm where it is; the fingers keep their command."""
         here = self.joint_positions().tolist()
         self.drive_arm(here, [0.0] * len(here))
 
     def stop(self) -> None:
-        """End the motion that is under way (from `on_frame`, or another thread): brake, then hold.
+        """Stop the current motion (from `on_frame`, or another thread): brake, then hold.
 
-        The skill ends with the reason `stopped`; the next one may go on from there.
+        The skill ends with the reason `stopped`; the next one may continue from there.
         """
-        self.is_told_to_stop = True
+        self.stop_requested = True
 
     def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
-        """Tell the fingers to go this far from the middle, each at most so fast [m], [m/s]."""
+        """Command the fingers to an opening [m], each with at most a speed [m/s]."""
         self.hand_closed = False
         self._robot.drive_fingers(opening, GRIP_FORCE, speed)
 
     def close_fingers(self) -> None:
-        """Tell the fingers to close, and to keep pressing."""
+        """Command the fingers to close and to keep pressing."""
         self.hand_closed = True
         self._robot.close_fingers()
 
     def weaken_fingers(self) -> None:
-        """The disturbance: the fingers lose their force and give way, though told to hold."""
+        """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""
         self._robot.drive_fingers(0.5 * self.finger_width() + 3e-3, force=2.0)
 
     def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:
-        """Push a body above its centre for 50 ms, horizontally; then wait until all has come to
-        rest.
-        """
+        """Push a body horizontally, above its centre, for 50 ms; then wait until all bodies are at rest."""
         length = math.hypot(*direction_xy)
         if not (math.isfinite(impulse_Ns) and math.isfinite(length) and length > 0):
             raise ValueError(f"no push: {impulse_Ns} N s towards {direction_xy}")
@@ -264,7 +262,7 @@ class Workcell:
         self.settle_until_still(list(self.bodies), at_most=2.0)
 
     def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
-        """A picture of the cell from the front and above: (height, width, 3)."""
+        """Return a picture of the cell from the front and above (height, width, 3)."""
         if self._camera is None:
             self._camera = Camera(self.robot)
         return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
@@ -287,16 +285,16 @@ class Workcell:
         world.changeDynamics(self._table, -1, lateralFriction=1.0, physicsClientId=client)
         self._robot = BulletRobot(self.robot, world, client, self._urdf)
         self.open_fingers(self.gripper.maximum_opening)
-        self._solids.forget()
+        self._collision_bodies.clear()
         many = sum(not body.is_fixed for body in self.bodies.values()) > MANY
-        self._ids = {body.name: self._solids.add(body, many) for body in self.bodies.values()}
+        self._ids = {body.name: self._collision_bodies.add(body, many) for body in self.bodies.values()}
         self._names = {identity: name for name, identity in self._ids.items()}
-        if self._is_watched:
+        if self._has_window:
             for name, identity in self._ids.items():
                 window.paint(world, client, identity, self.bodies[name])
 
     def _show(self) -> None:
-        """No faster than things really move; `NoDisplay` once somebody has closed the window."""
+        """Keep to real time; raise `NoDisplay` once the window was closed."""
         if not self._bullet.isConnected(self._client):
             raise NoDisplay("the window was closed")
         time.sleep(TIME_STEP)
@@ -307,7 +305,7 @@ class Workcell:
         return self._ids[name]
 
 
-def _let_go(world: Any, client: int, folder: Path) -> None:
+def _disconnect(world: Any, client: int, folder: Path) -> None:
     with pybullet_loading.output_silenced():
         world.disconnect(physicsClientId=client)
     shutil.rmtree(folder, ignore_errors=True)
@@ -318,4 +316,4 @@ def _check_bodies(bodies: Sequence[Body]) -> None:
         check_body(body)
     names = [body.name for body in bodies]
     if len(set(names)) < len(names) or TABLE in names:
-        raise ValueError(f"names of bodies must differ, and none be '{TABLE}': {names}")
+        raise ValueError(f"names of bodies must be unique, and none may be '{TABLE}': {names}")

@@ -1,1 +1,1 @@
-"""What the arm can do."""
+"""The skills of the arm."""

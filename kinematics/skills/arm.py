@@ -1,47 +1,55 @@
-"""What the arm knows of itself and of the cell: kinematics, collision scene and planner, as of the
-last look.
-"""
+"""The arm's solvers (kinematics, collision, planning), and the snapshot of the cell that they plan from."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from kinematics.collision.models import MARGIN
 from kinematics.collision.scene import CollisionScene
-from kinematics.geometry.transforms import Array, Pose, transform_of
+from kinematics.collision.scene_state import HeldBody, SceneState
+from kinematics.geometry.transforms import Array, Pose, pose_of, transform_of
 from kinematics.ik.differential_ik import StraightLines
 from kinematics.ik.global_ik import InverseKinematics
 from kinematics.planning.planner import Path, Planner
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
-from kinematics.shapes.containers import load_of
+from kinematics.shapes.containers import contents_of
 from kinematics.simulation.workcell import Workcell
 
-LINE_MARGIN = 0.002  # along a straight approach, where neighbours are near [m]
+LINE_MARGIN = 0.002  # along a straight approach, with neighbours near [m]
 
 
 @dataclass(frozen=True)
-class Look:
-    """One observation of the cell; everything that a skill plans is planned from it."""
+class CellSnapshot:
+    """One observation of the cell, from which skills plan."""
 
     q: Array  # (dof,) [rad]
     tool: Array  # (4, 4) transform to the world
-    poses: dict[str, Pose]
-    held: str | None
-    opening: float  # of each finger [m]
+    state: SceneState  # of the collision scene, as observed
 
-    def tool_to(self, name: str) -> Array:
-        """The body's transform to the tool."""
-        rotation, position = self.tool[:3, :3], self.tool[:3, 3]
-        body = transform_of(self.poses[name])
-        body[:3, 3] = rotation.T @ (body[:3, 3] - position)
-        body[:3, :3] = rotation.T @ body[:3, :3]
-        return body
+    @property
+    def poses(self) -> Mapping[str, Pose]:
+        """Poses of all bodies, world frame."""
+        return self.state.poses
+
+    @property
+    def held(self) -> str | None:
+        """Name of the held body."""
+        return None if self.state.held is None else self.state.held.name
+
+    @property
+    def opening(self) -> float:
+        """Opening of each finger [m]."""
+        return self.state.opening
+
+    def body_to_tool(self, name: str) -> Array:
+        """Return the body's transform to the tool (4, 4)."""
+        return _to_tool(self.poses[name], self.tool)
 
 
 class Arm:
-    """Solvers that are kept between motions, so that planning starts warm."""
+    """Solvers, kept between motions so that planning starts warm."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -51,52 +59,41 @@ class Arm:
         self.planner = Planner(robot)
         self._scenes: dict[tuple[object, ...], CollisionScene] = {}
         self.scene = CollisionScene(robot, {})
-        self.near: set[str] = set()  # what stood in the way since the last look
+        self.near: set[str] = set()  # names of what stood in the way since the last snapshot
 
-    def look(self, cell: Workcell) -> Look:
-        """Measure the cell, and put everything in the collision scene where it is."""
+    def observe(self, cell: Workcell) -> CellSnapshot:
+        """Return a snapshot of the cell, and take up the collision scene of its bodies."""
         self.scene = self._scene(cell)
-        limits = self.robot.limits  # a joint that rests at its limit is measured beyond it by a hair
-        q: Array = np.clip(cell.joint_positions(), limits.lower, limits.upper)
-        poses = cell.observed_poses()
-        look = Look(q, self.inverse.forward(q), poses, cell.held(), cell.finger_width() / 2)
         self.near = set()
-        self.scene.tolerate_nothing()
-        self.scene.open_fingers(look.opening)
-        self.show_held(look)
-        return look
+        limits = self.robot.limits  # a joint at rest at its limit is measured slightly beyond it
+        q: Array = np.clip(cell.joint_positions(), limits.lower, limits.upper)
+        tool, poses, held = self.inverse.forward(q), cell.observed_poses(), cell.held()
+        state = SceneState(poses, cell.finger_width() / 2)
+        if held is not None:
+            pose_in_tool = pose_of(_to_tool(poses[held], tool))
+            load = contents_of(held, self.scene.shapes, poses)
+            state = state.with_held(HeldBody(held, pose_in_tool), load)
+        return CellSnapshot(q, tool, state)
 
-    def show_held(self, look: Look) -> None:
-        """The scene as it is: the held body in the hand, and out of the way what lies in it."""
-        if look.held is None:
-            self.scene.place(look.poses)
-            self.scene.hold(None)
-        else:
-            load = load_of(look.held, self.scene.shapes, look.poses)
-            self.scene.place(look.poses, absent=frozenset([look.held, *load]))
-            self.scene.hold(look.held, look.tool_to(look.held))
+    def plan(self, start: Array, goal: Array, state: SceneState, seed: int) -> Path:
+        """Return a path that keeps `MARGIN` from everything that is not nearer at the start already."""
+        scene, tolerating = self.scene, self.scene.tolerating(start, state)
+        return self.planner.plan(start, goal, lambda q: scene.is_free(q, tolerating), seed)
 
-    def plan(self, start: Array, goal: Array, seed: int) -> Path:
-        """A path with `MARGIN` around everything but what is touched at the start."""
-        scene = self.scene
-        scene.tolerate_here(start)
-        try:
-            return self.planner.plan(start, goal, scene.is_free, seed)
-        finally:
-            scene.tolerate_nothing()
+    def chain_is_free(self, chain: Array, state: SceneState, margin: float = LINE_MARGIN) -> bool:
+        """Return whether every point of a dense chain keeps the margin [m]."""
+        return all(self.scene.is_free(q, state, margin) for q in chain)
 
-    def chain_is_free(self, chain: Array, margin: float = LINE_MARGIN) -> bool:
-        """Whether every point of a dense chain keeps the margin."""
-        return all(self.scene.is_free(q, margin) for q in chain)
-
-    def solutions(self, target: Array, current: Array, seed: int, restarts: int) -> Iterator[Array]:
-        """Joint positions for a tool transform that touch nothing, the usual posture first."""
+    def solutions(
+        self, target: Array, current: Array, state: SceneState, seed: int, restarts: int
+    ) -> Iterator[Array]:
+        """Yield joint positions for a tool transform that contact nothing, the usual posture first."""
         starts = self.inverse.starts(target, current, seed, restarts)
         for q in self.inverse.solutions(target, starts):
-            if self.scene.is_free(q, MARGIN):
+            if self.scene.is_free(q, state, MARGIN):
                 yield q
             else:
-                self.near.update(*(touch.names for touch in self.scene.touches(q)))
+                self.near.update(*(contact.names for contact in self.scene.contacts(q, state)))
 
     def _scene(self, cell: Workcell) -> CollisionScene:
         shapes = {name: body.shape for name, body in cell.bodies.items()}
@@ -109,6 +106,15 @@ class Arm:
         return self._scenes[key]
 
 
-def travel(a: Array, b: Array) -> float:
-    """How far apart two configurations are for the slowest joint [rad]."""
+def _to_tool(pose: Pose, tool: Array) -> Array:
+    """Return a body's transform to the tool (4, 4)."""
+    rotation, position = tool[:3, :3], tool[:3, 3]
+    body = transform_of(pose)
+    body[:3, 3] = rotation.T @ (body[:3, 3] - position)
+    body[:3, :3] = rotation.T @ body[:3, :3]
+    return body
+
+
+def largest_joint_change(a: Array, b: Array) -> float:
+    """Return the largest difference of any joint [rad]."""
     return float(np.abs(a - b).max())

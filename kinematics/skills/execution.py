@@ -1,4 +1,4 @@
-"""Execution: trajectories in, motor commands out, with an eye on what the hand holds."""
+"""From trajectories to motor commands; watches the held body meanwhile."""
 
 import math
 from collections.abc import Callable
@@ -11,28 +11,28 @@ from kinematics.geometry.transforms import Array, transform_of
 from kinematics.planning.trajectory import TIME_STEP, Trajectory
 from kinematics.simulation.workcell import Workcell
 
-WATCH_STEPS = 12  # between two looks at the held body: 50 ms
-BRAKING_STEPS = 48  # of a motion that is broken off
-ARRIVED = 0.004  # of every joint [rad]
+WATCH_STEPS = 12  # between two observations of the held body: 50 ms
+BRAKING_STEPS = 48  # of an aborted motion
+ARRIVED = 0.004  # error of every joint [rad]
 ARRIVAL_STEPS = 60  # to wait for that, at most
-SLIPPED = 0.012  # how far a held body may move in the hand [m]
-SLIPPED_WIDTH = 0.006  # how much the fingers may come together or apart [m]
+SLIPPED = 0.012  # distance a held body may move in the hand [m]
+SLIPPED_WIDTH = 0.006  # change of the finger width that counts as a slip [m]
 WAIT_FOR_FALL = 1.0  # [s]
-CERTAIN = 4.0  # standard deviations of a look beyond which it is no error of the look
-RESISTANCE = 8.0  # of a joint's torque to change within `FELT_STEPS` [N m]
-SPRING_BACK = 1.5e-3  # of each finger, from what it pressed [m]
+CERTAIN = 4.0  # standard deviations of an observation; beyond, a difference is real
+RESISTANCE = 8.0  # change of a joint's torque within `FELT_STEPS` that means contact [N m]
+FELT_STEPS = 4  # in which free motion changes a torque by less than 2 N m
+SPRING_BACK = 1.5e-3  # of each finger's pad, once it no longer presses [m]
 PARTING_SPEED = 0.02  # of each finger meanwhile [m/s]
-FELT_STEPS = 4  # free motion changes it by less than 2 N m meanwhile
 
 
 @dataclass(frozen=True)
 class Drop:
-    """What was noticed when a carried body was lost."""
+    """The loss of a carried body."""
 
     name: str
-    at_fraction: float  # of the way
+    at_fraction: float  # of the trajectory
     finger_width: float  # [m]
-    slid: float  # in the hand, when it was noticed [m]
+    slid: float  # distance in the hand, when it was noticed [m]
 
 
 @dataclass(frozen=True)
@@ -45,36 +45,38 @@ class Grip:
 
 
 def measure_grip(cell: Workcell, name: str) -> Grip:
-    """How the body sits in the hand now."""
+    """Return how the body sits in the hand now."""
     tool = transform_of(cell.tool_pose())
     offset = tool[:3, :3].T @ (np.array(cell.observed_pose(name).position) - tool[:3, 3])
     return Grip(name, offset, cell.finger_width())
 
 
-def doubt(cell: Workcell) -> float:
-    """How far apart two looks at one thing may put it [m]."""
+def position_uncertainty(cell: Workcell) -> float:
+    """Return how far two observations of one body may differ by noise alone [m]."""
     return CERTAIN * math.sqrt(2) * cell.noise.position
 
 
-def slid(cell: Workcell, grip: Grip) -> float:
-    """How far the body has moved in the hand since the grip was measured [m]."""
+def slip_distance(cell: Workcell, grip: Grip) -> float:
+    """Return how far the body has moved in the hand since the grip was measured [m]."""
     return float(np.linalg.norm(measure_grip(cell, grip.name).offset - grip.offset))
 
 
 def is_lost(cell: Workcell, grip: Grip) -> bool:
-    """By the finger width, the contact of both fingers, and the body's pose in the hand."""
+    """Return whether the body is lost, by finger width, contact of both fingers, and its pose in the hand."""
     apart = abs(cell.finger_width() - grip.width) > SLIPPED_WIDTH
-    return apart and cell.held() != grip.name or slid(cell, grip) > SLIPPED + doubt(cell)
+    return (
+        apart and cell.held() != grip.name or slip_distance(cell, grip) > SLIPPED + position_uncertainty(cell)
+    )
 
 
 def follow(cell: Workcell, trajectory: Trajectory) -> None:
-    """Drive the arm along, and wait until it has arrived; `KinematicsError` where it does not."""
+    """Drive the arm along, and wait until it has arrived; `KinematicsError` if it does not."""
     _drive(cell, trajectory, lambda step: False)
     _arrive(cell, trajectory.positions[-1])
 
 
 def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | None = None) -> Drop | None:
-    """Drive the arm along with something in the hand. Stops, and says so, when that is lost."""
+    """Drive the arm along with a body in the hand; brake and return a `Drop` when it is lost."""
     slip_step = None if slip_at is None else int(slip_at * len(trajectory))
 
     def lost(step: int) -> bool:
@@ -83,23 +85,23 @@ def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | N
         return step % WATCH_STEPS == 0 and is_lost(cell, grip)
 
     stopped = _drive(cell, trajectory, lost)
-    if stopped is None and slip_at is not None:  # the fall began too late to be noticed on the way
+    if stopped is None and slip_at is not None:  # a fall that began late is noticed only now
         cell.settle(WAIT_FOR_FALL / 4)
     if stopped is None and not is_lost(cell, grip):
         _arrive(cell, trajectory.positions[-1])
         return None
     fraction = 1.0 if stopped is None else stopped / len(trajectory)
-    drop = Drop(grip.name, fraction, cell.finger_width(), slid(cell, grip))
+    drop = Drop(grip.name, fraction, cell.finger_width(), slip_distance(cell, grip))
     if stopped is not None:
         _brake(cell, trajectory, stopped)
     return drop
 
 
 def lower(cell: Workcell, trajectory: Trajectory) -> int:
-    """Drive down until something resists, and stay there: the step of the trajectory where that was.
+    """Drive down until something resists, and stay there; return the step of the trajectory.
 
-    For a descent to a support whose height is not certain. Felt in the torques of the joints, which
-    change slowly in free motion.
+    For a descent to a support of uncertain height. Contact shows in the joints' torques, which change
+    slowly in free motion.
     """
     felt: list[Array] = []
 
@@ -117,13 +119,13 @@ def lower(cell: Workcell, trajectory: Trajectory) -> int:
 
 
 def open_hand(cell: Workcell, opening: float) -> None:
-    """Open the fingers, and wait until they are open (a neighbour may hold them up)."""
+    """Open the fingers, and wait until they stand still (a neighbour may stop them)."""
     cell.open_fingers(opening)
     _wait_for_fingers(cell)
 
 
-def let_go(cell: Workcell, opening: float) -> None:
-    """Open gently until nothing is pressed any more, then wide: pads that spring back move what they held."""
+def release(cell: Workcell, opening: float) -> None:
+    """Open gently until no pad presses, then wide: pads that spring back would move the body."""
     cell.open_fingers(cell.finger_width() / 2 + SPRING_BACK, PARTING_SPEED)
     cell.settle(SPRING_BACK / PARTING_SPEED)
     open_hand(cell, opening)
@@ -146,21 +148,19 @@ def _wait_for_fingers(cell: Workcell) -> None:
 
 
 def _drive(cell: Workcell, trajectory: Trajectory, ends: Callable[[int], bool]) -> int | None:
-    """The step at which `ends` said so, or None at the end of the way.
+    """Drive along until `ends` is true of a step, and return that step, or None at the end.
 
-    When the cell is told to stop, the arm brakes along the way that was checked, and holds still; what
-    is in the hand stays there.
+    When a stop is requested, the arm brakes along the checked path and holds still with what it carries.
     """
     positions, velocities = trajectory.positions.tolist(), trajectory.velocities.tolist()
     try:
         for step, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
             cell.drive_arm(position, velocity)
             cell.step()
-            if cell.is_told_to_stop:
+            if cell.stop_requested:
                 _brake(cell, trajectory, step)
-                raise KinematicsError(
-                    Reason.STOPPED, "told to stop", at_fraction=(step + 1) / len(trajectory)
-                )
+                fraction = (step + 1) / len(trajectory)
+                raise KinematicsError(Reason.STOPPED, "a stop was requested", at_fraction=fraction)
             if ends(step):
                 return step
     except KeyboardInterrupt:
@@ -170,7 +170,7 @@ def _drive(cell: Workcell, trajectory: Trajectory, ends: Callable[[int], bool]) 
 
 
 def _brake(cell: Workcell, trajectory: Trajectory, step: int) -> None:
-    """Go on along the planned way, slower and slower: it is the way that was checked."""
+    """Slow down along the planned path, which is the one that was checked."""
     at = float(step)
     last = len(trajectory) - 1
     for k in range(1, BRAKING_STEPS + 1):
@@ -185,6 +185,7 @@ def _brake(cell: Workcell, trajectory: Trajectory, step: int) -> None:
 
 
 def _arrive(cell: Workcell, goal: Array) -> None:
+    """Wait for the joints to settle at the goal."""
     cell.drive_arm(goal.tolist(), [0.0] * len(goal))
     for _ in range(ARRIVAL_STEPS // 6):
         cell.settle(6 * TIME_STEP)

@@ -1,4 +1,4 @@
-"""Skills in a row, for those who have no program to call them: pick, place, put down, drop."""
+"""Sequences of skills: pick, place, put down, drop."""
 
 from collections.abc import Callable
 
@@ -9,30 +9,30 @@ from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_
 
 
 def pick(cell: Workcell, item: str, seed: int) -> Motion:
-    """Get an item into the hand, above where it was."""
+    """Grasp an item, and hold it above where it was."""
     return _in_turn(lambda: move_above(cell, item, seed), lambda: grasp(cell, item, seed))
 
 
 def place(cell: Workcell, support: str, seed: int) -> Motion:
-    """Put what is held on top of something, centred and aligned."""
+    """Put the held body on top of another, centred and aligned."""
     return _in_turn(lambda: move_above(cell, support, seed), lambda: release(cell, seed))
 
 
 def put_down(cell: Workcell, seed: int) -> Motion:
-    """Put what is held on the clearest free place of the table."""
+    """Put the held body on the clearest free place of the table."""
     return _in_turn(lambda: move_above_free_place(cell, seed), lambda: release(cell, seed))
 
 
 def drop_into(cell: Workcell, container: str, seed: int) -> Motion:
-    """Let what is held fall into a bin, a tray or a bowl."""
+    """Drop the held body into a bin, a tray or a bowl."""
     body = cell.bodies.get(container)
     if body is not None and containers.cavity_of(body.shape) is None:
-        return Motion(False, Reason.PLACEMENT_FAILED, {"message": f"'{container}' has no hollow"})
+        return Motion(False, Reason.PLACEMENT_FAILED, {"message": f"'{container}' has no cavity"})
     return place(cell, container, seed)
 
 
 def _in_turn(*skills: Callable[[], Motion]) -> Motion:
-    """One after the other, until one fails; evidence and times together."""
+    """Run skills in sequence until one fails; return their evidence and times as one motion."""
     done: list[Motion] = []
     for skill in skills:
         done.append(skill())

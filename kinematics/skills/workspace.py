@@ -1,6 +1,6 @@
-"""From an arm to where it works: the part of the table over which its tool can point straight down.
+"""From an arm to its workspace: the part of the table over which its tool can point straight down.
 
-Told by the arm's TOML, or measured: from the table to some height, at every yaw, by joint positions that
+Given in the arm's TOML, or measured: from the table to some height, at every yaw, by joint positions that
 touch neither the arm itself nor the table.
 """
 
@@ -9,27 +9,26 @@ import math
 from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
-
 from kinematics.collision.scene import CollisionScene
+from kinematics.collision.scene_state import SceneState
 from kinematics.errors import UnusableRobot
-from kinematics.geometry.transforms import rotation_about
-from kinematics.ik.global_ik import InverseKinematics, usual_tool
+from kinematics.geometry.transforms import Z_AXIS, rotation_about
+from kinematics.ik.global_ik import InverseKinematics, tool_pointing_down
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Region, Robot
 
 FLOOR = 0.02  # of the tool [m]
-CEILINGS = (0.4, 0.3, 0.2)  # of the tool, the first of which leaves room enough [m]
-HALF_WIDTHS = (0.2, 0.15, 0.1)  # on either side of its middle, widest first [m]
-NEAREST, FARTHEST, STEP = 0.15, 1.2, 0.05  # before the world's origin [m]
-LEAST_DEPTH = 0.15  # away from the arm [m]
-YAWS = 6
-RESTARTS = 12
+CEILINGS = (0.4, 0.3, 0.2)  # of the tool; the first with enough room counts [m]
+HALF_WIDTHS = (0.2, 0.15, 0.1)  # along y, widest first [m]
+NEAREST, FARTHEST, STEP = 0.15, 1.2, 0.05  # along x from the world's origin [m]
+LEAST_DEPTH = 0.15  # along x [m]
+WORKSPACE_YAWS = [math.pi * k / 6 for k in range(6)]  # the other half turn swaps the fingers
+WORKSPACE_RESTARTS = 12  # of inverse kinematics, per tool pose
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """Where things may lie, and how high above the table the tool gets everywhere."""
+    """Where objects may be, and the height that the tool reaches everywhere over them."""
 
     region: Region  # of x and of y, world frame [m]
     ceiling: float  # of the tool [m]
@@ -37,19 +36,19 @@ class Workspace:
 
 @cache
 def workspace_of(robot: Robot) -> Workspace:
-    """What the TOML tells, or what is measured in a few tenths of a second."""
+    """Return the workspace of the TOML, or measure it in a few tenths of a second."""
     if robot.workspace is not None:
         return Workspace(robot.workspace, CEILINGS[0])
     reach = _Reach(robot)
-    middles = dict.fromkeys((0.0, round(reach.home_y / STEP) * STEP))  # an arm may stand to one side
+    middles = dict.fromkeys((0.0, round(reach.home_y / STEP) * STEP))  # the base may be to one side
     for ceiling, half_width, middle in itertools.product(CEILINGS, HALF_WIDTHS, middles):
         sides = (round(middle - half_width, 3), round(middle + half_width, 3))
         near, far = reach.longest(sides, ceiling)
         if far - near >= LEAST_DEPTH - 1e-9:
             return Workspace(((near, far), sides), ceiling)
     raise UnusableRobot(
-        f"{robot.name}: nowhere before the arm, {NEAREST} to {FARTHEST} m along x, can its tool point down "
-        "at every yaw; check 'approach' and 'home', or tell the `workspace`"
+        f"{robot.name}: nowhere in front of the arm, {NEAREST} to {FARTHEST} m along x, can its tool point "
+        "down at every yaw; check 'approach' and 'home', or give the `workspace`"
     )
 
 
@@ -58,15 +57,15 @@ class _Reach:
         self._robot = robot
         self._solver = InverseKinematics(robot)
         self._scene = CollisionScene(robot, {})
-        self._scene.open_fingers(gripper_of(robot).maximum_opening)
+        self._state = SceneState({}, gripper_of(robot).maximum_opening)
 
     @property
     def home_y(self) -> float:
-        """Of the tool at home [m]."""
+        """Position of the tool at home, along y [m]."""
         return float(self._solver.forward(self._robot.home)[1, 3])
 
     def longest(self, sides: tuple[float, float], ceiling: float) -> tuple[float, float]:
-        """The longest stretch of x all of whose rows are within reach [m]."""
+        """Return the longest interval of x in which every row is within reach [m]."""
         best = start = end = NEAREST
         for k in range(1 + round((FARTHEST - NEAREST) / STEP)):
             x = round(NEAREST + k * STEP, 3)
@@ -77,14 +76,13 @@ class _Reach:
         return round(best, 3), end
 
     def _has_row(self, x: float, sides: tuple[float, float], ceiling: float) -> bool:
-        yaws = [math.pi * k / YAWS for k in range(YAWS)]  # the other half has the fingers swapped
-        corners = itertools.product((sides[0], sum(sides) / 2, sides[1]), (FLOOR, ceiling), yaws)
+        corners = itertools.product((sides[0], sum(sides) / 2, sides[1]), (FLOOR, ceiling), WORKSPACE_YAWS)
         return all(
-            self._gets_to(x, y, z, yaw) or self._gets_to(x, y, z, yaw + math.pi) for y, z, yaw in corners
+            self._reaches(x, y, z, yaw) or self._reaches(x, y, z, yaw + math.pi) for y, z, yaw in corners
         )
 
-    def _gets_to(self, x: float, y: float, z: float, yaw: float) -> bool:
-        tool = usual_tool(x, y, z)
-        tool[:3, :3] = rotation_about(np.array([0.0, 0.0, 1.0]), yaw) @ tool[:3, :3]
-        starts = self._solver.starts(tool, self._robot.home, 0, RESTARTS)
-        return any(self._scene.is_free(q) for q in self._solver.solutions(tool, starts))
+    def _reaches(self, x: float, y: float, z: float, yaw: float) -> bool:
+        tool = tool_pointing_down(x, y, z)
+        tool[:3, :3] = rotation_about(Z_AXIS, yaw) @ tool[:3, :3]
+        starts = self._solver.starts(tool, self._robot.home, 0, WORKSPACE_RESTARTS)
+        return any(self._scene.is_free(q, self._state) for q in self._solver.solutions(tool, starts))

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from kinematics.errors import NoDisplay, Reason, UnusableRobot
 from kinematics.geometry.transforms import Pose
-from kinematics.robot.robot import Robot, load, standing
-from kinematics.simulation.workcell import TABLE, Workcell
+from kinematics.robot.robot import Robot, load, with_base_at
+from kinematics.shapes.bodies import TABLE
+from kinematics.simulation.workcell import Workcell
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -44,7 +45,6 @@ FAILURES: Mapping[Reason, Failure] = {
     Reason.START_IN_COLLISION: Failure.START_IN_COLLISION,
     Reason.GOAL_IN_COLLISION: Failure.GOAL_IN_COLLISION,
     Reason.NO_PATH: Failure.NO_PATH,
-    Reason.PLANNER_TIMEOUT: Failure.TIME_OUT,
     Reason.SUPPORT_TILTED: Failure.PLACE_FAILED,
     Reason.NO_GRASP: Failure.GRASP_FAILED,
     Reason.NO_FREE_PLACE: Failure.NO_PATH,
@@ -270,4 +270,4 @@ def _standing(arm: str | None) -> Robot:
     """An arm, placed so that the middle of where it works is the middle of where objects start."""
     robot = load(arm or "panda")
     (x0, x1), (y0, y1) = workspace_of(robot).region
-    return standing(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)
+    return with_base_at(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)

@@ -1,4 +1,4 @@
-"""One cell for all tests, since a reset leaves nothing of an earlier test behind; and every arm."""
+"""One cell for all tests, since a reset leaves nothing of an earlier test; and every arm."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,11 +1,11 @@
-"""Arms that nobody sells: written link by link, each with what real descriptions do differently.
+"""Invented arms, written link by link, each with peculiarities of real descriptions.
 
-`elbow6` is of boxes and cylinders, its names have a prefix, it stands turned and beside the origin, three
-of its joints have no end, nothing says how heavy it is, and one finger mimics the other.
-`sphere7` is of STL meshes by `package://`, its hand looks along x and closes along z, its two fingers
-are driven apart by joints of one direction, their pads are links of their own, and it carries a second
-arm that nobody moves.
-`waist5` has five joints only, and links that nearly touch wherever it is.
+`elbow6` is made of boxes and cylinders, has a prefix in its names, a base that is turned and beside the
+origin, three continuous joints, no masses, and one finger that mimics the other.
+`sphere7` is made of STL meshes by `package://`, has a hand with its approach along x and its closing along
+z, two fingers that open in opposite directions of the same axis, with pads as links of their own, and a
+second, passive arm.
+`waist5` has only five joints, and links that nearly touch in every configuration.
 """
 
 import struct
@@ -20,7 +20,7 @@ def _numbers(values: tuple[float, ...]) -> str:
 
 
 def _link(name: str, *geometries: tuple[str, Size], mass: float | None = None) -> str:
-    """Geometries with their places [m]; without a mass the link says nothing of its weight."""
+    """Return a link with geometries at positions [m], with inertia if it has a mass."""
     parts = "".join(
         f'<{kind}><origin xyz="{_numbers(at)}"/><geometry>{geometry}</geometry></{kind}>'
         for geometry, at in geometries
@@ -32,7 +32,7 @@ def _link(name: str, *geometries: tuple[str, Size], mass: float | None = None) -
 
 
 def _joint(kind: str, names: str, at: Size, axis: Size = (0, 0, 1), more: str = "", yaw: float = 0) -> str:
-    """Of the names of joint, parent and child."""
+    """Return a joint, given the names of joint, parent and child."""
     name, parent, child = names.split()
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
@@ -54,23 +54,23 @@ def _cylinder(radius: float, length: float) -> str:
 
 def elbow6(folder: Path) -> Path:
     p = "left_arm_"
-    endless = '<limit velocity="2.5" effort="60"/>'
+    unlimited = '<limit velocity="2.5" effort="60"/>'
     slide = _limit(0, 0.05, 0.2, 40)
     description = [
         _link("world"),
         _joint("fixed", f"{p}mount world {p}base", (-0.05, 0.1, 0.02), yaw=0.5),
         _link(f"{p}base", (_cylinder(0.08, 0.1), (0, 0, 0.05))),
-        _joint("continuous", f"{p}pan {p}base {p}shoulder", (0, 0, 0.12), more=endless),
+        _joint("continuous", f"{p}pan {p}base {p}shoulder", (0, 0, 0.12), more=unlimited),
         _link(f"{p}shoulder", (_box(0.12, 0.14, 0.14), (0, 0, 0.07))),
         _joint("revolute", f"{p}lift {p}shoulder {p}upper", (0, 0, 0.12), (0, 1, 0), _limit(-2.2, 2.2)),
         _link(f"{p}upper", (_box(0.08, 0.08, 0.3), (0, 0, 0.2))),
         _joint("revolute", f"{p}elbow {p}upper {p}fore", (0, 0, 0.38), (0, 1, 0), _limit(-2.6, 2.6)),
         _link(f"{p}fore", (_cylinder(0.035, 0.12), (0, 0, 0.1))),
-        _joint("continuous", f"{p}roll {p}fore {p}wrist", (0, 0, 0.18), more=endless),
+        _joint("continuous", f"{p}roll {p}fore {p}wrist", (0, 0, 0.18), more=unlimited),
         _link(f"{p}wrist", (_cylinder(0.035, 0.12), (0, 0, 0.07))),
         _joint("revolute", f"{p}bend {p}wrist {p}neck", (0, 0, 0.18), (0, 1, 0), _limit(-2.1, 2.1)),
         _link(f"{p}neck", (_cylinder(0.03, 0.05), (0, 0, 0.035))),
-        _joint("continuous", f"{p}turn {p}neck {p}flange", (0, 0, 0.08), more=endless),
+        _joint("continuous", f"{p}turn {p}neck {p}flange", (0, 0, 0.08), more=unlimited),
         _link(f"{p}flange", (_cylinder(0.04, 0.02), (0, 0, 0.01))),
         _joint("fixed", f"{p}hand {p}flange {p}palm", (0, 0, 0.02)),
         _link(f"{p}palm", (_box(0.06, 0.18, 0.04), (0, 0, 0.02))),
@@ -86,7 +86,7 @@ def elbow6(folder: Path) -> Path:
         _link(f"{p}right", (_box(0.022, 0.014, 0.07), (0, -0.007, 0.035))),
     ]
     joints = [f"{p}{name}" for name in ("pan", "lift", "elbow", "roll", "bend", "turn")]
-    told = f"""
+    toml = f"""
 urdf = "elbow6.urdf"
 arm = {joints}
 home = [-0.5, 0.3, 1.6, 0.0, 1.24, 0.0]
@@ -99,7 +99,7 @@ closing = "y"
 [gripper]
 joints = ["{p}finger_a"]
 """
-    return _written(folder, "elbow6", description, told)
+    return _written(folder, "elbow6", description, toml)
 
 
 def sphere7(folder: Path) -> Path:
@@ -135,7 +135,7 @@ def sphere7(folder: Path) -> Path:
         "<gazebo reference='hand'><gravity>1</gravity></gazebo>\n",
         "<drake:note>a prefix that nothing declares</drake:note>\n",
     ]
-    told = f"""
+    toml = f"""
 urdf = "sphere7_description/urdf/sphere7.urdf"
 arm = {[f"j{k}" for k in range(7)]}
 home = [0.0, 0.3, 0.0, 1.5, 0.0, 1.34, 0.0]
@@ -149,7 +149,7 @@ joints = ["left_slide", "right_slide"]
 [limits]
 velocity = [1.5, 1.5, 1.5, 1.5, 2.0, 2.0, 2.0]
 """
-    return _written(folder, "sphere7", description, told, "sphere7_description/urdf/")
+    return _written(folder, "sphere7", description, toml, "sphere7_description/urdf/")
 
 
 def waist5(folder: Path) -> Path:
@@ -174,7 +174,7 @@ def waist5(folder: Path) -> Path:
         ),
         _link("right", (_box(0.022, 0.012, 0.07), (0, -0.006, 0.035))),
     ]
-    told = """
+    toml = """
 urdf = "waist5.urdf"
 arm = ["waist", "shoulder", "elbow", "wrist_pitch", "wrist_rotate"]
 home = [0.0, 0.2, 1.5, 1.44, 0.0]
@@ -184,13 +184,13 @@ xyz = [0.0, 0.0, 0.1]
 [gripper]
 joints = ["finger_a"]
 """
-    return _written(folder, "waist5", description, told)
+    return _written(folder, "waist5", description, toml)
 
 
 def _apart(
     name: str, parent: str, at: Size, ends: tuple[float, float], mesh: Callable[..., str]
 ) -> list[str]:
-    """A finger whose pad is a link of its own."""
+    """Return a finger whose pad is a link of its own."""
     side = 1.0 if ends[1] > 0 else -1.0
     return [
         _joint("prismatic", f"{name}_slide {parent} {name}_jaw", at, (0, 0, 1), _limit(*ends, 0.2, 50)),
@@ -201,7 +201,7 @@ def _apart(
 
 
 def _stl(x: float, y: float, z: float) -> bytes:
-    """A cuboid as a binary STL."""
+    """Return a cuboid as a binary STL."""
     corners = [(a * x / 2, b * y / 2, c * z / 2) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [three for a, b, c, d in quads for three in ((a, b, c), (a, c, d))]
@@ -212,13 +212,13 @@ def _stl(x: float, y: float, z: float) -> bytes:
     return b"solid no more".ljust(80) + struct.pack("<I", len(triangles)) + faces
 
 
-def _written(folder: Path, name: str, description: list[str], told: str, within: str = "") -> Path:
+def _written(folder: Path, name: str, description: list[str], toml: str, within: str = "") -> Path:
     path = folder / within / f"{name}.urdf"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f'<?xml version="1.0"?>\n<robot name="{name}">\n{"".join(description)}</robot>\n')
-    toml = folder / f"{name}.toml"
-    toml.write_text(told)
-    return toml
+    path_of_toml = folder / f"{name}.toml"
+    path_of_toml.write_text(toml)
+    return path_of_toml
 
 
 WRITTEN: dict[str, Callable[[Path], Path]] = {"elbow6": elbow6, "sphere7": sphere7, "waist5": waist5}

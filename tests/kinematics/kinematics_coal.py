@@ -1,4 +1,4 @@
-"""A second collision checker, by Pinocchio and coal, that shares nothing with ours but the description."""
+"""A second collision checker, by Pinocchio and coal, that shares only the description with ours."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,18 +7,18 @@ import coal
 import numpy as np
 import pinocchio
 
-from kinematics.collision.models import LOWER_TABLE, always_touching
+from kinematics.collision.models import TABLE_LOWERED, always_touching
 from kinematics.geometry.transforms import Array, Pose, transform_of
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.shapes.shapes import Box, Cylinder, Shape, Sphere, pieces_of, points_of
 
-THICK = 0.2  # of the table, that is half of its height [m]
+HALF_THICKNESS = 0.2  # of the table [m]
 
 
 class CoalChecker:
-    """The arm with open fingers, among bodies that stay where they are."""
+    """The arm with open fingers among fixed bodies."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Shape], poses: Mapping[str, Pose], folder: Path
@@ -49,12 +49,12 @@ class CoalChecker:
         self._data, self._found = self._model.createData(), self._geometry.createData()
 
     def distance(self, q: Array) -> float:
-        """The least distance of any pair; negative where it overlaps [m]."""
+        """Return the least distance of any pair; negative if it overlaps [m]."""
         pinocchio.computeDistances(self._model, self._data, self._geometry, self._found, q)
         return min(result.min_distance for result in self._found.distanceResults)
 
     def _matters(self, a: int, b: int, built: set[frozenset[str]]) -> bool:
-        """Not for what one joint holds together, neighbours, and what always touches."""
+        """Return whether two geoms count: not on one link, on neighbours, or always touching."""
         joints = sorted((self._parent(a), self._parent(b)))
         if joints[0] == joints[1] or self._model.parents[joints[1]] == joints[0]:
             return False
@@ -67,8 +67,8 @@ class CoalChecker:
         return str(self._geometry.geometryObjects[geom].name.rpartition("_")[0])
 
     def _add_table(self) -> int:
-        slab = coal.Box(4.0, 4.0, 2 * THICK)
-        return self._add("table", slab, np.array([0.0, 0.0, -THICK - LOWER_TABLE]), np.eye(3))
+        slab = coal.Box(4.0, 4.0, 2 * HALF_THICKNESS)
+        return self._add("table", slab, np.array([0.0, 0.0, -HALF_THICKNESS - TABLE_LOWERED]), np.eye(3))
 
     def _add_bodies(self, shapes: Mapping[str, Shape], poses: Mapping[str, Pose]) -> list[int]:
         added = []

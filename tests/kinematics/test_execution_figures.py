@@ -1,4 +1,4 @@
-"""The figures of execution: a few of each here, and with `--soak` as many as they are claimed for."""
+"""The figures of execution: from a few runs here, with `--soak` from as many as are claimed."""
 
 import math
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ def arm_cell(robot: Robot) -> Iterator[Workcell]:
 
 
 def stacked(cell: Workcell, seed: int, noise: Noise = NO_NOISE) -> float | None:
-    """One cycle, one attempt: how far off centre the cube stands on the other [m], or None."""
+    """Run one cycle; return how far off centre the cube is on the other [m], or None if it is not."""
     cell.reset(cubes(cell.robot, np.random.default_rng((7, seed)), 8), seed, noise)
     if not (pick(cell, "cube0", seed).achieved and place(cell, "cube1", seed).achieved):
         return None
@@ -43,7 +43,7 @@ def test_cycles_of_pick_and_place_never_fail(arm_cell: Workcell, soak: bool) -> 
 
 
 @pytest.mark.parametrize(("noise", "least"), [(SURE, 0.99), (UNSURE, 0.95)], ids=["2 mm", "5 mm"])
-def test_cycles_bear_noise_on_what_they_are_told(
+def test_cycles_tolerate_noise_on_observed_poses(
     cell: Workcell, noise: Noise, least: float, soak: bool
 ) -> None:
     seeds = range(500 if soak else 3)
@@ -61,7 +61,7 @@ def test_towers_of_eight_stand(cell: Workcell, soak: bool) -> None:
 
 
 class WatchedCell(Workcell):
-    """A cell that notes at every step what the robot, and what is in its hand, touches."""
+    """A cell that notes at every step which bodies the robot or the held body touches."""
 
     def reset(self, *arguments: Any, **options: Any) -> None:
         self.touching: set[str] = set()
@@ -85,7 +85,7 @@ def test_carried_cubes_pass_between_towers_without_touching_them(soak: bool) -> 
 
 
 def _gate(generator: np.random.Generator) -> list[Body]:
-    """Two towers of four, a cube before them, and one behind."""
+    """Return two towers of four, a cube in front of them, and one behind."""
     gap = generator.uniform(0.12, 0.16)
     bodies = []
     for side, y in (("left", gap), ("right", -gap)):
@@ -97,7 +97,7 @@ def _gate(generator: np.random.Generator) -> list[Body]:
     return [*bodies, cube("item", (0.37, 0.15), yaws[0], 1), cube("goal", (0.62, -0.12), yaws[1], 2)]
 
 
-def test_a_replay_of_the_motor_commands_ends_bit_for_bit_where_the_skills_did(arm_cell: Workcell) -> None:
+def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(arm_cell: Workcell) -> None:
     bodies = cubes(arm_cell.robot, np.random.default_rng(3), 4)
     with sim.RecordingCell(arm_cell.robot) as cell:
         for each in (cell, arm_cell):
@@ -109,7 +109,7 @@ def test_a_replay_of_the_motor_commands_ends_bit_for_bit_where_the_skills_did(ar
         assert np.array_equal(arm_cell.joint_positions(), cell.joint_positions())
 
 
-def test_the_benchmark_of_execution_says_what_was_achieved_and_at_what_cost() -> None:
+def test_the_benchmark_of_execution_reports_success_and_overhead() -> None:
     ours = sim.bench(1, 0)["ours"]
     assert (ours["cycles"], ours["achieved"]) == (1, 1.0)
     assert ours["real_time_factor"] > 0 and ours["overhead"] > -1

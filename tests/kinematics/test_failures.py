@@ -1,4 +1,4 @@
-"""What cannot be done has a name, and leaves the world as it was."""
+"""An impossible motion has a reason, and leaves the world as it was."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ NAN, INF = math.nan, math.inf
 
 
 class JammedCell(Workcell):
-    """A cell whose gripper stays closed once it is jammed."""
+    """A cell whose gripper no longer opens once it is jammed."""
 
     jammed = False
 
@@ -53,7 +53,7 @@ def state(cell: Workcell) -> tuple[object, ...]:
         lambda cell: skills.push(cell, "b0", (1.0, 0.0), NAN, 0),
     ],
 )
-def test_a_skill_that_is_told_what_is_no_number_says_so(
+def test_a_skill_refuses_arguments_that_are_not_finite(
     cell: Workcell, skill: Callable[[Workcell], Motion]
 ) -> None:
     cell.reset(scattered(0), 0)
@@ -75,7 +75,7 @@ def test_a_skill_that_is_told_what_is_no_number_says_so(
         Compound(()),
     ],
 )
-def test_a_body_without_volume_is_refused_and_the_cell_is_left_alone(cell: Workcell, shape: Shape) -> None:
+def test_a_body_without_volume_is_refused_and_the_cell_stays_as_it_was(cell: Workcell, shape: Shape) -> None:
     cell.reset(scattered(0), 0)
     before = state(cell)
     with pytest.raises(UnusableShape, match="'flat' has a piece without volume"):
@@ -89,7 +89,7 @@ def test_a_body_of_an_impossible_mass_is_refused(cell: Workcell, mass: float) ->
         cell.reset([Body("heavy", Box((0.02,) * 3), (0.5, 0.0, 0.02), mass=mass)], 0)
 
 
-def test_kinematics_and_planner_refuse_what_is_no_number_or_beyond_a_joint() -> None:
+def test_solver_and_planner_refuse_numbers_that_are_not_finite_or_beyond_a_limit() -> None:
     robot = panda()
     solver = InverseKinematics(robot)
     nowhere = np.full((4, 4), NAN)
@@ -138,11 +138,11 @@ CORNERS = tuple((x, y, z) for x in (-0.045, 0.045) for y in (-0.045, 0.045) for 
 
 
 @pytest.mark.parametrize("shape", [Cylinder(0.0375, 0.04), Box((0.05, 0.045, 0.02)), Hull(CORNERS)])
-def test_what_is_wider_than_the_hand_opens_is_said_to_be(cell: Workcell, shape: Shape) -> None:
+def test_a_body_wider_than_the_hand_opens_is_a_reason(cell: Workcell, shape: Shape) -> None:
     cell.reset([Body("lid", shape, (0.5, 0.0, 0.02))], 0)
     cell.settle(0.5)
     before = state(cell)
     motion = move_above(cell, "lid", 0)
     assert motion.reason is Reason.NO_GRASP
-    assert "mm wide where it is narrowest, and the hand gets around 73 mm" in motion.evidence["message"]
+    assert "mm wide at its narrowest, and the hand opens for 73 mm" in motion.evidence["message"]
     assert state(cell) == before

@@ -1,4 +1,4 @@
-"""The figures of inverse kinematics and planning: a few here, with `--soak` as many as are claimed."""
+"""The figures of inverse kinematics and planning: from a few queries here, with `--soak` as claimed."""
 
 import resource
 
@@ -6,19 +6,19 @@ import pytest
 
 from kinematics.bench import ik, plan
 from kinematics.bench.measuring import Tally
-from kinematics.bench.plan_queries import Query, Referee, drawn
+from kinematics.bench.plan_queries import Query, Referee, random_queries
 from kinematics.robot.robot import Robot, load
 
 
 def test_inverse_kinematics_solves_every_pose_within_reach(robot: Robot, soak: bool) -> None:
     count = 1000 if soak else 60
     sets = {"topdown": ik.top_down(robot, count, 0), "general": ik.general(robot, count, 0)}
-    for name, figures in ik.judged(robot, ik.ours(robot), sets).items():
+    for name, figures in ik.evaluated(robot, ik.ours(robot), sets).items():
         assert figures["solved"] == 1.0, name
 
 
 def queries(robot: Robot, referee: Referee, count: int) -> list[Query]:
-    return [query for query, _ in zip(drawn(robot, referee, 0), range(count), strict=False)]
+    return [query for query, _ in zip(random_queries(robot, referee, 0), range(count), strict=False)]
 
 
 def test_every_query_is_planned_and_no_path_grazes(robot: Robot, soak: bool) -> None:
@@ -49,13 +49,13 @@ def test_many_queries_in_one_process_need_no_more_memory(soak: bool) -> None:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of the peers
 @pytest.mark.parametrize(("bench", "keys"), [(ik, {"topdown", "general"}), (plan, {"solved", "grazing"})])
-def test_a_benchmark_says_ours_the_peers_and_the_machine(bench, keys: set[str], capfd) -> None:
+def test_a_benchmark_reports_ours_the_peers_and_the_machine(bench, keys: set[str], capfd) -> None:
     figures = bench.bench(2, 0)
     assert keys <= figures["ours"].keys() and figures["peers"] and figures["machine"]["libraries"]
     assert all(keys <= peer.keys() for peer in figures["peers"].values())
 
 
-def test_a_ratio_of_times_is_of_the_queries_that_both_solved() -> None:
+def test_a_ratio_of_times_covers_the_queries_that_both_solved() -> None:
     ours = Tally([True, True, False, True, True], busy=[1.0, 2.0, 3.0, 9.0, 9.0])
     peer = Tally([True, False, True, True], busy=[4.0, 80.0, 90.0, 36.0])
     assert plan.times_faster(ours, peer) == 4.0  # of the first query and of the fourth

@@ -1,4 +1,4 @@
-"""Three readers of one robot agree, and its kinematics are what they say they are: for every arm."""
+"""Three libraries agree on every arm, and its kinematics are consistent."""
 
 import math
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ from kinematics.skills.workspace import workspace_of
 
 @pytest.fixture
 def in_bullet(robot: Robot, tmp_path) -> Iterator[tuple[int, int, list[tuple]]]:
-    """Client, body and what PyBullet says of every joint."""
+    """Return PyBullet's client, body and information on every joint."""
     path = tmp_path / "robot.urdf"
     path.write_text(models.for_bullet(robot, visuals=False))
     client = pybullet.connect(pybullet.DIRECT)
@@ -73,9 +73,9 @@ def test_mujoco_and_pinocchio_agree_on_forward_kinematics(robot: Robot) -> None:
 
 
 def test_bullet_and_pinocchio_agree_on_forward_kinematics(robot: Robot, in_bullet) -> None:
-    client, body, told = in_bullet
-    index = {joint[1].decode(): joint[0] for joint in told}
-    link = {joint[12].decode(): joint[0] for joint in told}[robot.tool_frame]
+    client, body, infos = in_bullet
+    index = {joint[1].decode(): joint[0] for joint in infos}
+    link = {joint[12].decode(): joint[0] for joint in infos}[robot.tool_frame]
     solver = InverseKinematics(robot)
     for q in configurations(robot, 50):
         for name, value in zip(robot.arm_joints, q, strict=True):
@@ -86,7 +86,7 @@ def test_bullet_and_pinocchio_agree_on_forward_kinematics(robot: Robot, in_bulle
         assert np.allclose(rotation_from_quaternion(state[5]), tool[:3, :3], atol=1e-6)
 
 
-def test_the_three_have_the_joints_in_one_order_and_the_soft_limits(robot: Robot, in_bullet) -> None:
+def test_the_three_agree_on_the_order_of_joints_and_on_soft_limits(robot: Robot, in_bullet) -> None:
     limits, model = robot.limits, models.mujoco_model(robot)
     arm = models.pinocchio_model(robot)
     assert tuple(arm.names)[1:] == robot.arm_joints
@@ -138,12 +138,12 @@ def _to_the_first_joint(robot: Robot) -> list[Array]:
     return [joint.origin for joint in robot.chain[: names.index(robot.arm_joints[0]) + 1]]
 
 
-def test_the_usual_posture_faces_the_target(robot: Robot) -> None:
+def test_the_posture_that_an_iteration_starts_from_faces_the_target(robot: Robot) -> None:
     solver = InverseKinematics(robot)
     shoulder = reduce(np.matmul, _to_the_first_joint(robot))[:2, 3]
     for seed in range(20):
         tool = top_down(robot, np.random.default_rng(seed))
-        posture = solver.forward(solver.usual_posture(tool))
+        posture = solver.forward(solver.posture_facing(tool))
         seen = [each[:2, 3] - shoulder for each in (posture, tool)]
         bearings = [math.atan2(y, x) for x, y in seen]
         assert abs(bearings[0] - bearings[1]) < 1e-3
@@ -168,7 +168,7 @@ def test_the_gripper_is_measured_from_nearly_closed_to_open(robot: Robot) -> Non
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_rotations_survive_the_way_through_quaternions_and_angles(seed: int) -> None:
+def test_rotations_survive_conversion_to_quaternions_and_angles(seed: int) -> None:
     rotation = random_rotation(np.random.default_rng(seed))
     quaternion = quaternion_from_rotation(rotation)
     assert np.allclose(rotation_from_quaternion(quaternion), rotation)

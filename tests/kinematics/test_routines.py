@@ -1,4 +1,4 @@
-"""Skills beyond pick and place: pushing, lifting, opening, stopping; and what cannot be done is named."""
+"""Skills beyond pick and place: pushing, lifting, opening, stopping, and their failures."""
 
 import math
 from pathlib import Path
@@ -18,7 +18,7 @@ from kinematics.skills.skills import lift, move_above, open_hand, push, release
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_body_is_pushed_where_it_was_to_go(cell: Workcell, seed: int) -> None:
+def test_a_body_is_pushed_to_its_goal(cell: Workcell, seed: int) -> None:
     generator = np.random.default_rng(seed)
     angle, distance = generator.uniform(-math.pi, math.pi), generator.uniform(0.03, 0.12)
     can = Body("can", Cylinder(0.03, 0.06), (0.45, 0.0, 0.03))
@@ -40,7 +40,7 @@ def test_nothing_is_pushed_into_its_neighbour(cell: Workcell) -> None:
     assert cell.time == before
 
 
-def test_what_is_held_is_lifted_and_falls_when_the_hand_opens(cell: Workcell) -> None:
+def test_a_held_body_is_lifted_and_falls_when_the_hand_opens(cell: Workcell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     assert pick(cell, "a", 0).achieved
     before = cell.pose("a").position[2]
@@ -52,7 +52,7 @@ def test_what_is_held_is_lifted_and_falls_when_the_hand_opens(cell: Workcell) ->
     assert cell.pose("a").position[2] < 0.06
 
 
-def test_a_motion_that_is_told_to_stop_brakes_and_holds_what_it_carries(cell: Workcell) -> None:
+def test_a_stopped_motion_brakes_and_holds_the_carried_body(cell: Workcell) -> None:
     cell.reset(scattered(3), 3)
     assert pick(cell, "b0", 0).achieved
     started = cell.time
@@ -72,18 +72,18 @@ def test_a_motion_that_is_told_to_stop_brakes_and_holds_what_it_carries(cell: Wo
     assert move_above(cell, "b1", 0).achieved and release(cell, 0).achieved  # and it goes on from there
 
 
-def test_noise_is_in_what_skills_are_told_and_not_in_what_is_so(cell: Workcell) -> None:
+def test_noise_is_on_observed_poses_and_not_on_true_ones(cell: Workcell) -> None:
     cell.reset(scattered(2), 2, Noise(0.002, math.radians(2)))
-    exact, told = cell.poses(), cell.observed_poses()
-    assert exact == cell.poses() and told != cell.observed_poses()
-    offs = [np.subtract(told[name].position, exact[name].position) for name in exact]
+    exact, observed = cell.poses(), cell.observed_poses()
+    assert exact == cell.poses() and observed != cell.observed_poses()
+    offs = [np.subtract(observed[name].position, exact[name].position) for name in exact]
     assert 2e-4 < float(np.std(offs)) < 5e-3
-    assert transform_of(told["b0"])[2, 2] == pytest.approx(1.0, abs=1e-6)
-    with pytest.raises(ValueError, match="noise is two numbers"):
+    assert transform_of(observed["b0"])[2, 2] == pytest.approx(1.0, abs=1e-6)
+    with pytest.raises(ValueError, match="noise needs two numbers"):
         Noise(-1.0)
 
 
-def test_a_cube_is_put_by_feel_on_a_support_of_uncertain_height(cell: Workcell) -> None:
+def test_a_guarded_descent_places_a_cube_on_a_support_of_uncertain_height(cell: Workcell) -> None:
     cell.reset(scattered(5), 5, Noise(0.005, math.radians(2)))
     for motion in (pick(cell, "b0", 5), place(cell, "b1", 5)):
         assert motion.achieved, motion
@@ -101,7 +101,7 @@ def test_a_window_without_a_display_is_refused(monkeypatch: pytest.MonkeyPatch) 
         Workcell(gui=True)
 
 
-def test_frames_come_in_the_size_that_was_asked_for(cell: Workcell) -> None:
+def test_pictures_have_the_requested_size(cell: Workcell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     for width, height in ((64, 64), (200, 120)):
         assert cell.render(width, height).shape == (height, width, 3)

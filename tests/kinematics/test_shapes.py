@@ -1,4 +1,4 @@
-"""Things of many shapes are picked up, put down, stacked and dropped into what has a hollow."""
+"""Bodies of many shapes are picked up, put down, stacked and dropped into containers."""
 
 import math
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kinematics.errors import Reason, UnusableShape
-from kinematics.geometry.urdf import located
+from kinematics.geometry.urdf import resolved_path
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
@@ -17,7 +17,7 @@ from kinematics.simulation.workcell import Workcell
 from kinematics.skills.routines import drop_into, pick, place, put_down
 from kinematics.skills.workspace import workspace_of
 
-DUCK = located("package://pybullet_data/duck_vhacd.obj", Path())
+DUCK = resolved_path("package://pybullet_data/duck_vhacd.obj", Path())
 SHAPES: dict[str, tuple[Shape, float]] = {
     "cube": (Box((0.015, 0.015, 0.015)), 0.05),
     "tall box": (Box((0.02, 0.03, 0.07)), 0.2),
@@ -37,7 +37,7 @@ BASE = Body("base", Box((0.04, 0.04, 0.02)), (0.5, 0.12, 0.02), mass=0.5)
 
 
 def standing(name: str, shape: Shape, mass: float, x: float, y: float, yaw: float) -> Body:
-    """On the table, as the shape usually stands."""
+    """Return a body on the table, upright."""
     height = support(shape, np.array([0.0, 0.0, -1.0])) + 1e-4
     return Body(name, shape, (x, y, height), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), mass)
 
@@ -90,7 +90,7 @@ def test_a_can_is_placed_on_a_base(cell: Workcell) -> None:
     assert math.dist(cell.pose("item").position[:2], cell.pose("base").position[:2]) < 3e-3
 
 
-def test_a_bowl_nests_in_another_and_takes_a_fork(cell: Workcell) -> None:
+def test_a_bowl_nests_in_another_and_holds_a_fork(cell: Workcell) -> None:
     lower = standing("lower", bowl(), 0.12, 0.45, 0.12, 0.3)
     upper = standing("upper", bowl(), 0.12, 0.5, -0.1, 1.0)
     cutlery = standing("fork", fork(), 0.02, 0.36, -0.12, 0.4)
@@ -104,7 +104,7 @@ def test_a_bowl_nests_in_another_and_takes_a_fork(cell: Workcell) -> None:
     assert pitch == pytest.approx(0.052, abs=2e-3)
 
 
-def test_what_has_no_hollow_takes_nothing(cell: Workcell) -> None:
+def test_nothing_is_dropped_into_a_body_without_a_cavity(cell: Workcell) -> None:
     scene(cell, *SHAPES["cube"], seed=0)
     assert pick(cell, "item", 0).achieved
     before = cell.time
@@ -123,7 +123,7 @@ def test_the_support_of_a_shape_bounds_it(name: str) -> None:
     assert support(shape, level) <= reach_of(shape) * 1.01
 
 
-def test_a_hull_of_a_mesh_stands_about_the_middle_of_its_box() -> None:
+def test_the_hull_of_a_mesh_is_centred_on_its_bounding_box() -> None:
     hull = hull_from_mesh(DUCK, 0.04)
     assert isinstance(hull, Hull)
     points = np.array(hull.points)

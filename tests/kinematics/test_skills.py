@@ -1,6 +1,4 @@
-"""The skills in the simulated cell: what they achieve, what they notice, and what they repeat bit
-for bit.
-"""
+"""The skills in the simulated cell: results, detected failures, and repeatability bit for bit."""
 
 import math
 import subprocess
@@ -60,7 +58,7 @@ def test_a_tower_of_four_stands(cell: Workcell) -> None:
     assert cell.pose("b3").position[2] == pytest.approx(0.175, abs=2e-3)
 
 
-def test_what_is_held_is_put_down_on_a_free_place(cell: Workcell) -> None:
+def test_a_held_body_is_put_down_on_a_free_place(cell: Workcell) -> None:
     cell.reset(scattered(2, count=10), 2)
     pick(cell, "b0")
     assert move_above_free_place(cell, seed=0).achieved and release(cell, seed=0).achieved
@@ -93,7 +91,7 @@ def test_a_cube_in_a_corner_of_two_others_is_pushed_free(cell: Workcell) -> None
     cell.reset([cube("a", 0.5, 0.0), cube("b", 0.5505, 0.0), cube("c", 0.5, 0.0505)], 0)
     assert move_above(cell, "a", seed=0).evidence["descent_free"] is False
     motion = grasp(cell, "a", seed=0)
-    assert motion.achieved and motion.evidence["nudges"] >= 1
+    assert motion.achieved and motion.evidence["pushes"] >= 1
 
 
 def test_a_push_topples_a_tower(cell: Workcell) -> None:
@@ -118,7 +116,7 @@ def test_a_body_out_of_reach_is_a_reason_and_nothing_moves(cell: Workcell) -> No
     assert cell.time == before
 
 
-def test_a_pose_that_is_not_a_number_is_refused_and_the_cell_is_left_alone(cell: Workcell) -> None:
+def test_a_pose_that_is_not_finite_is_refused_and_the_cell_stays_as_it_was(cell: Workcell) -> None:
     cell.reset(scattered(0), 0)
     before = cell.poses()
     with pytest.raises(UnusablePose):
@@ -155,8 +153,8 @@ def episode(cell: Workcell) -> tuple[object, ...]:
         move_above(cell, "b1", 6),
         release(cell, 7),
     ]
-    told = [(m.achieved, m.reason, m.simulated_seconds, m.planner, str(m.evidence)) for m in motions]
-    return (tuple(told), cell.poses(), cell.joint_positions().tolist())
+    results = [(m.achieved, m.reason, m.simulated_seconds, m.planner, str(m.evidence)) for m in motions]
+    return (tuple(results), cell.poses(), cell.joint_positions().tolist())
 
 
 def test_an_episode_repeats_bit_for_bit(cell: Workcell) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from kinematics.ik.global_ik import InverseKinematics
 from kinematics.robot.models import mujoco_model
-from kinematics.robot.robot import SHIPPED, load, standing
+from kinematics.robot.robot import SHIPPED, load, with_base_at
 from kinematics.simulation.workcell import Workcell
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.common.resources import examples_folder
@@ -24,7 +24,7 @@ from ntp_dsl.worlds.catalogue import make_world
 @pytest.mark.parametrize("name", SHIPPED)
 def test_an_arm_that_stands_elsewhere_stands_there_for_every_library(name: str) -> None:
     away = np.array([0.07, -0.2, 0.0])
-    robot, moved = load(name), standing(load(name), 0.07, -0.2)
+    robot, moved = load(name), with_base_at(load(name), 0.07, -0.2)
     expected = InverseKinematics(robot).forward(robot.home)[:3, 3] + away
     model = mujoco_model(moved)
     data = mujoco.MjData(model)
@@ -51,7 +51,7 @@ def test_another_arm_carries_out_what_an_expert_decides(tmp_path: Path) -> None:
     "world, arm, told",
     [
         ("kinematic", "xarm6", "the kinematic world has no arm; --arm goes with --world bullet"),
-        ("bullet", "nobodys", "no arm is called 'nobodys' and no file either; there are panda, xarm6"),
+        ("bullet", "nobodys", "'nobodys' is neither an arm nor a file; the arms are panda, xarm6"),
     ],
 )
 def test_an_arm_that_cannot_be_is_said(world: str, arm: str, told: str) -> None:
