@@ -1,10 +1,65 @@
 """Declare a library of robot tasks, show a task once, and the arm does it: neural task programming.
 
-    from ntp_dsl.language.loader import load
+    import ntp_dsl
 
-    registry = load("block_stacking")
+    registry = ntp_dsl.load("block_stacking")
+    task = ntp_dsl.draw(registry, "block_stacking", seed=3)
+    shown = ntp_dsl.demonstrate(task)
+    ntp_dsl.run(task, ntp_dsl.learned_policy(task, shown))
 
-Nothing heavy is imported before it is used.
+Nothing is imported before it is used. `docs/api.md` has all names; experts, predicates, skills and samplers in
+Python are marked with those of `ntp_dsl.authoring`.
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
 __version__ = "0.1.0"
+
+_HOMES = {
+    "Choice": "ntp_dsl.policies.protocol",
+    "Demonstration": "ntp_dsl.demonstrations.demonstration",
+    "Diagnostic": "ntp_dsl.language.diagnostics.diagnostics",
+    "Disturbances": "ntp_dsl.worlds.protocol",
+    "Episode": "ntp_dsl.api",
+    "Failure": "ntp_dsl.worlds.protocol",
+    "Frame": "ntp_dsl.policies.protocol",
+    "NtpError": "ntp_dsl.language.diagnostics.diagnostics",
+    "Observation": "ntp_dsl.semantics.observation",
+    "Outcome": "ntp_dsl.worlds.protocol",
+    "Policy": "ntp_dsl.policies.protocol",
+    "Registry": "ntp_dsl.language.registry",
+    "Task": "ntp_dsl.api",
+    "Trace": "ntp_dsl.traces.schema",
+    "World": "ntp_dsl.worlds.protocol",
+    "call_graph": "ntp_dsl.graph.calls",
+    "compare": "ntp_dsl.traces.comparison.divergence",
+    "demonstrate": "ntp_dsl.api",
+    "diagnose": "ntp_dsl.language.loader",
+    "diagnose_text": "ntp_dsl.language.loader",
+    "draw": "ntp_dsl.api",
+    "expert_policy": "ntp_dsl.api",
+    "learned_policy": "ntp_dsl.api",
+    "load": "ntp_dsl.api",
+    "load_text": "ntp_dsl.api",
+    "make_world": "ntp_dsl.worlds.catalogue",
+    "picture": "ntp_dsl.api",
+    "read_demonstration": "ntp_dsl.demonstrations.demonstration_files",
+    "read_trace": "ntp_dsl.traces.reader",
+    "run": "ntp_dsl.api",
+}
+__all__ = sorted([*_HOMES, "__version__"])
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name's module when the name is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'ntp_dsl' has no attribute '{name}'")
+    value = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ntp_dsl.common.resources import checkpoints_folder
-from ntp_dsl.core.checkpoint import check_fits, load_core, strangers
+from ntp_dsl.core.checkpoint import check_fits, load_core
+from ntp_dsl.core.shipped import shipped_checkpoint
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.tasks.instances import find_task
@@ -26,9 +26,8 @@ def model_for(library: Path, task: str, model: Path | None) -> Path:
     if model is not None:
         check_fits(load_core(model).core.memory, registry, declared.callee, model)
         return model
-    for path in sorted(checkpoints_folder().glob("*.safetensors")):
-        if not strangers(load_core(path).core.memory, registry, declared.callee):
-            return path
+    if path := shipped_checkpoint(registry, declared.callee):
+        return path
     raise NtpError(
         f"no shipped checkpoint knows '{declared.callee}' as library '{registry.name}' declares it; "
         f"to make one:\n"

@@ -22,6 +22,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
+from ntp_dsl.traces.schema import PolicyKind
 from ntp_dsl.worlds.protocol import World
 
 TOP = 5  # alternatives that a decision reports
@@ -31,6 +32,8 @@ Value = TypeVar("Value")
 
 class LearnedPolicy:
     """Runs a core on one demonstration. It sees observations only, and is never given a goal."""
+
+    kind = PolicyKind.LEARNED
 
     def __init__(self, core: Core, demonstration: Demonstration) -> None:
         self.core = core

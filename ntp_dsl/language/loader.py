@@ -12,6 +12,7 @@ from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.checks.check_library import examine
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError, SourceError
+from ntp_dsl.language.diagnostics.rendering import plain, render
 from ntp_dsl.language.names.unknown_names import names_in, standard_names
 from ntp_dsl.language.names.use_statements import circle, unknown_library
 from ntp_dsl.language.names.visibility import Unit
@@ -31,17 +32,32 @@ def load(path_or_folder: Path | str) -> Registry:
         path_or_folder: an `.ntp` file, a folder that holds one, or the name of an example or of a
             standard library.
     """
-    path = find(path_or_folder)
+    return _load(find(path_or_folder), {})
+
+
+def load_text(text: str, name: str = "text") -> Registry:
+    """Load a library from a string; what it uses comes from the folder at hand and the standard library.
+
+    Args:
+        name: in place of a file's, in diagnostics.
+
+    Raises `SourceError`, which carries every diagnostic, where it is not sound.
+    """
+    path = Path(f"{name}{SUFFIX}")
+    return _load(path, {path: text})
+
+
+def _load(path: Path, texts: Mapping[Path, str]) -> Registry:
     with _uncollected():
-        reading = Reading(path)
+        reading = Reading(path, texts)
     if reading.mistakes:
-        report = diagnose(path)
+        report = _diagnose(path, texts)
         raise SourceError(report.diagnostics, report.sources)
     libraries = [unit.draft.whole() for unit in reading.units()]
     return check(*libraries, sources=reading.sources)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """All that is to be said of a library and of those it uses, in the order of their texts."""
 
@@ -52,11 +68,27 @@ class Report:
     def is_sound(self) -> bool:
         return not any(each.severity == "error" for each in self.diagnostics)
 
+    def __repr__(self) -> str:
+        """Return the diagnostics as the terminal shows them, without its colours."""
+        if not self.diagnostics:
+            return "<Report: nothing to say>"
+        return "\n".join(plain(render(each, self.sources)) for each in self.diagnostics)
+
 
 def diagnose(path: Path) -> Report:
-    """Every mistake of form and meaning, in the file and in all that it uses."""
+    """Return every mistake of form and meaning, in the file and in all that it uses."""
+    return _diagnose(path, {})
+
+
+def diagnose_text(text: str, name: str = "text") -> Report:
+    """Return every mistake of form and meaning in a string; see `load_text`."""
+    path = Path(f"{name}{SUFFIX}")
+    return _diagnose(path, {path: text})
+
+
+def _diagnose(path: Path, texts: Mapping[Path, str]) -> Report:
     with _uncollected():
-        reading = Reading(path)
+        reading = Reading(path, texts)
         found = examine(reading.units(), lambda: shelf(path))
     return Report(SourceError([*reading.mistakes, *found]).diagnostics, reading.sources)
 

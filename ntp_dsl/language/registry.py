@@ -98,7 +98,7 @@ def place_of(function: Any) -> str:
     return f"{code.co_filename}:{code.co_firstlineno}" if code else "?"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Registry:
     """A checked library. Holding one is the proof: whatever runs it takes nothing less."""
 
@@ -112,6 +112,10 @@ class Registry:
     programs: Mapping[str, Program]
     tasks: Mapping[str, nodes.TaskDeclaration]
     python: PythonCode = field(default_factory=PythonCode, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.programs)} programs, {len(self.apis)} apis, {len(self.tasks)} tasks"
+        return f"<Registry {self.name}: {counts}>"
 
     def __getitem__(self, name: str) -> Program | Api:
         return self.programs.get(name) or self.apis[name]

@@ -9,7 +9,7 @@ from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import check_ranges
 from ntp_dsl.traces.decision import Decision
-from ntp_dsl.traces.schema import Call, DemonstratedCall, Trace
+from ntp_dsl.traces.schema import Call, DemonstratedCall, PolicyKind, Trace
 from ntp_dsl.worlds.protocol import World
 
 
@@ -85,6 +85,8 @@ def check_numbers(registry: Registry, decision: NextCall) -> None:
 
 class ScriptedPolicy:
     """Decides by the expert, from the true state; scopes follow from the demonstration, if there is one."""
+
+    kind = PolicyKind.SCRIPTED
 
     def __init__(self, expert: Expert, demonstration: DemonstratedCall | None = None) -> None:
         self.expert = expert

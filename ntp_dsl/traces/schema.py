@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import Any
+from html import escape
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
@@ -14,6 +15,9 @@ from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
+
+if TYPE_CHECKING:
+    import pandas
 
 FORMAT = "ntp-trace"
 VERSION = 3
@@ -34,6 +38,7 @@ class PolicyKind(StrEnum):
     LEARNED = "learned"
     REPLAYED = "replayed"  # a policy's answers at every state of another trace
     DEMONSTRATION = "demonstration"
+    CUSTOM = "custom"  # a user's own
 
 
 class CallOutcome(StrEnum):
@@ -199,9 +204,9 @@ class Motion:
     closed: bool
 
 
-@dataclass
+@dataclass(repr=False)
 class Trace:
-    """A trace read back."""
+    """A trace read back; a notebook shows its call tree."""
 
     header: Header
     calls: list[Call] = field(default_factory=list)
@@ -248,3 +253,18 @@ class Trace:
     def is_learned(self) -> bool:
         """Whether a core decided, or answered."""
         return self.header.policy is PolicyKind.LEARNED or self.header.model is not None
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a row for each call: see `outline.dataframe`. Needs pandas, of the extra `notebook`."""
+        from ntp_dsl.traces.outline import dataframe
+
+        return dataframe(self)
+
+    def __repr__(self) -> str:
+        ended = "cut off" if self.end is None else str(self.end.ending)
+        return f"<Trace of {self.header.task or 'a run'}: {len(self.calls)} calls, {ended}>"
+
+    def _repr_html_(self) -> str:
+        from ntp_dsl.traces.outline import outline
+
+        return f"<pre>{escape(outline(self))}</pre>"

@@ -50,6 +50,23 @@ def with_python(registry: Registry) -> Registry:
     return replace(registry, python=code)
 
 
+def with_functions(registry: Registry, functions: Iterable[Callable[..., Any]]) -> Registry:
+    """Return the registry with marked functions that are there already, in place of a file's.
+
+    Raises `NtpError` for a function that the library leaves to Python and that is not among them.
+    """
+    marked = {getattr(each, MARK, None): each for each in functions}
+    code = PythonCode()
+    for kind, name, span, takes in needed(registry):
+        function = marked.get((kind, name))
+        if function is None:
+            raise NtpError(f"{span}: no {kind} '{name}' was given; write @{kind} above: def {name}(...)")
+        path = Path(inspect.getsourcefile(function) or name)
+        _check_takes(function, takes, path, name)
+        code.functions[kind, name] = _guarded(function, path, name, answer_test(registry, kind, name))
+    return replace(registry, python=code)
+
+
 Needed = tuple[str, str, Span, tuple[str, ...] | None]
 
 

@@ -30,6 +30,15 @@ def make_world(
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
     world = _make(name, exact, gui, arm)
+    equip(world, registry, name)
+    return world
+
+
+def equip(world: World, registry: Registry, name: str = "given") -> None:
+    """Give a world the skills of a library, those in Python included.
+
+    Raises `NtpError` for an api or predicate that neither the world nor Python provides.
+    """
     lacks = lacking(world, registry)
     if lacks:
         skills = sorted(world.skills)
@@ -43,7 +52,6 @@ def make_world(
             world.skills[api.name] = partial(_carry_out, registry, api, world)
         else:
             world.skills[api.name] = world.skills[api.skill]
-    return world
 
 
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:

@@ -12,7 +12,8 @@ from sources import importers, imports, modules
 
 # What each folder may import of the project, beside itself and what those folders may import.
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
-    "ntp_dsl": (),
+    "ntp_dsl": ("ntp_dsl.api",),
+    "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.graph"),
     "ntp_dsl.common": (),
     "ntp_dsl.language": ("ntp_dsl.common",),
     "ntp_dsl.graph": ("ntp_dsl.language",),

@@ -31,7 +31,7 @@ class Divergence:
     answer: Answer | None = None  # of a policy that was only asked
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Two traces side by side, and where they part, in the order of execution."""
 
@@ -44,3 +44,16 @@ class Comparison:
     def first(self) -> Divergence | None:
         """Return the first divergence; None where the traces are the same."""
         return self.divergences[0] if self.divergences else None
+
+    @property
+    def summary(self) -> str:
+        """Return in a sentence where the second trace leaves the first."""
+        if self.first is None:
+            return "The two traces are the same."
+        more = len(self.divergences) - 1
+        cause = f", attributed to {self.first.attributed_to}" if self.first.attributed_to else ""
+        place = f" at {self.first.source}" if self.first.source else ""
+        return f"First divergence: {self.first.kind}{place}{cause}{f'; {more} more' if more else ''}."
+
+    def __repr__(self) -> str:
+        return f"<Comparison. {self.summary}>"

@@ -1,0 +1,228 @@
+"""The package in Python: load a library, draw a task, run a policy in a world, look at the trace.
+
+    import ntp_dsl
+
+    registry = ntp_dsl.load("block_stacking")
+    task = ntp_dsl.draw(registry, "block_stacking", seed=3)
+    shown = ntp_dsl.demonstrate(task)
+    episode = ntp_dsl.run(task, ntp_dsl.learned_policy(task, shown))
+
+What the command line does with a seed, this does with the same: `ntp run block_stacking block_stacking --seed 3
+--world kinematic` is the episode above.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace as with_fields
+
+from ntp_dsl.datasets.recording import Shown, header
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.evaluation import episode_parts
+from ntp_dsl.evaluation.success import Verdict
+from ntp_dsl.execution.interpreter import Run
+from ntp_dsl.language import loader
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.protocol import Policy
+from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import SceneObject
+from ntp_dsl.tasks.goal_samplers import Goal
+from ntp_dsl.tasks.instances import Instance, find_task
+from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import PolicyKind, Trace
+from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.user_code.loading import with_functions, with_python
+from ntp_dsl.worlds.catalogue import equip, make_world
+from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Scene, World
+
+FIRST = 0  # the episode that commands carry out of a seed
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task that was drawn: its objects, its goal, and where it starts."""
+
+    registry: Registry
+    instance: Instance
+    seed: int
+
+    @property
+    def name(self) -> str:
+        return self.instance.name
+
+    @property
+    def objects(self) -> tuple[SceneObject, ...]:
+        return self.instance.objects
+
+    @property
+    def goal(self) -> Goal:
+        return self.instance.goal
+
+    def scene(self) -> Scene:
+        """Return where everything starts."""
+        return episode_parts.starting_scene(self.instance, self.seed, FIRST)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Task {self.name} of {self.registry.name}, seed {self.seed}: {', '.join(map(str, self.goal))}>"
+        )
+
+
+def load(path: Path | str) -> Registry:
+    """Load a library, and its Python, from an `.ntp` file, a folder that holds one, or the name of an example.
+
+    Raises `SourceError`, which carries every diagnostic, where it is not sound.
+    """
+    return with_python(loader.load(path))
+
+
+def load_text(text: str, functions: Sequence[Callable[..., Any]] = (), name: str = "text") -> Registry:
+    """Load a library from a string.
+
+    Args:
+        functions: what the library leaves to Python: functions marked with `@expert`, `@predicate`, `@skill`
+            or `@sampler`.
+        name: in place of a file's, in diagnostics.
+
+    Raises `SourceError`, which carries every diagnostic, where it is not sound.
+    """
+    return with_functions(loader.load_text(text, name), functions)
+
+
+def draw(registry: Registry, task: str, seed: int = 0) -> Task:
+    """Draw objects and goal of a declared task. Raises `NtpError` for a task that the library lacks."""
+    declared = find_task(registry, task)
+    return Task(registry, episode_parts.drawn_instance(registry, declared, seed, FIRST), seed)
+
+
+def demonstrate(task: Task, world: World | None = None) -> Shown:
+    """Let the expert show a task once, from another placement than the one in which it starts.
+
+    Args:
+        world: the kinematic one where none is given.
+
+    Raises `NoDemonstration` where the expert fails again and again.
+    """
+    world = _equipped(world, task.registry)
+    expert = Expert(task.registry)
+    shown, _ = episode_parts.demonstration(task.registry, expert, world, task.instance, task.seed, FIRST)
+    return shown
+
+
+def expert_policy(task: Task, shown: Shown | None = None) -> Policy:
+    """Return the scripted expert.
+
+    Args:
+        shown: the demonstration that the scopes in its trace are frames of.
+    """
+    return ScriptedPolicy(Expert(task.registry), shown.calls if shown else None)
+
+
+def learned_policy(task: Task, shown: Shown | Demonstration, model: Path | str | None = None) -> Policy:
+    """Return the learned program of one demonstration.
+
+    Args:
+        model: a checkpoint; by default the shipped one that fits.
+
+    Raises `NtpError` where no checkpoint has learnt the task's program.
+    """
+    from ntp_dsl.core.checkpoint import check_fits, load_core
+    from ntp_dsl.core.policy import LearnedPolicy
+    from ntp_dsl.core.shipped import shipped_checkpoint
+
+    program = task.instance.program
+    path = Path(model) if model is not None else shipped_checkpoint(task.registry, program)
+    if path is None:
+        raise NtpError(f"no shipped checkpoint knows '{program}' as '{task.registry.name}' declares it")
+    core = load_core(path).core
+    check_fits(core.memory, task.registry, program, path)
+    return LearnedPolicy(core, shown.demonstration if isinstance(shown, Shown) else shown)
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What came of a task that was carried out."""
+
+    task: Task
+    run: Run
+    verdict: Verdict
+    trace: Trace
+
+    @property
+    def success(self) -> bool:
+        """Whether the strict test is passed: see `docs/results.md`."""
+        return self.verdict.success
+
+    def __repr__(self) -> str:
+        cause = f" ({self.verdict.attributed_to}: {self.verdict.reason})" if not self.success else ""
+        judged = "success" if self.success else "failure"
+        return f"<Episode of {self.task.name}: {judged}{cause}, {self.run.primitives} primitives>"
+
+
+def run(
+    task: Task,
+    policy: Policy,
+    world: World | None = None,
+    disturbances: Disturbances = UNDISTURBED,
+    on_frame: episode_parts.OnFrame | None = None,
+) -> Episode:
+    """Carry out a task.
+
+    Args:
+        policy: what decides; see `expert_policy`, `learned_policy` and the protocol `Policy`.
+        world: where; the kinematic one where none is given, else one of `make_world` or your own `World`.
+        on_frame: called with the observation of every tenth of a second of the motion.
+    """
+    world = _equipped(world, task.registry)
+    stream = io.StringIO()
+    kind = getattr(policy, "kind", PolicyKind.CUSTOM)
+    facts = header(task.registry, task.instance, task.seed, kind)
+    done = episode_parts.carry_out(
+        task.registry,
+        task.instance,
+        policy,
+        world,
+        TraceWriter(stream),
+        with_fields(facts, sources=_sources(task.registry), disturbances=disturbances),
+        task.seed,
+        FIRST,
+        disturbances,
+        on_frame=on_frame,
+    )
+    trace = parse_trace(stream.getvalue().encode(), Path(task.name))
+    assert done.verdict is not None, "a task that was drawn has a goal"
+    return Episode(task, done.run, done.verdict, trace)
+
+
+def _sources(registry: Registry) -> dict[str, str]:
+    """Return the text of the library and of what it uses, as far as it comes from files."""
+    paths = {row.span.path for row in registry.programs.values() if row.span.path}
+    return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths) if path.is_file()}
+
+
+def _equipped(world: World | None, registry: Registry) -> World:
+    """Return a world that can do what a library declares."""
+    if world is None:
+        return make_world("kinematic", registry)
+    equip(world, registry)
+    return world
+
+
+def picture(world: World, width: int = 400, height: int = 300) -> Any:
+    """Return what a camera in front of the arm sees, as an image of Pillow; notebooks show it.
+
+    Raises `NtpError` for a world that cannot be looked at, such as the kinematic one.
+    """
+    from PIL import Image
+
+    render = getattr(world, "render", None)
+    if render is None:
+        raise NtpError("this world has no camera; the bullet world has")
+    return Image.fromarray(render(width, height))

@@ -1,0 +1,130 @@
+"""What an episode consists of: each part is a function of the seed and the episode's number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from msgspec.structs import replace as with_fields
+
+from ntp_dsl.common.seeds import derived
+from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.evaluation.success import Verdict, judge
+from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
+from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import TaskDeclaration
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.protocol import Policy
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.tasks.goal_samplers import Variation
+from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
+from ntp_dsl.traces.schema import End, Header
+from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.worlds.protocol import Disturbances, Scene, World
+
+OnFrame = Callable[[Observation], str | None]  # the file of the picture that it took, if any
+ATTEMPTS = 5  # at a demonstration, each from another placement
+REDRAWS = 100  # of a goal that holds from the start
+
+
+class NoDemonstration(TaskFailed):
+    """The expert could not show the task, so there is nothing to learn it from."""
+
+
+def drawn_instance(
+    registry: Registry, task: TaskDeclaration, seed: int, number: int, varied: Variation | None = None
+) -> Instance:
+    """Draw an instance in which there is something to do. Raises `NtpError` where there is none."""
+    for attempt in range(REDRAWS):
+        again = (attempt,) if attempt else ()
+        instance = draw(registry, task, np.random.default_rng((seed, number, 0, *again)), varied)
+        if not instance.holds_in(registry, starting_scene(instance, seed, number)):
+            return instance
+    raise NtpError(f"all of {REDRAWS} goals that were drawn for '{task.name}' hold from the start")
+
+
+def starting_scene(instance: Instance, seed: int, number: int) -> Scene:
+    """Return where everything starts."""
+    return instance.scattered(np.random.default_rng((seed, number, 1)))
+
+
+def demonstration(
+    registry: Registry, expert: Expert, world: World, instance: Instance, seed: int, number: int
+) -> tuple[Shown, int]:
+    """Return a demonstration by the expert, from another placement, and how many attempts it took.
+
+    Raises `NoDemonstration` where the expert fails again and again.
+    """
+    reason = ""
+    for attempt in range(ATTEMPTS):
+        shown = demonstrate(registry, expert, world, instance, derived(seed, number, 2, attempt))
+        if isinstance(shown, Shown):
+            return shown, attempt + 1
+        reason = shown.reason
+    raise NoDemonstration(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}")
+
+
+@dataclass(frozen=True)
+class CarriedOut:
+    """What came of a task that was carried out."""
+
+    run: Run
+    verdict: Verdict | None  # None where the goal is not known, so that nobody can judge
+    wall_seconds: float
+    simulated_seconds: float
+
+
+def carry_out(
+    registry: Registry,
+    instance: Instance,
+    policy: Policy,
+    world: World,
+    writer: TraceWriter,
+    header: Header,
+    seed: int,
+    number: int,
+    disturbances: Disturbances,
+    watch: Watcher | None = None,
+    on_frame: OnFrame | None = None,
+) -> CarriedOut:
+    """Reset the world, run the task's program to its end, judge the result, and trace all of it."""
+    scene = starting_scene(instance, seed, number)
+    writer.header(header)
+    started = perf_counter()
+    world.reset(scene, derived(seed, number, 3), disturbances)
+
+    def frame(seen: Observation) -> None:
+        at = writer.frame(world.time, seen)
+        if on_frame is not None and (picture := on_frame(seen)):
+            writer.picture(at, picture)
+
+    world.on_frame = frame
+    interpreter = Interpreter(
+        registry,
+        policy,
+        world,
+        writer,
+        limits=Limits(primitives=enough_primitives(instance)),
+        watch=watch,
+        frame_number=lambda: writer.frames,
+    )
+    run = interpreter.run(instance.program, instance.arguments)
+    world.on_frame = None
+    wall, simulated = perf_counter() - started, world.time
+    verdict = judge(registry, world, instance, scene, run) if instance.goal else None
+    writer.end(_end(run, verdict))
+    return CarriedOut(run, verdict, wall, simulated)
+
+
+def _end(run: Run, verdict: Verdict | None) -> End:
+    if verdict is None:
+        return run.end()
+    return with_fields(
+        run.end(),
+        success=verdict.success,
+        attributed_to=verdict.attributed_to,
+        verdict=verdict.reason,
+    )

@@ -1,0 +1,90 @@
+"""The public names: what they are, what they say of themselves, and that they do what the command line does."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ntp_dsl
+from ntp_dsl.authoring import skill
+from ntp_dsl.cli.app import run as command
+from ntp_dsl.traces.schema import PolicyKind
+
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+NAMES = [name for name in ntp_dsl.__all__ if not name.startswith("_")]
+SPINNING = """
+library spinning
+use tabletop
+api spin(item: Movable) by python
+program whirl(item: Movable):
+    achieves holding(item)
+    pick(item)
+    spin(item)
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_is_there_and_documented(name: str) -> None:
+    value = getattr(ntp_dsl, name)
+    assert value.__doc__ and value.__doc__.strip()
+    assert re.search(rf"`(?:[^`]*\W)?{name}\b", DOCUMENT), f"docs/api.md says nothing of {name}"
+
+
+def test_the_names_are_few_and_dir_lists_them() -> None:
+    assert len(NAMES) <= 32 and dir(ntp_dsl) == ntp_dsl.__all__
+    with pytest.raises(AttributeError, match="no attribute 'juggle'"):
+        _ = ntp_dsl.juggle
+
+
+def test_the_package_imports_nothing_until_a_name_is_used() -> None:
+    program = "import ntp_dsl, sys; dir(ntp_dsl); print([m for m in sys.modules if m.startswith('ntp_dsl.')])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_an_episode_is_the_one_that_the_command_carries_out(tmp_path: Path) -> None:
+    words = ["run", "block_stacking", "few_placements", "--world", "kinematic", "--seed", "5"]
+    assert command([*words, "--slips", ".3", "--out", str(tmp_path)]) == 0
+    theirs = ntp_dsl.read_trace(tmp_path / "episode_00000.trace.jsonl")
+    task = ntp_dsl.draw(ntp_dsl.load("block_stacking"), "few_placements", seed=5)
+    policy = ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(task))
+    episode = ntp_dsl.run(task, policy, disturbances=ntp_dsl.Disturbances(slips=0.3))
+    assert episode.success and episode.trace.header.policy is PolicyKind.LEARNED
+    assert ntp_dsl.compare(theirs, episode.trace).first is None
+    assert episode.trace.motions == theirs.motions
+
+
+def test_a_library_of_text_says_what_is_wrong_with_it() -> None:
+    report = ntp_dsl.diagnose_text("library mine\nuse tabletop\nprogram p(x: Objekt):\n    pick(x)\n")
+    assert not report.is_sound and "Objekt" in repr(report) and "did you mean 'Object'" in repr(report)
+    with pytest.raises(ntp_dsl.NtpError, match="Objekt"):
+        ntp_dsl.load_text("library mine\nuse tabletop\nprogram p(x: Objekt):\n    pick(x)\n")
+
+
+def test_a_function_that_was_not_given_is_asked_for() -> None:
+    with pytest.raises(ntp_dsl.NtpError, match="no skill 'spin' was given; write @skill above: def spin"):
+        ntp_dsl.load_text(SPINNING)
+
+    @skill
+    def spin(world: object) -> None: ...
+
+    with pytest.raises(ntp_dsl.NtpError, match=r"'spin' is called as spin\(world, item\)"):
+        ntp_dsl.load_text(SPINNING, functions=[spin])
+
+
+def test_what_is_asked_for_in_vain_is_told_in_a_sentence() -> None:
+    registry = ntp_dsl.load("block_stacking")
+    with pytest.raises(ntp_dsl.NtpError, match="no task is called 'juggle'"):
+        ntp_dsl.draw(registry, "juggle")
+    with pytest.raises(ntp_dsl.NtpError, match="no world is called 'moon'"):
+        ntp_dsl.make_world("moon", registry)
+    with pytest.raises(ntp_dsl.NtpError, match="no camera"):
+        ntp_dsl.picture(ntp_dsl.make_world("kinematic", registry))
+    seats = ntp_dsl.load("seating")
+    task = ntp_dsl.draw(seats, "seating")
+    with pytest.raises(ntp_dsl.NtpError, match="no shipped checkpoint knows"):
+        ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(task))
