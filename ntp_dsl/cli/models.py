@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from ntp_dsl.common.resources import checkpoints_folder
-from ntp_dsl.core.checkpoint import check_fits, load_core, strangers
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.tasks.instances import find_task
@@ -20,6 +19,8 @@ def model_or_expert(library: Path, task: str, model: Path | None, expert: bool) 
 
 def model_for(library: Path, task: str, model: Path | None) -> Path:
     """Raises `NtpError` where nothing fits, with the lines that would make one."""
+    from ntp_dsl.core.checkpoint import check_fits, load_core, strangers  # the expert needs no torch
+
     registry = load(library)
     declared = find_task(registry, task).run
     assert declared is not None
