@@ -17,9 +17,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--soak", action="store_true", help="as many cases as the measured figures were made with"
     )
+    parser.addoption(
+        "--leave-out-missing", action="store_true", help="skip, and count, what needs an extra that is missing"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "needs(*modules): starts a process that imports them")
+    if config.getoption("--leave-out-missing"):
+        config.pluginmanager.import_plugin("missing_modules")
     config.addinivalue_line("markers", "minutes: takes that long, so it is for `--soak` only")
     config.addinivalue_line(
         "markers", "authors_data: reads the paper's authors' files; for `--soak` or NTP_VAT_DATA=FOLDER only"
