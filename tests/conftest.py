@@ -18,7 +18,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--soak", action="store_true", help="as many cases as the measured figures were made with"
     )
     parser.addoption(
-        "--leave-out-missing", action="store_true", help="skip, and count, what needs an extra that is missing"
+        "--leave-out-missing",
+        action="store_true",
+        help="skip, and count, what needs a missing extra",
     )
 
 

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def shipped() -> Checkpoint:
-    from ntp_dsl.core.checkpoint import load_core  # not before: where torch is missing, this folder is skipped
+    from ntp_dsl.core.checkpoint import (
+        load_core,  # not before: where torch is missing, this folder is skipped
+    )
     from ntp_dsl.core.training import use_threads
 
     use_threads(1)
