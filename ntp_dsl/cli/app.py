@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from ntp_dsl.cli import extras
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError, TaskFailed, nearest
 
 DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
@@ -116,11 +117,30 @@ def run(words: Sequence[str]) -> int:
         return _complain(error, MISUSE)
     except OSError as error:
         return _complain(f"{error.filename or 'a file'}: {error.strerror or error}", MISUSE)
+    except ModuleNotFoundError as error:
+        sentence = extras.missing(_command_name(words), error.name)
+        if sentence is None:  # not for want of an extra: a fault of ours
+            raise
+        return _complain(sentence, MISUSE)
     except typer.TyperException as error:
         return _misuse(error)
     if status == INTERRUPTED:
         _complain(INTERRUPTION, INTERRUPTED)
     return status or DONE
+
+
+def _command_name(words: Sequence[str]) -> str:
+    """Return the command that a command line begins with, such as `ntp trace show`."""
+    name, table = "ntp", COMMANDS
+    for word in words:
+        entry = table.get(word)
+        if entry is None:
+            break
+        name += f" {word}"
+        if isinstance(entry, str):
+            break
+        table = entry
+    return name
 
 
 def _complain(sentence: object, status: int) -> int:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ntp_dsl.core.checkpoint import check_fits, load_core
-from ntp_dsl.core.shipped import shipped_checkpoint
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.tasks.instances import find_task
@@ -20,6 +18,9 @@ def model_or_expert(library: Path, task: str, model: Path | None, expert: bool) 
 
 def model_for(library: Path, task: str, model: Path | None) -> Path:
     """Raises `NtpError` where nothing fits, with the lines that would make one."""
+    from ntp_dsl.core.checkpoint import check_fits, load_core  # the expert needs no torch
+    from ntp_dsl.core.shipped import shipped_checkpoint
+
     registry = load(library)
     declared = find_task(registry, task).run
     assert declared is not None

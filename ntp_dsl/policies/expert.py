@@ -1,7 +1,7 @@
 """Experts: pure functions from (program, arguments, state) to the next call, or to a return.
 
 The rules are the language's own: a program returns when what it achieves holds, or when what it requires
-does not; else it calls the first due statement of its body. See "What can be done" in `grammar/README.md`.
+does not; else it calls the first due statement of its body. See "Apis and programs" in `grammar/README.md`.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from importlib.util import find_spec
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
@@ -95,6 +96,8 @@ def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:
 
         return KinematicWorld(0.0) if exact else KinematicWorld()
     if name == "bullet":
+        if find_spec("pybullet") is None:  # asked first, since the shipped arms are files of PyBullet's, too
+            raise ModuleNotFoundError("the bullet world needs PyBullet", name="pybullet")
         from ntp_dsl.worlds.bullet import BulletWorld
 
         return BulletWorld(arm, gui)

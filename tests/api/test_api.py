@@ -21,6 +21,7 @@ library spinning
 use tabletop
 api spin(item: Movable) by python
 program whirl(item: Movable):
+    requires present(item) and reachable(item)
     achieves holding(item)
     pick(item)
     spin(item)

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from ntp_dsl.common.resources import checkpoints_folder
-from ntp_dsl.core.checkpoint import Checkpoint, load_core
-from ntp_dsl.core.training import use_threads
+
+if TYPE_CHECKING:
+    from ntp_dsl.core.checkpoint import Checkpoint
 
 
 @pytest.fixture(scope="session")
 def shipped() -> Checkpoint:
+    from ntp_dsl.core.checkpoint import (
+        load_core,  # not before: where torch is missing, this folder is skipped
+    )
+    from ntp_dsl.core.training import use_threads
+
     use_threads(1)
     return load_core(checkpoints_folder() / "block_stacking.safetensors")

@@ -21,7 +21,6 @@ from ntp_dsl.tasks.instances import configuration, end_configuration
 from ntp_dsl.tasks.task_files import read_tasks
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
-VAT = Path(__file__).parents[3] / "shared" / "data" / "vat"
 OTHER = """
 library other
 type Thing
@@ -108,10 +107,10 @@ def test_the_shipped_checkpoint_is_small() -> None:
     assert SHIPPED.stat().st_size <= 5_000_000
 
 
-def test_no_end_configuration_of_the_authors_was_trained_on(shipped: Checkpoint) -> None:
-    if not VAT.is_dir():
-        pytest.skip(f"the authors' task files are not at {VAT.name}/")
-    theirs = frozenset(configuration(entry.goal) for path in VAT.glob("*.json") for entry in read_tasks(path))
+@pytest.mark.authors_data
+def test_no_end_configuration_of_the_authors_was_trained_on(shipped: Checkpoint, authors_data: Path) -> None:
+    files = authors_data.glob("*.json")
+    theirs = frozenset(configuration(entry.goal) for path in files for entry in read_tasks(path))
     assert len(theirs) == 1500
     for data in shipped.recipe["data"]:
         assert data["excluded"] == len(theirs)

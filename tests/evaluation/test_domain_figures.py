@@ -33,6 +33,7 @@ def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, s
     assert all(each.attributed_to for each in failed)
 
 
+@pytest.mark.needs("torch")
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_path: Path) -> None:
     """Without `--soak` with two demonstrations, three iterations and no arm."""

@@ -15,7 +15,6 @@ from ntp_dsl.traces.schema import Attribution
 from ntp_dsl.worlds.protocol import Disturbances
 
 SHIPPED = checkpoints_folder() / "block_stacking.safetensors"
-AUTHORS = Path(__file__).parents[3] / "shared" / "data" / "vat" / "stack_unseen_500.json"
 STACKING = Plan(Path("block_stacking"), "block_stacking", SHIPPED)
 SCRIPTED = replace(STACKING, model=None)
 
@@ -48,15 +47,28 @@ def test_more_blocks_and_higher_towers_than_it_was_trained_on_are_no_harder(coun
     assert success(replace(STACKING, task="tall_towers"), count) >= 0.95
 
 
-@pytest.mark.parametrize(
+DISTURBED = pytest.mark.parametrize(
     "disturbances", [Disturbances(), Disturbances(slips=0.25), Disturbances(pushes=0.25)]
 )
-def test_the_arm_builds_what_it_was_shown(soak: bool, disturbances: Disturbances) -> None:
-    """On the authors' own tasks; where their files are missing, on tasks that we draw."""
-    tasks = AUTHORS if AUTHORS.is_file() else None
-    plan = replace(STACKING, world="bullet", tasks=tasks, disturbances=disturbances)
-    episodes = list(run_all(plan, 100 if soak else 3, workers=1))
-    wanted = 0.95 if disturbances == Disturbances() else 0.9
+
+
+@DISTURBED
+def test_the_arm_builds_what_it_was_shown(disturbances: Disturbances) -> None:
+    arm_builds(replace(STACKING, world="bullet", disturbances=disturbances), 3)
+
+
+@pytest.mark.authors_data
+@DISTURBED
+def test_the_arm_builds_the_authors_own_tasks(
+    soak: bool, authors_data: Path, disturbances: Disturbances
+) -> None:
+    tasks = authors_data / "stack_unseen_500.json"
+    arm_builds(replace(STACKING, world="bullet", tasks=tasks, disturbances=disturbances), 100 if soak else 3)
+
+
+def arm_builds(plan: Plan, count: int) -> None:
+    episodes = list(run_all(plan, count, workers=1))
+    wanted = 0.95 if plan.disturbances == Disturbances() else 0.9
     assert sum(episode.success for episode in episodes) >= wanted * len(episodes)
     assert all(episode.simulated_seconds > 2 for episode in episodes)
 

@@ -184,6 +184,7 @@ def test_a_picture_shows_the_colours(cell: Workcell) -> None:
     assert (redness > 80).sum() > 20
 
 
+@pytest.mark.needs("pybullet")
 def test_importing_and_building_a_cell_prints_nothing() -> None:
     program = "from kinematics.simulation.workcell import Workcell\nWorkcell().close()"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

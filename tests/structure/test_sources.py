@@ -79,7 +79,21 @@ def tracked_texts() -> list[Path]:
     listing = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
     done = subprocess.run(listing, cwd=ROOT, capture_output=True, text=True, check=False)
     paths = [ROOT / line for line in done.stdout.splitlines()]
-    kinds = {".py", ".md", ".ntp", ".lark", ".toml", ".txt", ".json", ".yml", "", ".cfg", ".sh"}
+    kinds = {
+        ".py",
+        ".md",
+        ".ntp",
+        ".lark",
+        ".toml",
+        ".txt",
+        ".json",
+        ".yml",
+        ".yaml",
+        ".cff",
+        "",
+        ".cfg",
+        ".sh",
+    }
     return [path for path in paths if path.suffix in kinds and path.is_file()]
 
 
@@ -97,7 +111,13 @@ def test_no_file_names_a_place_on_one_machine() -> None:
     assert found == {}
 
 
-@pytest.mark.parametrize("name", ["Makefile", "pyproject.toml", "constraints.txt", ".ci/run"])
+INSTALLING = (
+    "Makefile", "pyproject.toml", "constraints.txt", ".ci/run", ".github/workflows/test.yml",
+    ".pre-commit-config.yaml",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", INSTALLING)
 def test_where_packages_come_from_is_the_machines_own_business(name: str) -> None:
     assert not re.search(r"index-url|find-links|trusted-host|https?://", (ROOT / name).read_text())
 

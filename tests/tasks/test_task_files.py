@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -144,13 +143,9 @@ def test_what_is_no_text_is_told_so(file: Path, content: bytes) -> None:
         read_tasks(file)
 
 
-DATA = Path(os.environ.get("NTP_VAT_DATA", Path(__file__).parents[2] / "shared" / "data" / "vat"))
-
-
+@pytest.mark.authors_data
 @pytest.mark.parametrize("name, count", [("stack_train_1000.json", 1000), ("stack_unseen_500.json", 500)])
-def test_the_authors_own_files_are_read(name: str, count: int) -> None:
-    if not (DATA / name).is_file():
-        pytest.skip("the authors' files are not here; NTP_VAT_DATA says where they are")
-    entries = read_tasks(DATA / name)
+def test_the_authors_own_files_are_read(authors_data: Path, name: str, count: int) -> None:
+    entries = read_tasks(authors_data / name)
     assert len(entries) == count and all(len(entry.objects) == 8 for entry in entries)
     assert {len(entry.goal) for entry in entries} <= set(range(1, 8))

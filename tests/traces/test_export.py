@@ -199,4 +199,4 @@ def test_where_rerun_is_missing_the_extra_is_told(
     monkeypatch.setitem(sys.modules, "rerun", None)
     out = tmp_path / "a.rrd"
     assert run(["trace", "export", str(files[0]), "--format", "rerun", "--out", str(out)]) == 2
-    assert "pip install 'ntp_dsl[viz]'" in capsys.readouterr().err and not out.exists()
+    assert 'pip install "ntp_dsl[viz]"' in capsys.readouterr().err and not out.exists()

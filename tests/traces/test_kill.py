@@ -79,6 +79,7 @@ def steps(trace: Trace) -> list[tuple[object, ...]]:
     return [(call.id, call.parent, call.name, call.arguments, call.frame) for call in trace.calls]
 
 
+@pytest.mark.needs("torch", "pybullet")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_what_a_killed_process_wrote_is_read_up_to_the_last_whole_step(
     forks: Forks, command: str, tmp_path: Path, soak: bool

@@ -50,6 +50,7 @@ def _measure(what: str, count: int, seed: int, arm: str) -> dict[str, Any]:
     from kinematics.robot.robot import load
     from kinematics.simulation import pybullet_loading
 
+    pybullet_loading.load()  # first, since the shipped arms are files of PyBullet's, too
     try:
         robot = load(arm)
     except UnusableRobot as unusable:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.traces.page.page_calls import motion
 from ntp_dsl.traces.page.page_pictures import pictures
@@ -20,11 +19,9 @@ SIDES = ("A", "B")
 
 
 def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path) -> None:
-    """Each trace below an entity of its own. Raises `NtpError` where rerun is not installed."""
-    try:
-        import rerun
-    except ImportError as error:
-        raise NtpError("rerun recordings need an extra: pip install 'ntp_dsl[viz]'") from error
+    """Each trace below an entity of its own."""
+    import rerun  # of an extra, and slow to import
+
     recording = rerun.RecordingStream(APPLICATION)
     recording.save(path)
     for side, trace, folder in zip(SIDES, traces, folders, strict=False):
