@@ -7,8 +7,8 @@
     shown = ntp_dsl.demonstrate(task)
     ntp_dsl.run(task, ntp_dsl.learned_policy(task, shown))
 
-Nothing is imported before it is used. `docs/api.md` has all names; experts, predicates, skills and samplers in
-Python are marked with those of `ntp_dsl.authoring`.
+Nothing is imported before it is used. `docs/api.md` has all names; experts, predicates, skills and samplers
+in Python are marked with those of `ntp_dsl.authoring`.
 """
 
 from __future__ import annotations

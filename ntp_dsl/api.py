@@ -7,8 +7,8 @@
     shown = ntp_dsl.demonstrate(task)
     episode = ntp_dsl.run(task, ntp_dsl.learned_policy(task, shown))
 
-What the command line does with a seed, this does with the same: `ntp run block_stacking block_stacking --seed 3
---world kinematic` is the episode above.
+What the command line does with a seed, this does with the same: the episode above is that of
+`ntp run block_stacking block_stacking --seed 3 --world kinematic`.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Task:
 
 
 def load(path: Path | str) -> Registry:
-    """Load a library, and its Python, from an `.ntp` file, a folder that holds one, or the name of an example.
+    """Load a library, and its Python, from an `.ntp` file, a folder with one, or an example's name.
 
     Raises `SourceError`, which carries every diagnostic, where it is not sound.
     """

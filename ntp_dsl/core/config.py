@@ -1,4 +1,4 @@
-"""Every size of the core and every knob of its training, each in one place."""
+"""Every size of the core and every parameter of its training, each in one place."""
 
 from __future__ import annotations
 
@@ -34,3 +34,11 @@ class TrainingConfig:
     scoped: int = 24  # queries of programs with a part of a demonstration, in an iteration
     unscoped: int = 56  # queries without one, of states that episodes went through
     unseen: int = 56  # and of others
+    teacher_forced: float = (
+        0.5  # of the decisions, which are learnt from the true start of the callee's scope
+    )
+    untyped: float = 0.3  # of the parts of demonstrations, whose events are to be seen without types
+    grasp_offset: float = (
+        0.006  # by which the hand is off objects' centres, in half of the demonstrations [m]
+    )
+    observation_noise: float = 0.002  # added in half of the queries [m]

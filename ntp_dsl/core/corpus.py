@@ -20,10 +20,6 @@ from ntp_dsl.demonstrations.queries import Sample
 
 Batch = tuple[Frames | None, States, Answers]
 Struct = TypeVar("Struct", States, Answers, Frames)
-TOLD = 0.5  # of the decisions are learnt from the true start of the callee's scope
-UNTYPED = 0.3  # of the parts of demonstrations whose events are to be seen without types
-IN_HAND = 0.006  # [m] by which the hand is off the middles of things, in half of the demonstrations
-NOISE = 0.002  # [m] added to what is observed in half of the queries
 
 
 class Corpus:
@@ -71,11 +67,11 @@ class Corpus:
         drawn = [self._with_lists(config, hops, rng)] if self._lists else []
         if self._scoped:
             some = [int(i) for i in rng.choice(self._scoped, config.scoped)]
-            drawn.append(self._batch(some, some, np.arange(len(some)), rng))
+            drawn.append(self._batch(config, some, some, np.arange(len(some)), rng))
         rest = [int(i) for i in rng.choice(self._unscoped, config.unscoped)]
         if self._new:
             rest += [int(i) for i in rng.choice(self._new, config.unseen)]
-        drawn.append((None, *self._take(rest, np.full(len(rest), -1), rng)))
+        drawn.append((None, *self._take(config, rest, np.full(len(rest), -1), rng)))
         return drawn
 
     def _with_lists(self, config: TrainingConfig, hops: int, rng: np.random.Generator) -> Batch:
@@ -89,7 +85,7 @@ class Corpus:
         ]
         spec = np.repeat(np.arange(len(shown)), config.queries_per_demonstration)
         first = many[:: config.queries_per_demonstration]
-        return self._batch(first, many, spec, rng)
+        return self._batch(config, first, many, spec, rng)
 
     def _frames(self, index: int) -> int:
         """How many frames are read of a demonstration."""
@@ -98,7 +94,12 @@ class Corpus:
         return len(keyframes.within(query.demonstration, query.scope))
 
     def _batch(
-        self, parts: list[int], queries: list[int], spec: np.ndarray, rng: np.random.Generator
+        self,
+        config: TrainingConfig,
+        parts: list[int],
+        queries: list[int],
+        spec: np.ndarray,
+        rng: np.random.Generator,
     ) -> Batch:
         shown = []
         for index in parts:
@@ -106,21 +107,27 @@ class Corpus:
             assert query.scope is not None
             shown.append((query.demonstration, query.scope, query.program))
         frames = batches.frames(self.memory, shown, things=self._states.positions.shape[1])
-        noise = torch.from_numpy(rng.normal(0, NOISE, frames.positions.shape).astype(np.float32))
+        noise = torch.from_numpy(
+            rng.normal(0, config.observation_noise, frames.positions.shape).astype(np.float32)
+        )
         noise *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
-        off = torch.from_numpy(rng.normal(0, IN_HAND, (len(parts), 1, 1, 3)).astype(np.float32))
+        off = torch.from_numpy(rng.normal(0, config.grasp_offset, (len(parts), 1, 1, 3)).astype(np.float32))
         off *= torch.from_numpy(rng.random(len(parts)) < 0.5)[:, None, None, None]
-        typed = torch.from_numpy((rng.random(len(parts)) >= UNTYPED).astype(np.float32))
+        typed = torch.from_numpy((rng.random(len(parts)) >= config.untyped).astype(np.float32))
         frames = _replaced(frames, positions=frames.positions + noise + off, typed=typed)
-        return frames, *self._take(queries, spec, rng)
+        return frames, *self._take(config, queries, spec, rng)
 
-    def _take(self, indices: list[int], spec: np.ndarray, rng: np.random.Generator) -> tuple[States, Answers]:
+    def _take(
+        self, config: TrainingConfig, indices: list[int], spec: np.ndarray, rng: np.random.Generator
+    ) -> tuple[States, Answers]:
         index = torch.tensor(indices)
         states = _select(self._states, index)
-        noise = torch.from_numpy(rng.normal(0, NOISE, states.positions.shape).astype(np.float32))
+        noise = torch.from_numpy(
+            rng.normal(0, config.observation_noise, states.positions.shape).astype(np.float32)
+        )
         noise *= torch.from_numpy(rng.random(len(indices)) < 0.5)[:, None, None]
         states = _replaced(states, positions=states.positions + noise, spec=torch.from_numpy(spec))
-        told = torch.from_numpy(rng.random(len(indices)) < TOLD)
+        told = torch.from_numpy(rng.random(len(indices)) < config.teacher_forced)
         return states, _replaced(_select(self._answers, index), told=told)
 
 

@@ -270,7 +270,7 @@ class KinematicWorld(RestingObjects):
 
 
 def _region(region: Region, scene: Scene) -> Region:
-    """Return where objects may be put on the table: the arm's region, and where something stood at the start."""
+    """Return where on the table objects may be put: the arm's region, and where one stood at the start."""
     (x0, x1), (y0, y1) = region
     names = {obj.name for obj in movable(scene.objects)} - {scene.held}
     standing = [place for name, place in scene.positions.items() if name in names]

@@ -1,4 +1,4 @@
-"""The public names: what they are, what they say of themselves, and that they do what the command line does."""
+"""The public names: what they say of themselves, and that they do what the command line does."""
 
 from __future__ import annotations
 
