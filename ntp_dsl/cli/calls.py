@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.traces.failure_attribution import of_call
@@ -67,7 +66,7 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
         "parent": call.parent,
         "kind": call.kind,
         "name": call.name,
-        "arguments": to_builtins(call.arguments),
+        "arguments": call.arguments,
         "scope": call.scope,
         "outcome": call.outcome or "",
         "attributed_to": of_call(call),
@@ -78,5 +77,5 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
             "planning": round(times.planning, 5),
             "moving": round(times.moving, 5),
         },
-        "disturbances": list(call.execution.disturbances),
+        "disturbances": call.execution.disturbances,
     }

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.display import answers, print_json
@@ -209,12 +208,12 @@ def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
 def _answer(answer: Answer) -> dict[str, Any] | None:
     if answer.callee is None:
         return None
-    return {"name": answer.callee, "arguments": to_builtins(answer.arguments), "scope": answer.scope}
+    return {"name": answer.callee, "arguments": answer.arguments, "scope": answer.scope}
 
 
 def _call(trace: Trace, number: int | None) -> dict[str, Any] | None:
     if number is None:
         return None
     call = trace.calls[number]
-    row = {"id": number, "name": call.name, "arguments": to_builtins(call.arguments), "scope": call.scope}
-    return row | {"outcome": call.outcome or "", "disturbances": list(call.execution.disturbances)}
+    row = {"id": number, "name": call.name, "arguments": call.arguments, "scope": call.scope}
+    return row | {"outcome": call.outcome or "", "disturbances": call.execution.disturbances}

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.calls import as_json, demonstration_frames, line
@@ -54,7 +53,7 @@ def command(
         chosen = _folded(trace, chosen)
     if json:
         rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
-        print_json({"header": to_builtins(trace.header), "calls": rows, "end": to_builtins(trace.end)})
+        print_json({"header": trace.header, "calls": rows, "end": trace.end})
         return
     answers.print(Text(headline(trace), style="bold"))
     narrowed = failed or only is not None
