@@ -20,10 +20,10 @@ from ntp_dsl.traces.schema import (
     Attribution,
     CallKind,
     DemonstratedCall,
+    DemonstrationReference,
     Ending,
     Execution,
     PolicyKind,
-    ShownDemonstration,
 )
 from ntp_dsl.worlds.protocol import Disturbances
 
@@ -35,7 +35,7 @@ STRUCTS = (
     FactProbability,
     Answer,
     Execution,
-    ShownDemonstration,
+    DemonstrationReference,
     DemonstratedCall,
 )
 DATACLASSES = (SceneObject, Disturbances)
