@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from msgspec import to_builtins
 from rich.text import Text
 
-from ntp_dsl.traces.failure_attribution import of_call
-from ntp_dsl.traces.phrases import in_words, plain
+from ntp_dsl.traces.failure_attribution import attribute_call
+from ntp_dsl.traces.phrases import format_call, printable
 from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.times import Times
 
@@ -19,7 +18,7 @@ COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}
 
 def line(call: Call, frames: int, times: Times) -> Text:
     """One call: what, over which part of the demonstration, what came of it, how surely, how long."""
-    name, rest = in_words(call).split("(", 1)
+    name, rest = format_call(call).split("(", 1)
     text = Text(name, style="bold" if call.is_program else "cyan")
     text.append(f"({rest}", style="default not bold")
     text.append(f"  {scope_bar(call, frames)}  ", style="blue not bold")
@@ -30,7 +29,7 @@ def line(call: Call, frames: int, times: Times) -> Text:
     if spent := duration(times):
         text.append(f"  {spent}", style="dim not bold")
     for disturbance in call.execution.disturbances:
-        text.append(f"  [{plain(disturbance)}]", style="magenta not bold")
+        text.append(f"  [{printable(disturbance)}]", style="magenta not bold")
     return text
 
 
@@ -67,10 +66,10 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
         "parent": call.parent,
         "kind": call.kind,
         "name": call.name,
-        "arguments": to_builtins(call.arguments),
+        "arguments": call.arguments,
         "scope": call.scope,
         "outcome": call.outcome or "",
-        "attributed_to": of_call(call),
+        "attributed_to": attribute_call(call),
         "probability": call.decision.probability,
         "source": call.decision.source,
         "seconds": {
@@ -78,5 +77,5 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
             "planning": round(times.planning, 5),
             "moving": round(times.moving, 5),
         },
-        "disturbances": list(call.execution.disturbances),
+        "disturbances": call.execution.disturbances,
     }

@@ -1,4 +1,4 @@
-"""What the commands show: answers on standard output, everything else on standard error."""
+"""Output of the commands: answers on standard output, everything else on standard error."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol
 
+import msgspec
 from rich.console import Console
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-FILE_WIDTH = 200  # of lines that are piped or redirected; a terminal knows its own
+FILE_WIDTH = 200  # [characters] of piped or redirected lines; a terminal knows its own width
 
 answers = Console(markup=False, highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
 messages = Console(
@@ -22,12 +23,12 @@ messages = Console(
 
 
 def print_json(document: Any) -> None:
-    """The one JSON document of a command that was asked for `--json`."""
-    print(json.dumps(document, indent=2))
+    """Print a command's answer to `--json`: structs, dataclasses and built-in types, as one document."""
+    print(json.dumps(msgspec.to_builtins(document), indent=2))
 
 
 class Progress(Protocol):
-    """A long piece of work, step by step."""
+    """The progress of a long computation."""
 
     def advance(self, steps: int = 1) -> None: ...
 
@@ -36,7 +37,7 @@ class Progress(Protocol):
 
 @contextmanager
 def progress(description: str, total: int | None) -> Iterator[Progress]:
-    """A bar on standard error that counts to `total`; nothing where that is not a terminal."""
+    """Show a bar on standard error that counts to `total`, where that is a terminal."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as RichProgress
 

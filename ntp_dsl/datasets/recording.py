@@ -25,10 +25,10 @@ from ntp_dsl.traces.schema import (
     FORMAT,
     VERSION,
     DemonstratedCall,
+    DemonstrationReference,
     Ending,
     Header,
     PolicyKind,
-    ShownDemonstration,
 )
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, World
@@ -44,9 +44,9 @@ class Shown:
     demonstration: Demonstration
     calls: DemonstratedCall | None = None  # None where it was brought from elsewhere
 
-    def told(self, file: str) -> ShownDemonstration:
+    def told(self, file: str) -> DemonstrationReference:
         """Return what a trace says of the demonstration; the file lies beside the trace."""
-        return ShownDemonstration(file=file, frames=len(self.demonstration), calls=self.calls)
+        return DemonstrationReference(file=file, frames=len(self.demonstration), calls=self.calls)
 
 
 def demonstrate(

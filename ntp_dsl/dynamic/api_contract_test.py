@@ -14,7 +14,7 @@ from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
-from ntp_dsl.traces.phrases import shown
+from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
 
 WALKS, STEPS = 40, 14  # from scrambled states, so many apis at random
@@ -80,7 +80,7 @@ def _call(
     if lacking:
         record.broken += 1
         said = f"; the world said: {outcome.failure}" if outcome.failure else ""
-        given = ", ".join(map(shown, arguments))
+        given = ", ".join(map(format_argument, arguments))
         where = whereabouts(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {lacking[0]} does not hold{said}"
         record.example += f"; after it: {where}" if where else ""

@@ -20,7 +20,7 @@ from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
-from ntp_dsl.traces.phrases import shown
+from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
 
 USUAL, CROWD = 16, 60  # objects of a scene: up to which all trials are made, and from which one
@@ -51,13 +51,13 @@ class Rehearsal:
     def check_task(self, task: TaskDeclaration) -> Iterator[Diagnostic]:
         """What is wrong with the task or its expert; the first livelock or impurity ends it."""
         trials: list[Trial] = []
-        shown: list[bool] = []  # for each scattered start, whether anything is left to be done
+        unachieved: list[bool] = []  # for each scattered start, whether anything is left to be done
         untold: set[str] = set()  # what of the goals holds before anything is done
         objects = len(self._instance(task, 0)[0].objects)
         for start, (_, count) in STARTS.items():
             for number in range(_affordable(count, start, objects)):
                 try:
-                    trials.append(self._trial(task, start, number, untold, shown))
+                    trials.append(self._trial(task, start, number, untold, unachieved))
                 except Livelock as livelock:
                     yield _livelock(livelock, self.registry.apis, task.name, start, task.name_span)
                     return
@@ -65,7 +65,7 @@ class Rehearsal:
                     yield _impure(impure, self.registry)
                     return
         yield from _judged(task, trials)
-        if shown and not any(shown):
+        if unachieved and not any(unachieved):
             message = f"the goal of '{task.name}' holds before anything is done: nothing can be shown"
             yield Diagnostic("E602", message, _success_span(task))
         elif untold:
@@ -86,7 +86,7 @@ class Rehearsal:
         start: str,
         number: int,
         untold: set[str],
-        shown: list[bool],
+        unachieved: list[bool],
         limit: int | None = None,
     ) -> Trial:
         instance, rng = self._instance(task, number)
@@ -94,7 +94,7 @@ class Rehearsal:
         scene = told(self.world.truth())
         if start == "scattered":
             lacking = self._lacking(instance)
-            shown.append(bool(lacking))
+            unachieved.append(bool(lacking))
             untold |= {
                 str(fact)
                 for fact in self._facts(instance)
@@ -246,7 +246,7 @@ def _refused(livelock: Livelock, name: str, start: str, span: Span) -> Diagnosti
 
 
 def _given(arguments: Sequence[Argument]) -> str:
-    return ", ".join("..." if isinstance(each, tuple) else shown(each) for each in arguments)
+    return ", ".join("..." if isinstance(each, tuple) else format_argument(each) for each in arguments)
 
 
 def _impure(impure: Impure, registry: Registry) -> Diagnostic:

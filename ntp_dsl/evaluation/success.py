@@ -20,7 +20,7 @@ from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
 from ntp_dsl.semantics.state import Bindings, Fact, Literal, State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
-from ntp_dsl.traces.failure_attribution import OF_OUTCOME
+from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Scene, World
@@ -190,7 +190,7 @@ def _attribution(run: Run, first: Shortfall | None) -> Attribution:
         return Attribution.PHYSICS
     if run.done:
         return Attribution.DECISION
-    found = (OF_OUTCOME.get(CallOutcome.of(failure)) for failure in run.failures[-5:])
+    found = (ATTRIBUTION_OF_OUTCOME.get(CallOutcome.of(failure)) for failure in run.failures[-5:])
     kinds = Counter(kind for kind in found if kind is not None)
     return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else Attribution.DECISION
 

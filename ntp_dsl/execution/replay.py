@@ -78,7 +78,7 @@ class Replay:
             writer.returned(call.id, call.outcome, end_frame, execution=call.execution)
             return
         seen = self.trace.states[call.end_state]
-        decision = self._asked(call, seen, call.ending or NO_DECISION, is_first=False)
+        decision = self._asked(call, seen, call.return_decision or NO_DECISION, is_first=False)
         writer.returned(call.id, call.outcome, end_frame, writer.state(seen), decision)
 
     def _is_first(self, call: Call) -> bool:

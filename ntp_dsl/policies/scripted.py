@@ -33,7 +33,7 @@ def demonstrated(trace: Trace) -> DemonstratedCall:
 def _node(call: Call) -> DemonstratedCall:
     end = call.end_frame if call.end_frame is not None else call.frame
     return DemonstratedCall(
-        name=call.name, arguments=call.arguments, scope=(call.frame, end), done=call.went_well
+        name=call.name, arguments=call.arguments, scope=(call.frame, end), done=call.succeeded
     )
 
 

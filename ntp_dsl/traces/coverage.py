@@ -1,4 +1,4 @@
-"""What traces did at each line of a library: how often, how well, how surely, and why it failed."""
+"""Coverage: for each line of a library its calls, successes, probabilities and causes of failure."""
 
 from __future__ import annotations
 
@@ -6,57 +6,57 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 from ntp_dsl.traces.comparison.comparison import Comparison
-from ntp_dsl.traces.failure_attribution import of_all
+from ntp_dsl.traces.failure_attribution import attribute_all
 from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
 
 
 @dataclass
 class Line:
-    """A statement, by the calls that it made; or a program's own line, by its runs."""
+    """The figures of a statement, from the calls that it made, or of a program's header, from its returns."""
 
     calls: int = 0
-    well: int = 0
-    attributed_to: Counter[Attribution] = field(default_factory=Counter)  # calls that did not go well
-    parted: Counter[str] = field(default_factory=Counter)  # divergences from another trace, by kind
-    weighed: int = 0  # decisions that came with a probability
-    _sum: float = 0.0
+    succeeded: int = 0
+    attributed_to: Counter[Attribution] = field(default_factory=Counter)  # of failed calls
+    divergences: Counter[str] = field(default_factory=Counter)  # from another trace, by kind
+    _probabilities: int = 0  # decisions with a probability
+    _probability_sum: float = 0.0
 
     @property
     def probability(self) -> float | None:
-        """Return the mean of the decisions; None where a script made them."""
-        return self._sum / self.weighed if self.weighed else None
+        """Return the mean over the decisions; None for the scripted expert."""
+        return self._probability_sum / self._probabilities if self._probabilities else None
 
     def count(self, call: Call, attribution: Attribution | None, probability: float | None) -> None:
-        """Add a call that the line made, or a return of the line's program."""
+        """Count a call that the line made, or a return of the line's program."""
         self.calls += 1
-        self.well += call.went_well
+        self.succeeded += call.succeeded
         if attribution:
             self.attributed_to[attribution] += 1
         if probability is not None:
-            self.weighed += 1
-            self._sum += probability
+            self._probabilities += 1
+            self._probability_sum += probability
 
 
 class Coverage:
-    """Lines by their place, `file:line`, over as many traces as are added."""
+    """The figures of lines, by `file:line`, over all traces that were added."""
 
     def __init__(self) -> None:
         self.lines: defaultdict[str, Line] = defaultdict(Line)
         self.traces = 0
 
     def add(self, trace: Trace) -> None:
-        """Count statements by the calls that they made; a program's line by how it decided to return."""
+        """Count the calls of statements, and the returns of programs."""
         self.traces += 1
-        for call, attribution in zip(trace.calls, of_all(trace), strict=True):
+        for call, attribution in zip(trace.calls, attribute_all(trace), strict=True):
             if call.parent != ROOT and (place := call.decision.source):
                 self.lines[place].count(call, attribution, call.decision.probability)
-            if call.ending and (place := call.ending.source):
-                self.lines[place].count(call, attribution, call.ending.probability)
+            if call.return_decision and (place := call.return_decision.source):
+                self.lines[place].count(call, attribution, call.return_decision.probability)
 
     def compare(self, comparison: Comparison) -> None:
-        """Count where the second trace leaves the first; what follows from that is not counted."""
+        """Count the first divergence of two traces, or all of a replay, whose answers are independent."""
         first = comparison.first
-        told = comparison.divergences if comparison.b.is_replayed else [first] if first else []
-        for divergence in told:
+        counted = comparison.divergences if comparison.b.is_replayed else [first] if first else []
+        for divergence in counted:
             if divergence.source:
-                self.lines[divergence.source].parted[str(divergence.kind)] += 1
+                self.lines[divergence.source].divergences[str(divergence.kind)] += 1

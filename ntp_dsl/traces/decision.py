@@ -1,4 +1,4 @@
-"""What was decided and by what: the record that a person inspects and a comparison weighs."""
+"""Decisions: the choice that was made, its alternatives and its probability."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ Seconds = Annotated[float, Meta(ge=0, lt=1e9)]
 
 
 class Alternative(Struct, Generic[Value], frozen=True, array_like=True):
-    """Something that a decision might have chosen."""
+    """An alternative of a decision."""
 
     value: Value
     probability: Probability
 
 
-Ranking = tuple[Alternative[Value], ...]  # the most probable first
+Ranking = tuple[Alternative[Value], ...]  # most probable first
 
 
 class FactProbability(Struct, frozen=True, omit_defaults=True):
-    """A ground fact that a decision rests on: as the policy saw it, and as it truly was."""
+    """A ground fact that a decision rests on: its probability by the policy, and its true value."""
 
     fact: str
     probability: Probability
-    truth: bool | None = None  # None where nobody knows
+    truth: bool | None = None  # None where unknown
 
 
 class Answer(Struct, frozen=True, omit_defaults=True):
-    """What a policy answered that was only asked; a callee of None is a return."""
+    """The call that a policy would make in a replay; a callee of None is a return."""
 
     callee: str | None
     is_api: bool = False
@@ -45,16 +45,18 @@ class Answer(Struct, frozen=True, omit_defaults=True):
 class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     """A program's decision to make a call or to return.
 
-    A script weighs no alternatives: its probabilities are None, its rankings empty.
+    The scripted expert weighs no alternatives: its probabilities are None, its rankings empty.
     """
 
-    source: str = ""  # file:line of the statement that was followed, or that makes such a call
-    reason: str = ""  # of a script's return
-    seconds: Seconds = 0.0  # wall time that it took
-    probability: Probability | None = None  # of all of it together
-    end_probability: Probability | None = None  # of the program's end
+    source: str = ""  # file:line of the statement that was followed, or of the one that makes such a call
+    reason: str = ""  # why the expert returned
+    seconds: Seconds = 0.0  # wall time
+    probability: Probability | None = None  # of the whole decision
+    end_probability: Probability | None = None  # that the program is at its end
     callees: Ranking[str] = ()
-    arguments: tuple[Ranking[str | float], ...] = ()  # for each argument; a record's fields in its place
+    arguments: tuple[
+        Ranking[str | float], ...
+    ] = ()  # one for each argument; for a record, one for each field
     scopes: Ranking[Frames | None] = ()
     facts: tuple[FactProbability, ...] = ()
     answer: Answer | None = None

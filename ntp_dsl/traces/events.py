@@ -1,4 +1,4 @@
-"""The lines of a trace, as they are written and read: one type for each `event`."""
+"""The lines of a trace as they are written and read: one type for each `event`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DIGITS = 5  # of positions [m]
 
 
 class StateEvent(Struct, tag_field="event", tag="state", frozen=True, omit_defaults=True):
-    """An observation that decisions were made by."""
+    """An observation that decisions are based on."""
 
     id: Count
     positions: dict[str, Vector]  # world frame [m]
@@ -27,21 +27,21 @@ class StateEvent(Struct, tag_field="event", tag="state", frozen=True, omit_defau
     unreachable: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, number: int, seen: Observation) -> StateEvent:
-        """Return an observation as a line, in tenths of a millimetre and of a milliradian."""
+    def of(cls, number: int, observation: Observation) -> StateEvent:
+        """Return an observation as a line, with positions rounded to 0.01 mm and quaternions to 1e-4."""
         return cls(
             number,
-            {name: _rounded(place) for name, place in seen.positions.items()},
-            _rounded(seen.gripper),
-            bool(seen.closed),
-            {name: _turn(turn) for name, turn in seen.orientations.items()},
-            {name: round(float(sigma), DIGITS) for name, sigma in seen.deviations.items()},
-            tuple(sorted(seen.facts)),
-            tuple(sorted(seen.unreachable)),
+            {name: _rounded(place) for name, place in observation.positions.items()},
+            _rounded(observation.gripper),
+            bool(observation.closed),
+            {name: _rounded_quaternion(turn) for name, turn in observation.orientations.items()},
+            {name: round(float(sigma), DIGITS) for name, sigma in observation.deviations.items()},
+            tuple(sorted(observation.facts)),
+            tuple(sorted(observation.unreachable)),
         )
 
     def observation(self, objects: tuple[SceneObject, ...]) -> Observation:
-        """Return the line as an observation of a scene's objects."""
+        """Return the observation of these objects."""
         return Observation(
             objects,
             self.positions,
@@ -55,7 +55,7 @@ class StateEvent(Struct, tag_field="event", tag="state", frozen=True, omit_defau
 
 
 class CallEvent(Struct, tag_field="event", tag="call", frozen=True, omit_defaults=True):
-    """A call that is made."""
+    """The beginning of a call."""
 
     id: Count
     parent: Annotated[int, Meta(ge=-1)]
@@ -69,7 +69,7 @@ class CallEvent(Struct, tag_field="event", tag="call", frozen=True, omit_default
 
 
 class ReturnEvent(Struct, tag_field="event", tag="return", frozen=True, omit_defaults=True):
-    """The end of the call that is running."""
+    """The end of the innermost open call."""
 
     id: Count
     outcome: CallOutcome
@@ -80,7 +80,7 @@ class ReturnEvent(Struct, tag_field="event", tag="return", frozen=True, omit_def
 
 
 class FrameEvent(Struct, tag_field="event", tag="frame", frozen=True):
-    """A moment of the motion, ten a second."""
+    """A frame of the motion; there are ten per second."""
 
     id: Count
     time: Seconds
@@ -90,7 +90,7 @@ class FrameEvent(Struct, tag_field="event", tag="frame", frozen=True):
 
 
 class PictureEvent(Struct, tag_field="event", tag="picture", frozen=True):
-    """What a camera saw."""
+    """A camera's picture of a frame."""
 
     frame: Count
     file: str
@@ -104,6 +104,6 @@ def _rounded(point: Vector) -> Vector:
     return round(float(x), DIGITS), round(float(y), DIGITS), round(float(z), DIGITS)
 
 
-def _turn(quaternion: Quaternion) -> Quaternion:
+def _rounded_quaternion(quaternion: Quaternion) -> Quaternion:
     x, y, z, w = quaternion
     return round(float(x), 4), round(float(y), 4), round(float(z), 4), round(float(w), 4)

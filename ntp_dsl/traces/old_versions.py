@@ -1,4 +1,4 @@
-"""Lines of old versions of the format, as the present one has them. Nothing writes these any more."""
+"""Conversion of lines of old versions of the format, which are read but no longer written."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Row = dict[str, Any]
 
 
 class Upgrade:
-    """Turns the lines of one file, in order, into lines of the present version.
+    """Converts the lines of one file, in order, to the current version.
 
-    Version 2 had decisions as open dictionaries, extents of what had tipped over in place of orientations,
-    and a run's end in words.
+    Version 2 had untyped decisions, extents of tipped objects instead of orientations, and the end of a run
+    in words.
     """
 
     def __init__(self, version: int) -> None:
@@ -32,12 +32,12 @@ class Upgrade:
         }
 
     def row(self, old: Row) -> Row:
-        """Return a line as the present version has it. Raises `ValidationError`."""
+        """Return a line in the current version. Raises `ValidationError`."""
         try:
             return self._events.get(old["event"], dict)(old)
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            found = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
-            raise ValidationError(found) from error
+            message = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
+            raise ValidationError(message) from error
 
     def _header(self, old: Row) -> Row:
         objects = old["things"]
@@ -48,9 +48,9 @@ class Upgrade:
         lists = [each for each in arguments if isinstance(each, list) and each]
         type_name = next((each[0]["type"] for each in lists if isinstance(each[0], dict)), "")
         row["goal"] = [{"type": type_name, "fields": list(each.items())} for each in old.get("goal", ())]
-        if shown := old.get("demonstration"):
-            calls = shown.get("calls")
-            row["demonstration"] = {**shown, "calls": _demonstrated(calls) if calls else None}
+        if reference := old.get("demonstration"):
+            calls = reference.get("calls")
+            row["demonstration"] = {**reference, "calls": _demonstrated(calls) if calls else None}
         return row
 
     def _state(self, old: Row) -> Row:
@@ -63,8 +63,8 @@ class Upgrade:
         return {**old, "arguments": arguments, "decision": _decision(old.get("decision", {}), arguments)}
 
     def _return(self, old: Row) -> Row:
-        kept = ("event", "id", "outcome", "frame", "state")
-        row: Row = {name: old[name] for name in kept if name in old}
+        fields = ("event", "id", "outcome", "frame", "state")
+        row: Row = {name: old[name] for name in fields if name in old}
         execution = {name: value for name, value in old.items() if name not in row}
         decision = execution.pop("decision", None)
         if decision is not None:
@@ -79,8 +79,8 @@ class Upgrade:
 
 
 def _decision(old: Row, arguments: list[Any]) -> Row:
-    kept = ("source", "reason", "seconds", "probability", "end_probability", "scopes")
-    row = {name: old[name] for name in kept if name in old}
+    fields = ("source", "reason", "seconds", "probability", "end_probability", "scopes")
+    row = {name: old[name] for name in fields if name in old}
     row["callees"] = old.get("top", [])
     row["arguments"] = _rankings(old, arguments)
     if answer := old.get("answer"):
@@ -96,17 +96,17 @@ def _decision(old: Row, arguments: list[Any]) -> Row:
 
 
 def _rankings(old: Row, arguments: list[Any]) -> list[Any]:
-    """One for each argument: objects and values were ranked apart, each in the arguments' order."""
+    """Return a ranking for each argument. Version 2 ranked objects and values separately, in order."""
     waiting = [list(old.get("pointers", ())), list(old.get("values", ()))]
-    found = []
+    rankings = []
     for argument in _flat(arguments):
         kind = next((kind for kind in waiting if kind and kind[0] and kind[0][0][0] == argument), None)
-        found.append(kind.pop(0) if kind else [])
-    return found if any(found) else []
+        rankings.append(kind.pop(0) if kind else [])
+    return rankings if any(rankings) else []
 
 
 def _flat(arguments: list[Any]) -> list[Any]:
-    """As `without_lists` has them, of arguments that are no records yet."""
+    """Return what `without_lists` returns, for arguments that are not yet converted to records."""
     flat: list[Any] = []
     for each in arguments:
         if isinstance(each, dict):

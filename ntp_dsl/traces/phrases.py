@@ -1,4 +1,4 @@
-"""Calls and traces in words, without what would command a terminal."""
+"""Calls and traces as text, with control characters escaped."""
 
 from __future__ import annotations
 
@@ -6,37 +6,37 @@ from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Frames
 from ntp_dsl.traces.schema import Call, Trace
 
-BRIEF = 3  # elements of a list that are shown
+MAX_LIST_ITEMS = 3  # of a list in a text
 
 
-def plain(text: object) -> str:
-    """Return a text in which nothing could command a terminal."""
-    told = str(text)
-    return told if told.isprintable() else told.encode("unicode_escape").decode("ascii")
+def printable(text: object) -> str:
+    """Return the text with control characters escaped, so that a terminal cannot be commanded by it."""
+    raw = str(text)
+    return raw if raw.isprintable() else raw.encode("unicode_escape").decode("ascii")
 
 
-def shown(argument: Argument) -> str:
-    """Return an argument, briefly: records without their types."""
+def format_argument(argument: Argument) -> str:
+    """Return an argument as short text: records without their types, long lists cut."""
     if isinstance(argument, tuple):
-        more = [f"... {len(argument) - BRIEF} more"] if len(argument) > BRIEF else []
-        return f"[{', '.join([*(shown(each) for each in argument[:BRIEF]), *more])}]"
+        more = [f"... {len(argument) - MAX_LIST_ITEMS} more"] if len(argument) > MAX_LIST_ITEMS else []
+        return f"[{', '.join([*(format_argument(each) for each in argument[:MAX_LIST_ITEMS]), *more])}]"
     return f"{argument:g}" if isinstance(argument, float) else str(argument)
 
 
-def in_words(call: Call) -> str:
-    """Return a call with its arguments."""
-    return called(call.name, call.arguments)
+def format_call(call: Call) -> str:
+    """Return a call as text."""
+    return format_invocation(call.name, call.arguments)
 
 
-def called(name: str, arguments: tuple[Argument, ...]) -> str:
-    """Return a callee with its arguments."""
-    return plain(f"{name}({', '.join(map(shown, arguments))})")
+def format_invocation(name: str, arguments: tuple[Argument, ...]) -> str:
+    """Return a callee with its arguments as text."""
+    return printable(f"{name}({', '.join(map(format_argument, arguments))})")
 
 
 def headline(trace: Trace) -> str:
-    """Return what a trace says of itself, in a line."""
+    """Return the origin of a trace in one line."""
     header = trace.header
-    told = {
+    origin = {
         "library": header.library or None,
         "task": header.task or None,
         "policy": header.policy,
@@ -44,10 +44,10 @@ def headline(trace: Trace) -> str:
         "seed": header.seed,
         "episode": header.episode,
     }
-    facts = [f"{name} {value}" for name, value in told.items() if value is not None]
-    return plain(", ".join(facts)) or "a trace"
+    facts = [f"{name} {value}" for name, value in origin.items() if value is not None]
+    return printable(", ".join(facts)) or "a trace"
 
 
-def scope_in_words(scope: Frames | None) -> str:
-    """Return the frames of a scope."""
+def format_scope(scope: Frames | None) -> str:
+    """Return a scope as text."""
     return "no scope" if scope is None else f"frames {scope[0]}–{scope[1]}"

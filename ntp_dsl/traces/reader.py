@@ -1,7 +1,7 @@
-"""Reads a trace up to its last whole line, and says what is wrong with what is not one.
+"""Reads a trace up to its last complete line, and reports what is wrong with an invalid one.
 
-Fields that this version does not know are passed over, and so are events; what a trace has to say it must say
-soundly: calls are numbered in their order, nest, and refer to states that are there.
+Unknown events and fields are skipped. The rest is checked: calls are numbered in order, nest, and refer to
+states that exist.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ EVENTS: dict[str, type[Any]] = {
     "end": End,
 }
 DECODERS = {name: msgspec.json.Decoder(event) for name, event in EVENTS.items()}
-LONGEST = 200  # characters of a message
+MAX_MESSAGE = 200  # [characters]
 
 
 class _Named(msgspec.Struct):
-    """Which event a line is."""
+    """The kind of a line."""
 
     event: str
 
 
 class _Versioned(msgspec.Struct):
-    """What the first line of every version says."""
+    """The part of the first line that all versions share."""
 
     format: Any = None
     version: Any = None
@@ -56,7 +56,7 @@ _named, _versioned = msgspec.json.Decoder(_Named), msgspec.json.Decoder(_Version
 
 
 def read_trace(path: Path) -> Trace:
-    """Read a file up to its last whole line. Raises `NtpError` for what is not a trace."""
+    """Read a file up to its last complete line. Raises `NtpError` where it is not a trace."""
     try:
         return parse_trace(path.read_bytes(), path)
     except OSError as error:
@@ -64,27 +64,27 @@ def read_trace(path: Path) -> Trace:
 
 
 def parse_trace(text: bytes, path: Path) -> Trace:
-    """Read the text of a file; the path is for its errors."""
+    """Read the text of a file; the path is for error messages."""
     lines = text[: text.rfind(b"\n") + 1].splitlines()  # what follows the last newline was cut off
     if not lines:
-        raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found not one whole line")
-    assembly = _Assembly()
+        raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found no complete line")
+    builder = _TraceBuilder()
     for number, event in _events(lines, path):
         try:
-            assembly.take(event)
+            builder.add(event)
         except ValueError as error:
             raise NtpError(f"{path}:{number}: not a line of a trace: {error}") from error
-    return assembly.trace
+    return builder.trace
 
 
 def _events(lines: Sequence[bytes], path: Path) -> Iterator[tuple[int, Event]]:
-    """Yield the events that are known, each with its line's number."""
+    """Yield the known events, each with its line number."""
     upgrade = _upgrade(lines[0], path)
     for number, line in enumerate(lines, 1):
         try:
             event = _header(line, upgrade) if number == 1 else _event(line, upgrade)
         except msgspec.ValidationError as error:
-            raise NtpError(f"{path}:{number}: not a line of a trace: {str(error)[:LONGEST]}") from error
+            raise NtpError(f"{path}:{number}: not a line of a trace: {str(error)[:MAX_MESSAGE]}") from error
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise NtpError(f"{path}:{number}: expected a line of JSON, found {line[:40]!r}") from error
         except RecursionError as error:
@@ -94,18 +94,20 @@ def _events(lines: Sequence[bytes], path: Path) -> Iterator[tuple[int, Event]]:
 
 
 def _upgrade(first: bytes, path: Path) -> Upgrade | None:
-    """Return what makes lines of an old version new ones; None where they are new."""
+    """Return the converter of an old version; None for the current one. Raises `NtpError` for others."""
     try:
-        said = _versioned.decode(first)
+        header = _versioned.decode(first)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise NtpError(f"{path}:1: expected a trace (JSON lines) of `ntp`, found {first[:40]!r}") from error
-    if said.format != FORMAT:
+    if header.format != FORMAT:
         raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found something else")
-    if type(said.version) is int and OLDEST <= said.version <= VERSION:
-        return None if said.version == VERSION else Upgrade(said.version)
-    newer = type(said.version) is int and said.version > VERSION
-    advice = "a newer ntp made it: update ntp" if newer else "make it anew"
-    raise NtpError(f"{path}: expected version {VERSION} of the format, found {said.version!r:.40}; {advice}")
+    if type(header.version) is int and OLDEST <= header.version <= VERSION:
+        return None if header.version == VERSION else Upgrade(header.version)
+    newer = type(header.version) is int and header.version > VERSION
+    advice = "it was written by a newer ntp: update ntp" if newer else "record it again"
+    raise NtpError(
+        f"{path}: expected version {VERSION} of the format, found {header.version!r:.40}; {advice}"
+    )
 
 
 def _header(line: bytes, upgrade: Upgrade | None) -> Event:
@@ -124,8 +126,8 @@ def _event(line: bytes, upgrade: Upgrade | None) -> Event | None:
     return DECODERS[name].decode(line)  # type: ignore[no-any-return]
 
 
-class _Assembly:
-    """A trace in the making, and the calls that are still running."""
+class _TraceBuilder:
+    """A trace under construction, and the calls that are still open."""
 
     def __init__(self) -> None:
         self.states = States()
@@ -133,8 +135,8 @@ class _Assembly:
         self._has_header = False
         self._running: list[Call] = []
 
-    def take(self, event: Event) -> None:
-        """Add the next event. Raises `ValueError` where it does not fit those before."""
+    def add(self, event: Event) -> None:
+        """Add the next event. Raises `ValueError` where it does not follow from the previous ones."""
         match event:
             case Header():
                 _expect(not self._has_header, "a second header")
@@ -147,7 +149,7 @@ class _Assembly:
             case ReturnEvent():
                 self._return(event)
             case FrameEvent():
-                _expect(event.id == len(self.trace.motions), "frames are numbered in their order")
+                _expect(event.id == len(self.trace.motions), f"expected frame {len(self.trace.motions)}")
                 moment = Motion(event.id, event.time, event.moved, event.gripper, event.closed)
                 self.trace.motions.append(moment)
             case PictureEvent():
@@ -160,7 +162,7 @@ class _Assembly:
         _expect(event.id == number, f"expected call {number}, found {event.id}")
         caller = self._running[-1].id if self._running else ROOT
         _expect(event.parent == caller, f"call {number} is made by {event.parent}, but {caller} is running")
-        _expect(caller == ROOT or self._running[-1].is_program, "a primitive calls nothing")
+        _expect(caller == ROOT or self._running[-1].is_program, "a primitive cannot make calls")
         _expect(event.scope is None or event.scope[0] <= event.scope[1], "expected a scope of [begin, end)")
         self._check_state(event.state)
         call = Call(
@@ -184,19 +186,21 @@ class _Assembly:
         if event.state is not None:
             self._check_state(event.state)
         call.outcome, call.end_frame, call.end_state = event.outcome, event.frame, event.state
-        call.ending, call.execution = event.decision, event.execution
+        call.return_decision, call.execution = event.decision, event.execution
 
     def _check_state(self, number: int) -> None:
         _expect(number < len(self.states), f"there is no state {number} before this line")
 
 
 class States(Sequence[Observation]):
-    """Made into observations when they are asked for: most readers look at few."""
+    """Observations that are built on access, since most readers look at few."""
 
     def __init__(self) -> None:
         self.objects: tuple[SceneObject, ...] = ()
         self._events: list[StateEvent] = []
-        self._made = lru_cache(maxsize=64)(lambda number: self._events[number].observation(self.objects))
+        self._observation = lru_cache(maxsize=64)(
+            lambda number: self._events[number].observation(self.objects)
+        )
 
     def append(self, event: StateEvent) -> None:
         """Add the next state."""
@@ -211,8 +215,8 @@ class States(Sequence[Observation]):
     def __getitem__(self, index: slice) -> list[Observation]: ...
     def __getitem__(self, index: int | slice) -> Observation | list[Observation]:
         if isinstance(index, slice):
-            return [self._made(number) for number in range(*index.indices(len(self)))]
-        return self._made(range(len(self))[index])
+            return [self._observation(number) for number in range(*index.indices(len(self)))]
+        return self._observation(range(len(self))[index])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and list(self) == list(other)

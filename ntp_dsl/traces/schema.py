@@ -1,4 +1,4 @@
-"""What a trace is made of: calls in the order of execution, the states they were decided in, and frames."""
+"""The contents of a trace: calls in order of execution, the states they were decided in, and frames."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ ROOT = -1
 
 
 class CallKind(StrEnum):
-    """What was called."""
+    """The kind of a callee."""
 
     PROGRAM = "program"
     API = "api"
 
 
 class PolicyKind(StrEnum):
-    """Whose decisions a trace holds."""
+    """The kind of policy whose decisions a trace records."""
 
     SCRIPTED = "scripted"
     LEARNED = "learned"
@@ -42,12 +42,12 @@ class PolicyKind(StrEnum):
 
 
 class CallOutcome(StrEnum):
-    """What a call came to."""
+    """The outcome of a call."""
 
-    DONE = "done"  # of programs, as the next two
+    DONE = "done"  # of programs, like the next two
     UNFINISHED = "unfinished"
     STOPPED = "stopped"
-    ACHIEVED = "achieved"  # of primitives, as all that follow
+    ACHIEVED = "achieved"  # of primitives, like all that follow
     NOT_READY = Failure.NOT_READY.value
     NO_IK = Failure.NO_IK.value
     START_IN_COLLISION = Failure.START_IN_COLLISION.value
@@ -65,12 +65,12 @@ class CallOutcome(StrEnum):
         return cls.ACHIEVED if outcome.failure is None else cls(outcome.failure.value)
 
     @property
-    def is_good(self) -> bool:
+    def is_success(self) -> bool:
         return self in (CallOutcome.DONE, CallOutcome.ACHIEVED)
 
     @property
     def is_return(self) -> bool:
-        """Whether a program decided to end so."""
+        """Whether it is the outcome of a program's decision to return."""
         return self in (CallOutcome.DONE, CallOutcome.UNFINISHED)
 
 
@@ -78,12 +78,12 @@ class Ending(StrEnum):
     """How a run ended."""
 
     DONE = "done"
-    UNFINISHED = "unfinished"  # nothing that the program knows helps
+    UNFINISHED = "unfinished"  # no statement of the program helps
     STOPPED = "stopped"  # by a limit
 
 
 class Attribution(StrEnum):
-    """What a failure or a divergence is attributed to."""
+    """The cause that a failure or a divergence is attributed to."""
 
     DECISION = "decision"
     PLANNER = "planner"
@@ -94,13 +94,13 @@ class Attribution(StrEnum):
 
 
 class Execution(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """How a primitive was carried out."""
+    """How a primitive was executed."""
 
-    planning: Seconds = 0.0  # wall
-    moving: Seconds = 0.0  # wall
+    planning: Seconds = 0.0  # wall time
+    moving: Seconds = 0.0  # wall time
     solver: str = ""
     planner: str = ""
-    evidence: dict[str, Any] = {}  # what was measured, in the words of whoever did
+    evidence: dict[str, Any] = {}  # measurements, under the names of the world that made them
     disturbances: tuple[str, ...] = ()
 
 
@@ -108,7 +108,7 @@ NOT_EXECUTED = Execution()
 
 
 class DemonstratedCall(Struct, kw_only=True):
-    """A call that a demonstration shows, with its frames [begin, end)."""
+    """A call that a demonstration shows, with its frames [begin, end) and the calls below it."""
 
     name: str
     arguments: tuple[Argument, ...]
@@ -123,16 +123,16 @@ class DemonstratedCall(Struct, kw_only=True):
             yield from child.walk()
 
 
-class ShownDemonstration(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """The demonstration that the scopes of a trace are frames of."""
+class DemonstrationReference(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """The demonstration that the scopes of a trace refer to."""
 
     file: str  # beside the trace
     frames: Count
-    calls: DemonstratedCall | None = None  # None where the demonstration was made elsewhere
+    calls: DemonstratedCall | None = None  # None where the demonstration was not recorded with its calls
 
 
 class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults=True, kw_only=True):
-    """What a trace says of itself; what is missing is unknown."""
+    """The origin of a trace; missing fields are unknown."""
 
     format: str
     version: int
@@ -150,24 +150,24 @@ class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults
     arm: str | None = None  # None for the Panda
     disturbances: Disturbances | None = None
     objects: tuple[SceneObject, ...] = ()
-    demonstration: ShownDemonstration | None = None
+    demonstration: DemonstrationReference | None = None
     sources: dict[str, str] = {}  # file name -> text of a library that decisions refer to
 
 
 class End(Struct, tag_field="event", tag="end", frozen=True, omit_defaults=True, kw_only=True):
-    """How a run ended, and what was judged of it."""
+    """The end of a run, and how its result was judged."""
 
     ending: Ending
     reason: str = ""
     primitives: Count = 0
-    success: bool | None = None  # None where nobody judged
+    success: bool | None = None  # None where it was not judged
     attributed_to: Attribution | None = None  # of a failure
     verdict: str = ""
 
 
 @dataclass
 class Call:
-    """A call in a trace, with what came of it."""
+    """A call in a trace, with its outcome."""
 
     id: int
     parent: int  # ROOT for the task's own program
@@ -176,12 +176,12 @@ class Call:
     arguments: tuple[Argument, ...]
     scope: Frames | None
     frame: int  # of the episode, when the call was made
-    state: int  # the line of states that the decision was made in
+    state: int  # number of the state that the decision was made in
     decision: Decision = NO_DECISION  # of its caller, to make this call
     end_frame: int | None = None
-    end_state: int | None = None  # that a program decided to return in
+    end_state: int | None = None  # in which a program decided to return
     outcome: CallOutcome | None = None  # None where the trace was cut off
-    ending: Decision | None = None  # of a program, to return
+    return_decision: Decision | None = None  # of a program
     execution: Execution = NOT_EXECUTED  # of a primitive
 
     @property
@@ -189,17 +189,17 @@ class Call:
         return self.kind is CallKind.PROGRAM
 
     @property
-    def went_well(self) -> bool:
-        return self.outcome is not None and self.outcome.is_good
+    def succeeded(self) -> bool:
+        return self.outcome is not None and self.outcome.is_success
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What moved up to a frame of the episode, since the one before; one frame is a tenth of a second."""
+    """The objects that moved between two frames of the episode; a frame is a tenth of a second."""
 
     frame: int
     time: float  # [s] since the reset
-    positions: Mapping[str, Vector]  # of what moved
+    positions: Mapping[str, Vector]  # of the objects that moved
     gripper: Vector
     closed: bool
 
@@ -212,20 +212,22 @@ class Trace:
     calls: list[Call] = field(default_factory=list)
     states: Sequence[Observation] = ()
     motions: list[Motion] = field(default_factory=list)
-    pictures: list[tuple[int, str]] = field(default_factory=list)  # frame, file beside the trace
+    pictures: list[tuple[int, str]] = field(
+        default_factory=list
+    )  # frame, path relative to the trace's folder
     end: End | None = None  # None where the writer was cut off
 
     @cached_property
-    def _offspring(self) -> list[list[int]]:
-        """Numbers of the calls that each call made; those of the root come last."""
-        found: list[list[int]] = [[] for _ in range(len(self.calls) + 1)]
+    def _children(self) -> list[list[int]]:
+        """Return the numbers of the calls that each call made; those of the root come last."""
+        children: list[list[int]] = [[] for _ in range(len(self.calls) + 1)]
         for call in self.calls:
-            found[call.parent].append(call.id)
-        return found
+            children[call.parent].append(call.id)
+        return children
 
     def children(self, parent: int) -> list[Call]:
         """Return the calls that a call made, or the root calls for `ROOT`."""
-        return [self.calls[number] for number in self._offspring[parent]]
+        return [self.calls[number] for number in self._children[parent]]
 
     def ancestors(self, number: int) -> Iterator[Call]:
         """Yield the call, its caller, and so on to the root."""
@@ -235,7 +237,7 @@ class Trace:
             number = call.parent
 
     def events(self) -> Iterator[tuple[Call, bool]]:
-        """Yield calls and returns in the order of execution: a call, and whether it returns."""
+        """Yield calls and returns in order of execution, each with whether it is a return."""
         running: list[Call] = []
         for call in self.calls:
             while running and running[-1].id != call.parent:
@@ -246,12 +248,12 @@ class Trace:
 
     @property
     def is_replayed(self) -> bool:
-        """Whether it holds what a policy answered at every state of another trace."""
+        """Whether it records a policy's answers at every state of another trace."""
         return self.header.policy is PolicyKind.REPLAYED
 
     @property
     def is_learned(self) -> bool:
-        """Whether a core decided, or answered."""
+        """Whether a learned core decided or answered."""
         return self.header.policy is PolicyKind.LEARNED or self.header.model is not None
 
     def to_dataframe(self) -> pandas.DataFrame:

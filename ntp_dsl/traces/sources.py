@@ -1,4 +1,4 @@
-"""The library's own lines that a trace refers to, as the trace carries them."""
+"""Lines of the library's source, from the copy that a trace carries."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ntp_dsl.traces.schema import Trace
 
 
 def statement(trace: Trace, place: str) -> str:
-    """Return the text at `file:line`, or nothing where the trace does not carry it."""
+    """Return the text at `file:line`, or an empty string where the trace lacks it."""
     file, _, line = place.rpartition(":")
     text = trace.header.sources.get(file)
     if text is None or not line.isdecimal():

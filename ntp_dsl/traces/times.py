@@ -1,4 +1,4 @@
-"""Where the time of a trace went: deciding, planning and moving, of each call and all below it."""
+"""Time spent on deciding, planning and moving, for each call alone and with all calls below it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ntp_dsl.traces.schema import ROOT, Call, Trace
 
 @dataclass(frozen=True)
 class Times:
-    """Wall seconds. A decision counts for the call that it led to; one to return, for what returns."""
+    """Wall time [s]. A decision counts towards the call that it made or the program that it ended."""
 
     deciding: float = 0.0
     planning: float = 0.0
@@ -27,15 +27,15 @@ class Times:
         return self.deciding + self.planning + self.moving
 
 
-def own(call: Call) -> Times:
-    """Return a call's own times, without those of the calls below it."""
-    returning = call.ending.seconds if call.ending else 0.0
+def own_times(call: Call) -> Times:
+    """Return a call's own_times times, without those of the calls below it."""
+    returning = call.return_decision.seconds if call.return_decision else 0.0
     return Times(call.decision.seconds + returning, call.execution.planning, call.execution.moving)
 
 
-def with_all_below(trace: Trace) -> list[Times]:
-    """Return the times of every call and all below it, by the calls' numbers."""
-    times = [own(call) for call in trace.calls]
+def inclusive_times(trace: Trace) -> list[Times]:
+    """Return the times of each call with all calls below it, by number."""
+    times = [own_times(call) for call in trace.calls]
     for call in reversed(trace.calls):
         if call.parent != ROOT:
             times[call.parent] = times[call.parent] + times[call.id]

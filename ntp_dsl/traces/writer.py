@@ -1,4 +1,4 @@
-"""Writes a trace line by line: what has happened is on its way to the disk before the next object does."""
+"""Writes a trace line by line, flushed at every step: a killed process loses only the step in progress."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ntp_dsl.traces.decision import Decision, Frames
 from ntp_dsl.traces.events import CallEvent, Event, PictureEvent, ReturnEvent, StateEvent
 from ntp_dsl.traces.schema import NOT_EXECUTED, CallKind, CallOutcome, End, Execution, Header
 
-STILL = 0.0005  # [m] below which an object counts as where it was in the previous frame
+MOTION_THRESHOLD = 0.0005  # [m] that an object moves before its position is written again
 
 
 class TraceWriter:
-    """Writes each step as it happens; with no stream it only counts."""
+    """Writes each step as it happens; without a stream it only counts calls and frames."""
 
     def __init__(self, stream: IO[str] | None = None) -> None:
         self._stream = stream
@@ -25,14 +25,14 @@ class TraceWriter:
         self._latest: Observation | None = None
         self._state = -1
         self.frames = 0  # of motion, so far
-        self._shown: dict[str, Vector] = {}
+        self._written: dict[str, Vector] = {}
 
     def header(self, header: Header) -> None:
-        """Write what the trace says of itself; before anything else, and once."""
+        """Write the header; first and once."""
         self._write(header)
 
     def state(self, observation: Observation) -> int:
-        """Return the number of this state; consecutive equal ones are written once."""
+        """Write a state unless it equals the previous one, and return its number."""
         if observation is not self._latest and observation != self._latest:
             self._latest, self._state = observation, self._state + 1
             if self._stream is not None:
@@ -50,7 +50,7 @@ class TraceWriter:
         state: int,
         decision: Decision,
     ) -> int:
-        """Write a call that is made, and return its number."""
+        """Write the beginning of a call, and return its number."""
         number, self._next_call = self._next_call, self._next_call + 1
         if self._stream is not None:
             self._write(CallEvent(number, parent, kind, name, arguments, frame, state, scope, decision))
@@ -65,28 +65,29 @@ class TraceWriter:
         decision: Decision | None = None,
         execution: Execution = NOT_EXECUTED,
     ) -> None:
-        """Write what a call came to.
+        """Write the end of a call.
 
         Args:
-            state: that a program decided to return in.
-            decision: of a program, to return.
+            state: in which a program decided to return.
+            decision: of a program to return.
             execution: of a primitive.
         """
         self._write(ReturnEvent(number, outcome, frame, state, decision, execution))
 
     def frame(self, time: float, observation: Observation) -> int:
-        """Write what moved since the previous frame, and return the frame's number.
+        """Write the objects that moved since they were last written, and return the frame's number.
 
-        Formatted by hand, and left to the next step to be flushed: there are ten a second.
+        Formatted by hand and flushed with the next step, for speed: there are ten frames per second.
         """
         number, self.frames = self.frames, self.frames + 1
         if self._stream is not None:
             moved = {
                 name: place
                 for name, place in observation.positions.items()
-                if (before := self._shown.get(name)) is None or _apart(before, place) > STILL
+                if (before := self._written.get(name)) is None
+                or _largest_difference(before, place) > MOTION_THRESHOLD
             }
-            self._shown.update(moved)
+            self._written.update(moved)
             places = ",".join(f"{_quoted(name)}:{_triple(place)}" for name, place in moved.items())
             hand, closed = _triple(observation.gripper), str(bool(observation.closed)).lower()
             self._stream.write(
@@ -96,11 +97,11 @@ class TraceWriter:
         return number
 
     def picture(self, frame: int, file: str) -> None:
-        """Write which file a camera's picture of a frame is; its path is from the trace's own folder."""
+        """Write the file of a frame's picture: a path relative to the trace's folder."""
         self._write(PictureEvent(frame, file))
 
     def end(self, end: End) -> None:
-        """Write how the run ended."""
+        """Write the end of the run."""
         self._write(end)
 
     def _write(self, event: Event) -> None:
@@ -110,14 +111,14 @@ class TraceWriter:
 
 
 def _plain(value: Any) -> Any:
-    """Return a measured value as JSON has it: numpy's scalars and arrays become Python's."""
+    """Return a measurement as JSON allows it: numpy's scalars and arrays become Python's."""
     return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 _encoder = msgspec.json.Encoder(enc_hook=_plain)
 
 
-def _apart(a: Vector, b: Vector) -> float:
+def _largest_difference(a: Vector, b: Vector) -> float:
     return max(abs(a[0] - b[0]), abs(a[1] - b[1]), abs(a[2] - b[2]))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from trees import Node
 
-from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 
 Moment = tuple[float, float]
 
@@ -18,7 +18,7 @@ class Plant:
     """A difference: when, among the calls and returns of the first tree, and of what kind."""
 
     moment: Moment
-    kind: Kind
+    kind: DivergenceKind
     call: int | None  # the first tree's call at that moment, by its number; None for a return
 
 
@@ -51,18 +51,18 @@ class Gardener:
         self.touched |= numbers
         return True
 
-    def _at_call(self, node: Node, kind: Kind) -> Plant:
+    def _at_call(self, node: Node, kind: DivergenceKind) -> Plant:
         number = self.number[id(node)]
         return Plant((number, 0), kind, number)
 
-    def _at_return(self, node: Node, kind: Kind, call: int | None) -> Plant:
+    def _at_return(self, node: Node, kind: DivergenceKind, call: int | None) -> Plant:
         return Plant((self.last[id(node)] + 0.5, -self.number[id(node)]), kind, call)
 
     def _program(self, node: Node) -> Plant | None:
         if not self._claim(node):
             return None
         node.name = self._new("other")
-        return self._at_call(node, Kind.PROGRAM)
+        return self._at_call(node, DivergenceKind.PROGRAM)
 
     def _argument(self, node: Node) -> Plant | None:
         if not any(isinstance(a, str) for a in node.arguments) or not self._claim(node):
@@ -70,20 +70,20 @@ class Gardener:
         place = next(i for i, a in enumerate(node.arguments) if isinstance(a, str))
         others = (*node.arguments[:place], self._new("object"), *node.arguments[place + 1 :])
         node.arguments = others
-        return self._at_call(node, Kind.ARGUMENT)
+        return self._at_call(node, DivergenceKind.ARGUMENT)
 
     def _scope(self, node: Node) -> Plant | None:
         if node.kind != "program" or not self._claim(node):
             return None
         node.scope = (900, 950) if node.scope is None or self.rng.random() < 0.5 else None
-        return self._at_call(node, Kind.SCOPE)
+        return self._at_call(node, DivergenceKind.SCOPE)
 
     def _outcome(self, node: Node) -> Plant | None:
         if not self._claim(node):
             return None
         ways = ("done", "unfinished") if node.kind == "program" else ("achieved", "grasp failed")
         node.outcome = ways[1] if node.outcome == ways[0] else ways[0]
-        return self._at_return(node, Kind.OUTCOME, self.number[id(node)])
+        return self._at_return(node, DivergenceKind.OUTCOME, self.number[id(node)])
 
     def _too_early(self, node: Node) -> Plant | None:
         """From some call on, the program makes none."""
@@ -94,13 +94,13 @@ class Gardener:
         if not self._claim(node, *siblings[cut:]):
             return None
         del node.kids[cut:]
-        return self._at_call(siblings[cut], Kind.TOO_EARLY)
+        return self._at_call(siblings[cut], DivergenceKind.TOO_EARLY)
 
     def _too_late(self, node: Node) -> Plant | None:
         if node.kind != "program" or not self._claim(node):
             return None
         node.kids.append(Node("program", self._new("more")))
-        return self._at_return(node, Kind.TOO_LATE, None)
+        return self._at_return(node, DivergenceKind.TOO_LATE, None)
 
     def _inserted(self, node: Node) -> Plant | None:
         """A call more, before one that is made all the same."""
@@ -110,7 +110,7 @@ class Gardener:
         if node not in caller.kids:
             return None
         caller.kids.insert(caller.kids.index(node), Node("program", self._new("more")))
-        return self._at_call(node, Kind.PROGRAM)
+        return self._at_call(node, DivergenceKind.PROGRAM)
 
     def _left_out(self, node: Node) -> Plant | None:
         """A call less: what comes next is made at once."""
@@ -122,7 +122,7 @@ class Gardener:
         if not self._claim(node, after[0]):
             return None
         caller.kids.remove(node)
-        kind = Kind.PROGRAM if after[0].name != node.name else Kind.ARGUMENT
+        kind = DivergenceKind.PROGRAM if after[0].name != node.name else DivergenceKind.ARGUMENT
         return self._at_call(node, kind)
 
     def _new(self, word: str) -> str:

@@ -11,7 +11,7 @@ import pytest
 from ntp_dsl.cli.app import run
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.coverage import Coverage
-from ntp_dsl.traces.failure_attribution import of_all
+from ntp_dsl.traces.failure_attribution import attribute_all
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, CallKind, CallOutcome, Trace
 
@@ -46,8 +46,8 @@ def test_every_call_and_return_is_counted_once(
     picked = next(each.span for each in stacking.programs["place"].statements())
     place = told[f"tabletop.ntp:{picked.line}"]
     below = [c for t in traces for c in t.calls if c.name == "move_to" and _caller(t, c) == "place"]
-    assert (place["calls"], place["well"]) == (len(below), sum(call.went_well for call in below))
-    slipped = len(below) - sum(call.went_well for call in below)
+    assert (place["calls"], place["well"]) == (len(below), sum(call.succeeded for call in below))
+    slipped = len(below) - sum(call.succeeded for call in below)
     assert place["attributed_to"] == {"disturbance": slipped} and slipped > 0
     assert place["probability"] is None
 
@@ -119,5 +119,5 @@ def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> Non
         Call(3, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("unfinished")),
         Call(4, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("done")),
     ]
-    assert of_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", None]
+    assert attribute_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", None]
     assert Coverage().lines == {}

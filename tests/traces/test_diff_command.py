@@ -11,7 +11,7 @@ from trees import DONE, headed
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, SceneObject
-from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Decision
 from ntp_dsl.traces.schema import ROOT, Call, Execution
@@ -129,7 +129,7 @@ def test_a_member_is_ranked_among_members_and_an_object_among_objects(
         )
     )
     x, y = (Call(0, ROOT, "api", "push", given, None, 0, 0) for given in (right, made))
-    found = confidence(Kind.ARGUMENT, decision, x, y)
+    found = confidence(DivergenceKind.ARGUMENT, decision, x, y)
     assert (found.rank, found.chosen) == (rank, chosen)
 
 
@@ -179,7 +179,7 @@ def test_a_wrong_decision_is_told_from_being_off_course(
     assert first(capsys, right, pushed)["attributed_to"] == "disturbance"
     drifted = Story(tmp_path / "c.jsonl", "learned").api("pick", "a").drifts(0.04).api("pick", "c")
     found = first(capsys, right, drifted.end())
-    assert (found["attributed_to"], found["states_apart"]) == ("physics", pytest.approx(0.04))
+    assert (found["attributed_to"], found["state_distance"]) == ("physics", pytest.approx(0.04))
     elsewhere = Story(tmp_path / "d.jsonl", "learned", start=0.2).api("pick", "c")
     assert first(capsys, right, elsewhere.end())["attributed_to"] == "start"
 

@@ -14,7 +14,7 @@ from trees import HERE, Node, events, prefix, recorded, tree, written
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.comparison.alignment import align
 from ntp_dsl.traces.comparison.comparison import Comparison
-from ntp_dsl.traces.comparison.comparison_rules import Kind, Rules, overlap
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind, Rules, overlap
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.reader import parse_trace
 from ntp_dsl.traces.schema import Trace
@@ -72,7 +72,7 @@ def test_the_first_of_planted_differences_is_found_with_its_kind(
         assert (first.kind, first.a) == (plant.kind, plant.call), number
         _agrees(run, other, comparison, plant.moment)
         kinds[plant.kind] += 1
-    assert not soak or set(kinds) == {*Kind} - {Kind.CUT_OFF}
+    assert not soak or set(kinds) == {*DivergenceKind} - {DivergenceKind.CUT_OFF}
 
 
 def _agrees(run: Node, other: Node, comparison: Comparison, moment: tuple[float, float]) -> None:
@@ -172,7 +172,7 @@ def test_a_trace_as_deep_as_it_is_long_is_compared() -> None:
         return written(run)
 
     first = compare(chain(5000, "x"), chain(5000, "y")).first
-    assert first is not None and (first.kind, first.a) == (Kind.PROGRAM, 4999)
+    assert first is not None and (first.kind, first.a) == (DivergenceKind.PROGRAM, 4999)
 
 
 # The rules -----------------------------------------------------------------------------------------

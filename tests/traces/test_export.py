@@ -21,7 +21,7 @@ from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Trace
-from ntp_dsl.traces.times import with_all_below
+from ntp_dsl.traces.times import inclusive_times
 from ntp_dsl.traces.writer import TraceWriter
 
 RUN = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()
@@ -95,7 +95,7 @@ def test_perfetto_finds_every_call_of_both_traces_one_in_another(
         found = [row for row in rows if row[3] == process]
         assert [row[0].split("(")[0] for row in found] == [call.name for call in trace.calls]
         assert [row[1] for row in found] == list(depths(trace))
-        times = with_all_below(trace)
+        times = inclusive_times(trace)
         whole = sum(times[call.id].total for call in trace.children(ROOT))
         assert sum(row[2] for row in found if row[1] == 0) / 1e9 == pytest.approx(whole, rel=0.1)
 

@@ -17,9 +17,9 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
-from ntp_dsl.traces.comparison.teacher_forcing import asked
+from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace
 from ntp_dsl.traces.schema import Trace
 from ntp_dsl.traces.writer import TraceWriter
@@ -58,7 +58,7 @@ def test_a_script_answers_at_every_state_as_it_did(stacking: Registry, seed: int
     policy = ScriptedPolicy(Expert(stacking))
     again = replayed(stacking, policy, trace)
     programs = [call for call in trace.calls if call.is_program and call.end_state is not None]
-    assert asked(again) == len(programs) + sum(call.parent >= 0 for call in trace.calls)
+    assert count_answers(again) == len(programs) + sum(call.parent >= 0 for call in trace.calls)
     assert compare(trace, again, scopes=False).first is None
 
 
@@ -77,8 +77,8 @@ def test_one_wrong_answer_is_found_and_nothing_follows_from_it(
     call, returns = asked_of[number - 1]
     assert found.answer is not None and found.answer.callee == "grasp"
     assert (found.a, found.caller_a) == ((None, call.id) if returns else (call.id, call.parent))
-    right = Kind.ARGUMENT if call.name == "grasp" else Kind.PROGRAM
-    assert found.kind is (Kind.TOO_LATE if returns else right) and found.attributed_to == "decision"
+    right = DivergenceKind.ARGUMENT if call.name == "grasp" else DivergenceKind.PROGRAM
+    assert found.kind is (DivergenceKind.TOO_LATE if returns else right) and found.attributed_to == "decision"
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ntp_dsl.traces.comparison.longest_common_subsequence import EDITS, common
+from ntp_dsl.traces.comparison.longest_common_subsequence import MAX_EDITS, common_subsequence
 
 SHORT = st.lists(st.integers(0, 4), max_size=24)
 
@@ -26,7 +26,7 @@ def longest(xs: list[int], ys: list[int]) -> int:
 
 
 def check(xs: list[int], ys: list[int]) -> None:
-    pairs = common(xs, ys)
+    pairs = common_subsequence(xs, ys)
     assert all(xs[i] == ys[j] for i, j in pairs)
     assert all(a < c and b < d for (a, b), (c, d) in zip(pairs, pairs[1:], strict=False))
 
@@ -34,16 +34,16 @@ def check(xs: list[int], ys: list[int]) -> None:
 @given(SHORT, SHORT)
 def test_it_is_a_longest_one(xs: list[int], ys: list[int]) -> None:
     check(xs, ys)
-    assert len(common(xs, ys)) == longest(xs, ys)
+    assert len(common_subsequence(xs, ys)) == longest(xs, ys)
 
 
 @pytest.mark.parametrize("every", [2, 3, 50])
 def test_beyond_many_edits_it_is_still_found_stretch_by_stretch(every: int) -> None:
-    xs = list(range(20 * EDITS))
+    xs = list(range(20 * MAX_EDITS))
     ys = [-x if x % every == 0 else x for x in xs]
     check(xs, ys)
-    assert len(common(xs, ys)) >= 0.9 * (len(xs) - len(xs) / every)
+    assert len(common_subsequence(xs, ys)) >= 0.9 * (len(xs) - len(xs) / every)
 
 
 def test_sequences_with_nothing_in_common_have_nothing_in_common() -> None:
-    assert common(list(range(2000)), list(range(-3000, -1))) == []
+    assert common_subsequence(list(range(2000)), list(range(-3000, -1))) == []

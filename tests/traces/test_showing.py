@@ -13,7 +13,7 @@ from ntp_dsl.cli.calls import BAR, scope_bar
 from ntp_dsl.cli.commands.trace.show import LINES
 from ntp_dsl.semantics.observation import Observation, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Decision
-from ntp_dsl.traces.phrases import plain, shown
+from ntp_dsl.traces.phrases import format_argument, printable
 from ntp_dsl.traces.schema import ROOT, Call, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
@@ -156,7 +156,7 @@ def test_names_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str], t
         writer.end(End(ending=Ending.DONE, reason="\x1b[0m"))
     told = "\n".join(lines(capsys, str(path)))
     assert "\x1b" not in told and "\r" not in told and "\\x1b" in told
-    assert plain("café") == "café"
+    assert printable("café") == "café"
 
 
 @pytest.mark.parametrize("begin", range(0, 90, 7))
@@ -168,4 +168,4 @@ def test_a_scope_is_always_seen(begin: int, length: int) -> None:
 
 
 def test_markup_in_names_is_text() -> None:
-    assert shown(("[red]",)) == "[[red]]"  # type: ignore[arg-type]
+    assert format_argument(("[red]",)) == "[[red]]"  # type: ignore[arg-type]

@@ -195,7 +195,7 @@ def test_a_trace_cut_at_any_byte_reads_up_to_its_last_whole_line(text: bytes) ->
 
 def test_a_trace_without_one_whole_line_is_none(text: bytes) -> None:
     for end in [0, 1, 40, text.index(b"\n")]:
-        with pytest.raises(NtpError, match="not one whole line"):
+        with pytest.raises(NtpError, match="no complete line"):
             parse_trace(text[:end], HERE)
 
 
@@ -219,8 +219,8 @@ def returned(number: object = 0, **facts: object) -> bytes:
         (b"[" * 100_000 + b"\n", "expected a trace"),
         (b"[1]\n", "expected a trace"),
         (b'{"tasks": []}\n', "expected a trace"),
-        (b'{"format": "ntp-trace", "version": 99}\n', "found 99; a newer ntp made it: update ntp"),
-        (b'{"format": "ntp-trace", "version": 1}\n', "found 1; make it anew"),
+        (b'{"format": "ntp-trace", "version": 99}\n', "found 99; it was written by a newer ntp: update ntp"),
+        (b'{"format": "ntp-trace", "version": 1}\n', "found 1; record it again"),
         (b'{"format": "ntp-trace", "version": "3"}\n', "found '3'"),
         (b'{"format": "ntp-trace", "version": 3, "objects": [{"name": 3}]}\n', r"`str`, got `int`"),
         (b'{"format": "ntp-trace", "version": 2}\n', "jsonl:1: .* it lacks 'things'"),
@@ -241,7 +241,7 @@ def returned(number: object = 0, **facts: object) -> bytes:
         (HEADER + STATE + call(-1), r"`int` >= 0 - at `\$.id`"),
         (HEADER + STATE + call(True), r"`int`, got `bool` - at `\$.id`"),
         (HEADER + STATE + call(parent=7), "is made by 7"),
-        (HEADER + STATE + call(kind="api") + call(1, 0), "a primitive calls nothing"),
+        (HEADER + STATE + call(kind="api") + call(1, 0), "a primitive cannot make calls"),
         (HEADER + STATE + call(kind="<script>"), "Invalid enum value"),
         (HEADER + STATE + call(name=3), r"`str`, got `int` - at `\$.name`"),
         (HEADER + STATE + call(arguments={"a": 1}), r"at `\$.arguments`"),
@@ -410,7 +410,7 @@ def test_a_decision_comes_back_with_all_that_it_weighed() -> None:
     number = writer.call(ROOT, "program", "go", (), None, 0, state, WEIGHED)
     writer.returned(number, CallOutcome.DONE, 3, state, WEIGHED)
     (made,) = parse_trace(stream.getvalue().encode(), HERE).calls
-    assert made.decision == made.ending == WEIGHED
+    assert made.decision == made.return_decision == WEIGHED
 
 
 def test_what_was_measured_may_be_an_array_of_numpy() -> None:
@@ -432,7 +432,7 @@ def test_a_trace_of_the_version_before_reads_as_it_was_meant() -> None:
     assert [each.name for each in trace.header.demonstration.calls.walk()] == ["build", "pick"]
     build, push = trace.calls
     assert build.arguments == trace.header.arguments and build.outcome is CallOutcome.DONE
-    assert build.ending is not None and build.ending.end_probability == 0.9
+    assert build.return_decision is not None and build.return_decision.end_probability == 0.9
     assert push.decision.callees == (Alternative("push", 0.7), Alternative("pick", 0.3))
     assert push.decision.arguments == (
         (Alternative("a", 0.6), Alternative("b", 0.4)),

@@ -17,16 +17,17 @@ from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision
+from ntp_dsl.traces.page.document import NO_ROW
 from ntp_dsl.traces.page.page import page
-from ntp_dsl.traces.page.page_rows import rows
+from ntp_dsl.traces.page.page_rows import page_rows
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import (
     ROOT,
     DemonstratedCall,
+    DemonstrationReference,
     End,
     Ending,
     Execution,
-    ShownDemonstration,
     Trace,
 )
 from ntp_dsl.traces.writer import TraceWriter
@@ -102,7 +103,7 @@ def test_the_chosen_call_is_told_with_its_alternatives_and_its_statement(both: P
 def test_scopes_stand_over_the_demonstration(both: Page) -> None:
     both.press("Home", "ArrowDown", "ArrowDown")
     timeline = both.text("#timeline")
-    assert "shown" in timeline and "hand closed" in timeline
+    assert "demonstrated" in timeline and "hand closed" in timeline
     assert both.page.locator("#timeline .scope.side-a").count() == 3
     assert both.page.locator("#timeline .scope.side-b").count() == 3
 
@@ -168,8 +169,8 @@ def test_one_trace_stands_alone(chromium: Any, folder: Path) -> None:
     found.close()
 
 
-def parted(count: int) -> tuple[Trace, Trace]:
-    """Two traces of so many calls that part in the middle."""
+def diverging(count: int) -> tuple[Trace, Trace]:
+    """Two traces of so many calls that diverge in the middle."""
     run_a = Node("run", "run", kids=[Node("program", "build")])
     for number in range(count // 5):
         obj, scope = f"block_{number}", (number, number + 5)
@@ -181,7 +182,7 @@ def parted(count: int) -> tuple[Trace, Trace]:
 
 
 def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: Any, tmp_path: Path) -> None:
-    found = Page(chromium, made(tmp_path, parted(5000)))
+    found = Page(chromium, made(tmp_path, diverging(5000)))
     assert "step_2(" in found.chosen() and found.said == []
     row, tree = (found.page.locator(each).bounding_box() for each in (".row.chosen", "#tree"))
     assert tree["y"] <= row["y"] and row["y"] + row["height"] <= tree["y"] + tree["height"]
@@ -189,7 +190,7 @@ def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: A
     assert found.page.locator(".row").count() < 100
     took = found.run(
         """() => { const begun = performance.now();
-        for (let n = 0; n < 20; n += 1) { step(1); jump(-1); unfold(); }
+        for (let n = 0; n < 20; n += 1) { step(1); jump(-1); updateVisible(); }
         return (performance.now() - begun) / 20; }"""
     )
     assert took < 250  # [ms] for three changes of the page, on a machine that may be busy
@@ -199,7 +200,7 @@ def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: A
 
 
 def test_n_and_p_go_from_one_divergence_to_the_next(chromium: Any, tmp_path: Path) -> None:
-    a, b = parted(100)
+    a, b = diverging(100)
     found = Page(chromium, made(tmp_path, (a, b)))
     count = len({row for each in compare(a, b).divergences if (row := each.a) is not None})
     assert count == 1 and "step_2(" in found.chosen()
@@ -225,7 +226,7 @@ def hostile(path: Path) -> Trace:
                 world=HOSTILE,
                 objects=(obj,),
                 sources={HOSTILE: HOSTILE},
-                demonstration=ShownDemonstration(file="../x", frames=9, calls=whole),
+                demonstration=DemonstrationReference(file="../x", frames=9, calls=whole),
             )
         )
         seen = Observation((obj,), {HOSTILE: (0.5, 0, 0)}, (0, 0, 1), False)
@@ -298,22 +299,22 @@ def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> No
     trace = read_trace(path)
     found = Page(chromium, made(tmp_path, (trace, trace)))
     alt = "document.images[0].alt"
-    assert found.run(alt) == "what the camera saw at frame 0"
+    assert found.run(alt) == "camera picture at frame 0"
     found.press("]", "]")
-    assert found.run(alt) == "what the camera saw at frame 2"
+    assert found.run(alt) == "camera picture at frame 2"
     assert found.run("document.images[0].naturalWidth") == 40 and found.said == []
     found.close()
 
 
 def test_rows_of_a_page_nest_and_say_what_differs() -> None:
-    told = rows(compare(*parted(100)))
-    assert [row["end"] for row in told][:2] == [len(told), 6]
-    for number, row in enumerate(told):
-        assert row["above"] < number < row["end"] <= len(told)
-        assert row["above"] == -1 or told[row["above"]]["depth"] == row["depth"] - 1
-    marks = [row["mark"] for row in told]
+    rows = page_rows(compare(*diverging(100)))
+    assert [row.end for row in rows][:2] == [len(rows), 6]
+    for number, row in enumerate(rows):
+        assert row.parent < number < row.end <= len(rows)
+        assert row.parent == NO_ROW or rows[row.parent].depth == row.depth - 1
+    marks = [row.mark for row in rows]
     assert (marks.count("only a"), marks.count("only b")) == (1, 1)
-    assert not told[0]["whole"] and told[1]["whole"]
+    assert not rows[0].unchanged and rows[1].unchanged
 
 
 def test_machines_are_told_where_the_page_is(

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from msgspec import to_builtins
 
 from ntp_dsl.tasks.task_files import as_file, read_tasks, write_tasks
 
@@ -25,7 +24,7 @@ def command(
 
     entries = read_tasks(file)
     if out is None:
-        print_json(to_builtins(as_file(entries)))
+        print_json(as_file(entries))
     else:
         write_tasks(entries, out)
         plural = "s" * (len(entries) != 1)

@@ -1,4 +1,4 @@
-"""What a comparison finds: two traces side by side, and the places where they part."""
+"""Results of a comparison: two aligned traces and their divergences."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ntp_dsl.traces.comparison.alignment import Level
-from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.confidence import Confidence
 from ntp_dsl.traces.decision import Answer
 from ntp_dsl.traces.schema import Attribution, Trace
@@ -14,26 +14,26 @@ from ntp_dsl.traces.schema import Attribution, Trace
 
 @dataclass(frozen=True)
 class Divergence:
-    """A decision, or what came of one, in which the second trace is not as the first.
+    """A decision, or its outcome, in which the second trace differs from the first.
 
-    The moment is that of a call, or of the callers' return where a trace makes none.
+    It occurs at a call, or at the return of the caller where a trace makes none.
     """
 
-    kind: Kind
+    kind: DivergenceKind
     caller_a: int  # ROOT for the run itself
     caller_b: int
-    a: int | None  # what the first trace called then; None where it returned
+    a: int | None  # the call of the first trace; None where it returned
     b: int | None
-    attributed_to: Attribution | None  # None where one of the files ends
+    attributed_to: Attribution | None  # None where one of the traces was cut off
     source: str  # file:line of the statement that the first trace followed; empty where unknown
     confidence: Confidence  # of the second trace's decision
-    apart: float | None = None  # [m] at the most, between the states of the two decisions
-    answer: Answer | None = None  # of a policy that was only asked
+    state_distance: float | None = None  # [m] between the states of the two decisions, the largest
+    answer: Answer | None = None  # of a replay
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
-    """Two traces side by side, and where they part, in the order of execution."""
+    """Two aligned traces, and their divergences in order of execution."""
 
     a: Trace
     b: Trace

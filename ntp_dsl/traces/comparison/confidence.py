@@ -1,4 +1,4 @@
-"""How sure a learned decision was of what it did, and of what would have been right."""
+"""Confidence of a learned decision: its probability of the choice that it made, and of the right one."""
 
 from __future__ import annotations
 
@@ -8,43 +8,45 @@ from functools import partial
 from operator import eq
 
 from ntp_dsl.semantics.observation import without_lists
-from ntp_dsl.traces.comparison.comparison_rules import OVERLAP, Kind, overlap
+from ntp_dsl.traces.comparison.comparison_rules import MIN_SCOPE_OVERLAP, DivergenceKind, overlap
 from ntp_dsl.traces.decision import Decision, Ranking, Value
 from ntp_dsl.traces.schema import Call
 
 
 @dataclass(frozen=True)
 class Confidence:
-    """Of the part of a decision in which two traces differ; all None where nobody weighed anything."""
+    """Probabilities of the part of a decision in which two traces differ; None where it has none."""
 
-    chosen: float | None = None  # probability
-    right: float | None = None  # None where it is not among the alternatives that are kept
-    rank: int | None = None  # of the right one among them, from 1
+    chosen: float | None = None  # probability of the choice
+    right: float | None = None  # probability of the right one; None where it is not among the alternatives
+    rank: int | None = None  # of the right one among the alternatives, from 1
 
     @property
     def margin(self) -> float | None:
-        """Return how much surer it was of what it did than of what was right."""
+        """Return the probability of the choice minus that of the right one."""
         return None if self.chosen is None else round(self.chosen - (self.right or 0.0), 4)
 
 
 UNKNOWN = Confidence()
 
 
-def confidence(kind: Kind, decision: Decision | None, x: Call | None, y: Call | None) -> Confidence:
-    """Return how sure the decision was that led to y, or to a return where y is None; x was right."""
+def confidence(kind: DivergenceKind, decision: Decision | None, x: Call | None, y: Call | None) -> Confidence:
+    """Return the confidence of the decision to make y where x was right; None stands for a return."""
     if decision is None:
         return UNKNOWN
     if x is None or y is None:
         return _of_end(decision.end_probability, returned=y is None)
     match kind:
-        case Kind.PROGRAM:
+        case DivergenceKind.PROGRAM:
             return _ranked(decision.callees, partial(eq, x.name), partial(eq, y.name))
-        case Kind.ARGUMENT:
+        case DivergenceKind.ARGUMENT:
             return _of_argument(decision, x, y)
-        case Kind.SCOPE:
+        case DivergenceKind.SCOPE:
             right = x.scope
             return _ranked(
-                decision.scopes, lambda scope: overlap(scope, right) >= OVERLAP, partial(eq, y.scope)
+                decision.scopes,
+                lambda scope: overlap(scope, right) >= MIN_SCOPE_OVERLAP,
+                partial(eq, y.scope),
             )
     return UNKNOWN
 
@@ -58,11 +60,11 @@ def _of_end(probability: float | None, returned: bool) -> Confidence:
 
 
 def _of_argument(decision: Decision, x: Call, y: Call) -> Confidence:
-    """Return that of the first argument that differs: an object, a member or a number."""
+    """Return the confidence in the first argument that differs: an object, a member or a number."""
     right, chosen = without_lists(x.arguments), without_lists(y.arguments)
-    for wanted, made, ranking in zip(right, chosen, decision.arguments, strict=False):
-        if wanted != made:
-            return _ranked(ranking, partial(eq, wanted), partial(eq, made))
+    for expected, actual, ranking in zip(right, chosen, decision.arguments, strict=False):
+        if expected != actual:
+            return _ranked(ranking, partial(eq, expected), partial(eq, actual))
     return UNKNOWN
 
 

@@ -1,4 +1,4 @@
-"""Where two traces part, how, how surely, and what that is attributed to."""
+"""Divergences of two traces: their kind, confidence and attribution."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from math import dist, inf
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.traces.comparison.alignment import Level, Pair, align
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
-from ntp_dsl.traces.comparison.comparison_rules import Kind, Rules
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind, Rules
 from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.comparison.teacher_forcing import disagreements
 from ntp_dsl.traces.decision import Decision
-from ntp_dsl.traces.failure_attribution import of_call
+from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
 
-ALIKE = 0.01  # [m] that objects may lie apart in two states that count as one
+STATE_TOLERANCE = 0.01  # [m] between positions in two states that count as the same
 
 
 def compare(a: Trace, b: Trace, scopes: bool = True) -> Comparison:
-    """The first trace is the one that is right: the script's, or the older checkpoint's."""
+    """Compare a trace with a reference, the first: the expert's, or that of an older checkpoint."""
     rules = Rules.between(a, b, scopes)
     levels = align(a, b, rules)
     if b.is_replayed:
         return Comparison(a, b, levels, disagreements(a, b, rules))
     finder = _Finder(a, b, rules)
-    found = [each for level in levels for each in finder.within(level)]
-    return Comparison(a, b, levels, sorted(found, key=finder.moment))
+    divergences = [each for level in levels for each in finder.within(level)]
+    return Comparison(a, b, levels, sorted(divergences, key=finder.position))
 
 
 class _Finder:
@@ -39,6 +39,7 @@ class _Finder:
         self.disturbed = _earliest(b, lambda call: bool(call.execution.disturbances))
 
     def within(self, level: Level) -> Iterator[Divergence]:
+        """Yield the divergences between the calls of two matched callers."""
         matched = 0
         for is_gap, group in groupby(level.pairs, lambda pair: None in pair):
             run = list(group)
@@ -52,9 +53,9 @@ class _Finder:
         if level.caller_a != ROOT and all(None not in pair for pair in level.pairs):
             yield from self._ended(self.a.calls[level.caller_a], self.b.calls[level.caller_b])
 
-    def moment(self, divergence: Divergence) -> tuple[float, float]:
-        """Its place among the events of the first trace: calls by number, a return after all below it."""
-        if divergence.kind is Kind.OUTCOME and divergence.a is not None:
+    def position(self, divergence: Divergence) -> tuple[float, float]:
+        """Return a sort key by the first trace's events: calls by number, returns after all calls below."""
+        if divergence.kind is DivergenceKind.OUTCOME and divergence.a is not None:
             return self.last_below[divergence.a] + 0.5, -divergence.a
         if divergence.a is not None:
             return divergence.a, 0
@@ -63,37 +64,39 @@ class _Finder:
         return self.last_below[divergence.caller_a] + 0.5, -divergence.caller_a
 
     def _gap(self, level: Level, gap: list[Pair], after: Sequence[Pair]) -> Divergence:
-        """Calls that only one has: what each trace did there, be it to return."""
+        """Return the divergence at unmatched calls: what each trace did there, a call or a return."""
         ahead = [*gap, *after[:1]]
         x = next((self.a.calls[a] for a, _ in ahead if a is not None), None)
         y = next((self.b.calls[b] for _, b in ahead if b is not None), None)
         return self._divergence(self._kind_of_gap(level, x, y), level, x, y)
 
-    def _kind_of_gap(self, level: Level, x: Call | None, y: Call | None) -> Kind:
+    def _kind_of_gap(self, level: Level, x: Call | None, y: Call | None) -> DivergenceKind:
         if x is None or y is None:
             trace, caller = (self.a, level.caller_a) if x is None else (self.b, level.caller_b)
             ended = trace.end is not None if caller == ROOT else trace.calls[caller].outcome is not None
             if not ended:
-                return Kind.CUT_OFF
-            return Kind.TOO_LATE if x is None else Kind.TOO_EARLY
-        return Kind.PROGRAM if x.name != y.name or x.kind != y.kind else Kind.ARGUMENT
+                return DivergenceKind.CUT_OFF
+            return DivergenceKind.TOO_LATE if x is None else DivergenceKind.TOO_EARLY
+        return DivergenceKind.PROGRAM if x.name != y.name or x.kind != y.kind else DivergenceKind.ARGUMENT
 
     def _matched(self, level: Level, x: Call, y: Call) -> Iterator[Divergence]:
-        """Of two calls that stand for each other: what they are called on, and given."""
+        """Yield a divergence where two matched calls differ in arguments or scope."""
         if self.rules.label(x) != self.rules.label(y) or not self.rules.same_numbers(x, y):
-            yield self._divergence(Kind.ARGUMENT, level, x, y)
+            yield self._divergence(DivergenceKind.ARGUMENT, level, x, y)
         elif not self.rules.same_scope(x, y):
-            yield self._divergence(Kind.SCOPE, level, x, y)
+            yield self._divergence(DivergenceKind.SCOPE, level, x, y)
 
     def _ended(self, x: Call, y: Call) -> Iterator[Divergence]:
-        """Of two calls whose own calls are matched: what they came to."""
+        """Yield a divergence where two calls with matched children differ in their outcome."""
         if self.rules.outcome(x) != self.rules.outcome(y):
-            kind = Kind.OUTCOME if x.outcome and y.outcome else Kind.CUT_OFF
+            kind = DivergenceKind.OUTCOME if x.outcome and y.outcome else DivergenceKind.CUT_OFF
             level = Level(x.parent, y.parent, 0, ())
             yield self._divergence(kind, level, x, y)
 
-    def _divergence(self, kind: Kind, level: Level, x: Call | None, y: Call | None) -> Divergence:
-        apart = distance(self._state(self.a, x, level.caller_a), self._state(self.b, y, level.caller_b))
+    def _divergence(self, kind: DivergenceKind, level: Level, x: Call | None, y: Call | None) -> Divergence:
+        distance = state_distance(
+            self._state(self.a, x, level.caller_a), self._state(self.b, y, level.caller_b)
+        )
         followed = x.decision if x else self._returned(self.a, level.caller_a)
         decision = y.decision if y else self._returned(self.b, level.caller_b)
         return Divergence(
@@ -102,39 +105,43 @@ class _Finder:
             level.caller_b,
             x.id if x else None,
             y.id if y else None,
-            self._attribution(kind, x, y, apart),
+            self._attribution(kind, x, y, distance),
             followed.source if followed else "",
             confidence(kind, decision, x, y),
-            apart,
+            distance,
         )
 
     def _attribution(
-        self, kind: Kind, x: Call | None, y: Call | None, apart: float | None
+        self, kind: DivergenceKind, x: Call | None, y: Call | None, distance: float | None
     ) -> Attribution | None:
-        if kind is Kind.CUT_OFF:
+        if kind is DivergenceKind.CUT_OFF:
             return None
-        if kind is Kind.OUTCOME:
+        if kind is DivergenceKind.OUTCOME:
             assert x is not None and y is not None
-            return of_call(y) or of_call(x) or Attribution.DECISION
-        if apart is None or apart <= ALIKE:
+            return attribute_call(y) or attribute_call(x) or Attribution.DECISION
+        if distance is None or distance <= STATE_TOLERANCE:
             return Attribution.DECISION
-        # Off course: the states differ although all that was done is the same.
+        # The states differ although all calls so far are the same.
         if y is not None and self.disturbed < y.id:
             return Attribution.DISTURBANCE
-        began = distance(_first_state(self.a), _first_state(self.b))
-        return Attribution.START if began is None or began > ALIKE else Attribution.PHYSICS
+        initial = state_distance(_first_state(self.a), _first_state(self.b))
+        return Attribution.START if initial is None or initial > STATE_TOLERANCE else Attribution.PHYSICS
 
     def _returned(self, trace: Trace, caller: int) -> Decision | None:
-        return None if caller == ROOT else trace.calls[caller].ending
+        return None if caller == ROOT else trace.calls[caller].return_decision
 
     def _state(self, trace: Trace, call: Call | None, caller: int) -> Observation | None:
-        """What the decision was made by: to make this call, or else to return."""
+        """Return the state of the decision to make the call, or of the caller's return where it is None."""
         number = call.state if call else None if caller == ROOT else trace.calls[caller].end_state
         return None if number is None else trace.states[number]
 
 
-def distance(a: Observation | None, b: Observation | None) -> float | None:
-    """[m] that anything of two states lies apart, at the most; infinite where an object is only in one."""
+def state_distance(a: Observation | None, b: Observation | None) -> float | None:
+    """Return the largest distance of an object or the hand between two states [m].
+
+    It is infinite where an object is missing from one of them, or only one hand is closed; None where a state
+    is unknown.
+    """
     if a is None or b is None:
         return None
     if a.positions.keys() != b.positions.keys() or a.closed != b.closed:
@@ -147,12 +154,12 @@ def _first_state(trace: Trace) -> Observation | None:
     return trace.states[0] if trace.states else None
 
 
-def _earliest(trace: Trace, true: Callable[[Call], bool]) -> float:
-    return next((call.id for call in trace.calls if true(call)), inf)
+def _earliest(trace: Trace, predicate: Callable[[Call], bool]) -> float:
+    return next((call.id for call in trace.calls if predicate(call)), inf)
 
 
 def _last_below(trace: Trace) -> list[int]:
-    """For each call the last that was made before it returned, or itself."""
+    """Return for each call the last one below it, or itself."""
     last = list(range(len(trace.calls)))
     for call in reversed(trace.calls):
         if call.parent != ROOT:

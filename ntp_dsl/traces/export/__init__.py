@@ -1,1 +1,1 @@
-"""Traces in the formats of other viewers."""
+"""Export of traces to other viewers."""

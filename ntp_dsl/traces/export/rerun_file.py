@@ -1,4 +1,4 @@
-"""Traces as a recording that rerun opens: scene, calls, probabilities and pictures over the frames."""
+"""Traces as a rerun recording: scene, calls, probabilities and pictures over the frames."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.traces.page.page_calls import motion
 from ntp_dsl.traces.page.page_pictures import pictures
-from ntp_dsl.traces.phrases import in_words
+from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call, Trace
 
 APPLICATION = "ntp_dsl"
@@ -19,7 +19,7 @@ SIDES = ("A", "B")
 
 
 def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path) -> None:
-    """Each trace below an entity of its own."""
+    """Write each trace below its own entity."""
     import rerun  # of an extra, and slow to import
 
     recording = rerun.RecordingStream(APPLICATION)
@@ -31,7 +31,7 @@ def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path
 
 
 class _Side:
-    """One trace's entities. `rerun` is the module, which is imported only when it is needed."""
+    """The entities of one trace. `rerun` is the module, which is imported only when it is needed."""
 
     def __init__(self, rerun: Any, recording: Any, side: str, trace: Trace) -> None:
         self.rerun, self.recording, self.side, self.trace = rerun, recording, side, trace
@@ -42,7 +42,7 @@ class _Side:
         self._scene()
         self._calls()
         for picture in pictures(self.trace, folder):
-            image = self.rerun.EncodedImage(contents=picture.content, media_type=picture.kind)
+            image = self.rerun.EncodedImage(contents=picture.content, media_type=picture.media_type)
             self._at(picture.frame)
             self.recording.log(self._path("camera"), image)
 
@@ -53,23 +53,23 @@ class _Side:
             self.recording.log(self._path("scene", obj.name), box, static=True)
         hand = self.rerun.Points3D([[0, 0, 0]], radii=[0.01], labels=["hand"])
         self.recording.log(self._path("hand"), hand, static=True)
-        for path, places in self._tracks().items():
+        for path, positions in self._tracks().items():
             self.recording.send_columns(
                 path,
-                indexes=self._indexes(list(places)),
-                columns=self.rerun.Transform3D.columns(translation=list(places.values())),
+                indexes=self._indexes(list(positions)),
+                columns=self.rerun.Transform3D.columns(translation=list(positions.values())),
             )
 
     def _tracks(self) -> Mapping[str, dict[int, Vector]]:
-        """Entity -> frame -> place."""
-        found: defaultdict[str, dict[int, Vector]] = defaultdict(dict)
+        """Return entity -> frame -> position."""
+        tracks: defaultdict[str, dict[int, Vector]] = defaultdict(dict)
         known = {each.name for each in self.trace.header.objects}
         for frame, _, hand, _, moved in self.moments:
-            found[self._path("hand")][frame] = hand
-            for name, place in moved.items():
+            tracks[self._path("hand")][frame] = hand
+            for name, position in moved.items():
                 if name in known:
-                    found[self._path("scene", name)][frame] = place
-        return found
+                    tracks[self._path("scene", name)][frame] = position
+        return tracks
 
     def _calls(self) -> None:
         rows = list(self._rows())
@@ -82,28 +82,28 @@ class _Side:
         self.recording.send_columns(self._path("calls"), indexes=self._indexes(frames), columns=log)
         depths = self.rerun.Scalars.columns(scalars=[float(depth) for *_, depth in rows])
         self.recording.send_columns(self._path("depth"), indexes=self._indexes(frames), columns=depths)
-        weighed = [
+        probabilities = [
             (call.frame, call.decision.probability)
             for call in self.trace.calls
             if call.decision.probability is not None
         ]
-        if weighed:
-            sure = self.rerun.Scalars.columns(scalars=[probability for _, probability in weighed])
-            frames = [frame for frame, _ in weighed]
+        if probabilities:
+            scalars = self.rerun.Scalars.columns(scalars=[probability for _, probability in probabilities])
+            frames = [frame for frame, _ in probabilities]
             self.recording.send_columns(
-                self._path("probability"), indexes=self._indexes(frames), columns=sure
+                self._path("probability"), indexes=self._indexes(frames), columns=scalars
             )
 
     def _rows(self) -> Iterator[tuple[int, str, str, int]]:
-        """Frame, text, level and depth, of every call and of every return that did not go well."""
+        """Yield frame, text, level and depth of every call and of every failed return."""
         depths: dict[int, int] = {ROOT: -1}
         for call, returns in self.trace.events():
             depth = depths.setdefault(call.id, depths[call.parent] + 1)
             indent = "  " * min(depth, 40)
             if not returns:
-                yield call.frame, f"{indent}{in_words(call)}", "INFO", depth
-            elif not call.went_well:
-                text = f"{indent}{in_words(call)}: {call.outcome}"
+                yield call.frame, f"{indent}{format_call(call)}", "INFO", depth
+            elif not call.succeeded:
+                text = f"{indent}{format_call(call)}: {call.outcome}"
                 yield _end_frame(call), text, "ERROR" if not call.is_program else "WARN", depth
 
     def _indexes(self, frames: Sequence[int]) -> list[Any]:
@@ -119,7 +119,7 @@ class _Side:
         self.recording.set_time(TIME, duration=self._time(frame))
 
     def _path(self, *parts: str) -> str:
-        """Of an entity; whatever an object is called, it is one part of it."""
+        """Return the path of an entity; each part is escaped, whatever an object is named."""
         return str(self.rerun.new_entity_path([self.side, *parts]))
 
 

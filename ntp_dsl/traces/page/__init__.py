@@ -1,1 +1,1 @@
-"""Traces as one page for a browser."""
+"""One or two traces as a page for a browser."""

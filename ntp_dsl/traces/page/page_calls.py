@@ -1,4 +1,4 @@
-"""A trace's calls and motion as a page takes them: plain texts and finite numbers."""
+"""The calls and the motion of a trace for a page."""
 
 from __future__ import annotations
 
@@ -9,70 +9,69 @@ from typing import Any
 import msgspec
 
 from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.traces import decision as traced
 from ntp_dsl.traces.decision import Answer
-from ntp_dsl.traces.decision import Ranking as Alternatives
-from ntp_dsl.traces.failure_attribution import of_call
-from ntp_dsl.traces.phrases import called, shown
+from ntp_dsl.traces.failure_attribution import attribute_call
+from ntp_dsl.traces.page.document import Moment, PageCall, Ranking
+from ntp_dsl.traces.phrases import format_argument, format_invocation
 from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import Times
 
-EVIDENCE = 300  # characters of it that are told
-Ranking = list[tuple[str, float]]
-Moment = tuple[int, float, Vector, bool, Mapping[str, Vector]]
+MAX_EVIDENCE = 300  # [characters]
 
 
-def call_row(trace: Trace, call: Call, times: Times) -> dict[str, Any]:
-    """Return a call as the page shows it."""
+def page_call(trace: Trace, call: Call, times: Times) -> PageCall:
+    """Return a call for the page."""
     source = call.decision.source
-    return {
-        "name": call.name,
-        "program": call.is_program,
-        "arguments": ", ".join(map(shown, call.arguments)),
-        "scope": call.scope,
-        "outcome": call.outcome or "",
-        "probability": call.decision.probability,
-        "times": [round(spent, 5) for spent in (times.deciding, times.planning, times.moving)],
-        "frame": call.frame,
-        "end_frame": call.end_frame,
-        "source": source,
-        "statement": statement(trace, source),
-        "attributed_to": of_call(call) or "",
-        "disturbances": call.execution.disturbances,
-        "evidence": _evidence(call.execution.evidence),
-        "alternatives": list(_alternatives(call)),
-    }
+    return PageCall(
+        name=call.name,
+        program=call.is_program,
+        arguments=", ".join(map(format_argument, call.arguments)),
+        scope=call.scope,
+        outcome=call.outcome or "",
+        probability=call.decision.probability,
+        times=(round(times.deciding, 5), round(times.planning, 5), round(times.moving, 5)),
+        frame=call.frame,
+        end_frame=call.end_frame,
+        source=source,
+        statement=statement(trace, source),
+        attributed_to=attribute_call(call) or "",
+        disturbances=call.execution.disturbances,
+        evidence=_evidence(call.execution.evidence),
+        alternatives=tuple(_alternatives(call)),
+    )
 
 
-def number(value: object) -> float | None:
-    """Return a number as JSON has it, finite; None for what is none."""
-    return float(value) if isinstance(value, int | float) and isfinite(value) else None
+def finite(value: float | None) -> float | None:
+    """Return a number where it is finite, as JSON requires; else None."""
+    return value if value is not None and isfinite(value) else None
 
 
-def _evidence(measured: Mapping[str, Any]) -> str:
-    return msgspec.json.encode(measured).decode()[:EVIDENCE] if measured else ""
+def _evidence(measurements: Mapping[str, Any]) -> str:
+    return msgspec.json.encode(measurements).decode()[:MAX_EVIDENCE] if measurements else ""
 
 
 def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
-    """Yield what the decision might have been instead: callees, arguments, scopes, and the caller's end."""
+    """Yield the alternatives of the decision: callees, arguments, scopes, and the caller's end."""
     decision = call.decision
     yield from _ranking("callee", decision.callees)
-    for place, ranking in enumerate(decision.arguments, 1):
-        yield from _ranking(f"argument {place}", ranking)
+    for number, ranking in enumerate(decision.arguments, 1):
+        yield from _ranking(f"argument {number}", ranking)
     yield from _ranking("scope", decision.scopes)
     if decision.end_probability is not None:
         yield "or to return", [("end of the caller", decision.end_probability)]
-    if call.ending is not None and call.ending.end_probability is not None:
-        yield "its own end", [("end", call.ending.end_probability)]
+    if call.return_decision is not None and call.return_decision.end_probability is not None:
+        yield "its own end", [("end", call.return_decision.end_probability)]
     if decision.answer is not None:
-        yield "answered", [(_answered(decision.answer), decision.probability or 0.0)]
+        yield "answered", [(_answer(decision.answer), decision.probability or 0.0)]
 
 
-def _answered(answer: Answer) -> str:
-    return "return" if answer.callee is None else called(answer.callee, answer.arguments)
+def _answer(answer: Answer) -> str:
+    return "return" if answer.callee is None else format_invocation(answer.callee, answer.arguments)
 
 
-def _ranking(title: str, ranking: Alternatives[Any]) -> Iterator[tuple[str, Ranking]]:
+def _ranking(title: str, ranking: traced.Ranking[Any]) -> Iterator[tuple[str, Ranking]]:
     if ranking:
         yield title, [(_alternative(each.value), each.probability) for each in ranking]
 
@@ -84,16 +83,16 @@ def _alternative(value: object) -> str:
 
 
 def motion(trace: Trace) -> list[Moment]:
-    """Return frame, time, hand, closed and what moved; of the calls' states where motion was not traced."""
+    """Return the traced motion; without it, the states that calls were made in."""
     if trace.motions:
         return [(m.frame, m.time, m.gripper, m.closed, m.positions) for m in trace.motions]
-    found: list[Moment] = []
-    seen: Mapping[str, Any] = {}
+    moments: list[Moment] = []
+    positions: Mapping[str, Vector] = {}
     last = -1
     for call in trace.calls:
         if call.state != last:
             last, state = call.state, trace.states[call.state]
-            moved = {name: p for name, p in state.positions.items() if seen.get(name) != p}
-            seen = state.positions
-            found.append((call.frame, call.frame / 10, state.gripper, state.closed, moved))
-    return found
+            moved = {name: p for name, p in state.positions.items() if positions.get(name) != p}
+            positions = state.positions
+            moments.append((call.frame, call.frame / 10, state.gripper, state.closed, moved))
+    return moments

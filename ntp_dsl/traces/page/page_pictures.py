@@ -1,4 +1,4 @@
-"""What a camera saw, taken from beside a trace."""
+"""The camera's pictures that a trace refers to."""
 
 from __future__ import annotations
 
@@ -9,37 +9,39 @@ from pathlib import Path
 
 from ntp_dsl.traces.schema import Trace
 
-MOST = 300  # pictures of one trace: of more, evenly chosen ones
-LARGEST = 1_000_000  # bytes of one
-KINDS = {b"\xff\xd8\xff": "image/jpeg", b"\x89PNG\r\n\x1a\n": "image/png"}
+MAX_PICTURES = 300  # of one trace; of more, evenly spaced ones are taken
+MAX_SIZE = 1_000_000  # [bytes] of one picture
+MEDIA_TYPES = {b"\xff\xd8\xff": "image/jpeg", b"\x89PNG\r\n\x1a\n": "image/png"}
 
 
 @dataclass(frozen=True)
 class Picture:
+    """A picture of a frame."""
+
     frame: int
-    kind: str  # media type
+    media_type: str
     content: bytes
 
     @property
     def uri(self) -> str:
-        return f"data:{self.kind};base64,{b64encode(self.content).decode()}"
+        return f"data:{self.media_type};base64,{b64encode(self.content).decode()}"
 
 
 def pictures(trace: Trace, folder: Path) -> Iterator[Picture]:
-    """Of what is a picture and lies in the folder; a trace may name anything, and the rest is left out."""
-    every = max(1, -(-len(trace.pictures) // MOST))
+    """Yield the trace's pictures that lie in the folder; anything else that the trace names is left out."""
+    every = max(1, -(-len(trace.pictures) // MAX_PICTURES))
     for frame, name in trace.pictures[::every]:
         content = _content(folder, name)
-        kind = next((kind for magic, kind in KINDS.items() if content.startswith(magic)), None)
-        if kind is not None:
-            yield Picture(frame, kind, content)
+        media_type = next((each for magic, each in MEDIA_TYPES.items() if content.startswith(magic)), None)
+        if media_type is not None:
+            yield Picture(frame, media_type, content)
 
 
 def _content(folder: Path, name: str) -> bytes:
-    """Of a file in the folder, links followed; nothing where it is none, or too large."""
+    """Return the content of a file in the folder, links followed; empty where outside it or too large."""
     try:
         path = (folder / name).resolve()
         inside = path.is_relative_to(folder.resolve()) and path.is_file()
-        return path.read_bytes() if inside and path.stat().st_size <= LARGEST else b""
-    except (OSError, ValueError):  # a name that no file can have
+        return path.read_bytes() if inside and path.stat().st_size <= MAX_SIZE else b""
+    except (OSError, ValueError):  # not a file name
         return b""

@@ -102,10 +102,10 @@ def _listing(name: str, text: str, covered: Coverage, statements: set[str]) -> I
 
 
 def _counted(line: Line) -> Text:
-    well = f"{line.well / line.calls:.0%}" if line.calls else "–"
+    well = f"{line.succeeded / line.calls:.0%}" if line.calls else "–"
     sure = f"{line.probability:.2f}" if line.probability is not None else "–"
     row = Text(f"{line.calls:7} {well:>6} {sure:>5}  ", style="default")
-    for counted, style in ((line.attributed_to, "red"), (line.parted, "magenta")):
+    for counted, style in ((line.attributed_to, "red"), (line.divergences, "magenta")):
         told = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
         row.append(f"{told} " if told else "", style=style)
     return row
@@ -114,8 +114,8 @@ def _counted(line: Line) -> Text:
 def _row(line: Line) -> dict[str, Any]:
     return {
         "calls": line.calls,
-        "well": line.well,
+        "well": line.succeeded,
         "probability": line.probability,
         "attributed_to": dict(sorted(line.attributed_to.items())),
-        "divergences": dict(sorted(line.parted.items())),
+        "divergences": dict(sorted(line.divergences.items())),
     }

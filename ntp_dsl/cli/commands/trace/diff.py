@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
-from ntp_dsl.traces.comparison.comparison_rules import Kind
+from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Answer
-from ntp_dsl.traces.phrases import called, headline, in_words, plain, scope_in_words
+from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline, printable
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.sources import statement
@@ -90,14 +89,14 @@ def _paragraph(comparison: Comparison, found: Divergence, title: str) -> Iterato
     yield kind.append(
         f", attributed to {found.attributed_to}" if found.attributed_to else "", style="default not bold"
     )
-    path = [in_words(call) for call in reversed(list(comparison.a.ancestors(found.caller_a)))]
+    path = [format_call(call) for call in reversed(list(comparison.a.ancestors(found.caller_a)))]
     yield Text(f"  in  {' > '.join(path) or 'the run'}")
     yield Text("  A   " + _did(comparison.a, found, found.a)).append(_where(comparison, found), "dim")
     yield Text("  B   " + (_did(comparison.b, found, found.b) if found.answer is None else _would(found)))
     if sure := _confidence(found):
         yield Text(f"      {sure}", style="dim")
-    if found.apart is not None:
-        yield Text(f"      {_states(found.apart)}", style="dim")
+    if found.state_distance is not None:
+        yield Text(f"      {_states(found.state_distance)}", style="dim")
     a, b = followed(comparison, found)
     if a or b:
         yield Text(f"      what followed is folded away: {a} calls of A, {b} of B", style="dim")
@@ -109,29 +108,29 @@ def _would(found: Divergence) -> str:
     assert answer is not None
     if answer.callee is None:
         return "would return"
-    scope = f"  {scope_in_words(answer.scope)}" if found.kind is Kind.SCOPE else ""
-    return f"would call {called(answer.callee, answer.arguments)}{scope}"
+    scope = f"  {format_scope(answer.scope)}" if found.kind is DivergenceKind.SCOPE else ""
+    return f"would call {format_invocation(answer.callee, answer.arguments)}{scope}"
 
 
 def _did(trace: Trace, found: Divergence, number: int | None) -> str:
     if number is None:
-        return "ends here" if found.kind is Kind.CUT_OFF else "returns"
+        return "ends here" if found.kind is DivergenceKind.CUT_OFF else "returns"
     call = trace.calls[number]
-    words = in_words(call)
-    if found.kind is Kind.OUTCOME or found.kind is Kind.CUT_OFF:
+    words = format_call(call)
+    if found.kind is DivergenceKind.OUTCOME or found.kind is DivergenceKind.CUT_OFF:
         return f"{words}  {call.outcome or 'cut off'}{_told(call)}"
-    if found.kind is Kind.SCOPE:
-        return f"{words}  {scope_in_words(call.scope)}"
+    if found.kind is DivergenceKind.SCOPE:
+        return f"{words}  {format_scope(call.scope)}"
     return words
 
 
 def _told(call: Call) -> str:
-    return "".join(f"  [{plain(each)}]" for each in call.execution.disturbances)
+    return "".join(f"  [{printable(each)}]" for each in call.execution.disturbances)
 
 
 def _where(comparison: Comparison, found: Divergence) -> str:
     text = statement(comparison.a, found.source)
-    return f"   {plain(found.source)}{f':  {plain(text)}' if text else ''}" if found.source else ""
+    return f"   {printable(found.source)}{f':  {printable(text)}' if text else ''}" if found.source else ""
 
 
 def _confidence(found: Divergence) -> str:
@@ -154,7 +153,7 @@ def _states(apart: float) -> str:
 
 def followed(comparison: Comparison, found: Divergence) -> tuple[int, int]:
     """How many calls either trace made after the moment; none where they went on alike."""
-    if found.kind in (Kind.SCOPE, Kind.OUTCOME) or found.answer is not None:
+    if found.kind in (DivergenceKind.SCOPE, DivergenceKind.OUTCOME) or found.answer is not None:
         return 0, 0
     begin_a = _next(comparison.a, found.a, found.caller_a)
     begin_b = _next(comparison.b, found.b, found.caller_b)
@@ -189,7 +188,7 @@ def document(comparison: Comparison) -> dict[str, Any]:
 
 
 def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
-    apart = found.apart
+    apart = found.state_distance
     return {
         "kind": str(found.kind),
         "attributed_to": found.attributed_to or "",
@@ -202,19 +201,19 @@ def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
         "right_probability": found.confidence.right,
         "right_rank": found.confidence.rank,
         "margin": found.confidence.margin,
-        "states_apart": apart if apart is None or isfinite(apart) else None,
+        "state_distance": apart if apart is None or isfinite(apart) else None,
     }
 
 
 def _answer(answer: Answer) -> dict[str, Any] | None:
     if answer.callee is None:
         return None
-    return {"name": answer.callee, "arguments": to_builtins(answer.arguments), "scope": answer.scope}
+    return {"name": answer.callee, "arguments": answer.arguments, "scope": answer.scope}
 
 
 def _call(trace: Trace, number: int | None) -> dict[str, Any] | None:
     if number is None:
         return None
     call = trace.calls[number]
-    row = {"id": number, "name": call.name, "arguments": to_builtins(call.arguments), "scope": call.scope}
-    return row | {"outcome": call.outcome or "", "disturbances": list(call.execution.disturbances)}
+    row = {"id": number, "name": call.name, "arguments": call.arguments, "scope": call.scope}
+    return row | {"outcome": call.outcome or "", "disturbances": call.execution.disturbances}

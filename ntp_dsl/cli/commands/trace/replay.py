@@ -23,7 +23,7 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.traces.comparison.divergence import compare
-from ntp_dsl.traces.comparison.teacher_forcing import asked
+from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace, read_trace
 from ntp_dsl.traces.schema import Trace
 from ntp_dsl.traces.writer import TraceWriter
@@ -59,7 +59,7 @@ def command(
     policy = _policy(registry, trace, path, demo or _beside(trace, file))
     replayed = _written(Replay(registry, policy, trace), path, out)
     comparison = compare(trace, replayed)
-    count, wrong = asked(replayed), len(comparison.divergences)
+    count, wrong = count_answers(replayed), len(comparison.divergences)
     if json:
         print_json({"asked": count, "right": count - wrong} | document(comparison))
     else:

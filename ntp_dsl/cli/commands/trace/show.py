@@ -8,17 +8,16 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from msgspec import to_builtins
 from rich.text import Text
 
 from ntp_dsl.cli.calls import as_json, demonstration_frames, line
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
-from ntp_dsl.traces.phrases import headline, in_words, plain
+from ntp_dsl.traces.phrases import format_call, headline, printable
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending, Trace
-from ntp_dsl.traces.times import Times, with_all_below
+from ntp_dsl.traces.times import Times, inclusive_times
 
 LINES = 160  # beyond so many, what goes well is folded away
 UNSURE = 0.5  # a decision below this is not folded away
@@ -46,7 +45,7 @@ def command(
     Example: ntp trace show runs/episode_00000.trace.jsonl --depth 2
     """
     trace = read_trace(file)
-    times = with_all_below(trace)
+    times = inclusive_times(trace)
     chosen = _chosen(trace, failed, only)
     if depth is not None:
         chosen &= _levels(trace, depth)
@@ -54,7 +53,7 @@ def command(
         chosen = _folded(trace, chosen)
     if json:
         rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
-        print_json({"header": to_builtins(trace.header), "calls": rows, "end": to_builtins(trace.end)})
+        print_json({"header": trace.header, "calls": rows, "end": trace.end})
         return
     answers.print(Text(headline(trace), style="bold"))
     narrowed = failed or only is not None
@@ -69,7 +68,7 @@ def command(
 def _chosen(trace: Trace, failed: bool, only: str | None) -> set[int]:
     calls = trace.calls
     if failed:
-        calls = [call for call in calls if not call.went_well]
+        calls = [call for call in calls if not call.succeeded]
     if only is not None:
         names = {call.name for call in trace.calls}
         if only not in names:
@@ -105,7 +104,7 @@ def _folded(trace: Trace, chosen: set[int]) -> set[int]:
     """What failed or was unsure, and of the rest the upper levels, as many as fit."""
     if len(chosen) <= LINES:
         return chosen
-    doubtful = [c for c in trace.calls if not c.went_well or (c.decision.probability or 1.0) < UNSURE]
+    doubtful = [c for c in trace.calls if not c.succeeded or (c.decision.probability or 1.0) < UNSURE]
     kept = _with_callers(trace, doubtful)
     if len(kept) > LINES:
         kept = set()
@@ -157,7 +156,7 @@ def _alike(trace: Trace, call: Call) -> object:
     """Calls that made none themselves are one line where they are the same, one after another."""
     if trace.children(call.id):
         return call.id
-    return in_words(call), call.scope, call.outcome, call.execution.disturbances
+    return format_call(call), call.scope, call.outcome, call.execution.disturbances
 
 
 def _ending(trace: Trace) -> Text:
@@ -167,5 +166,5 @@ def _ending(trace: Trace) -> Text:
     is_good = end.ending is Ending.DONE if end.success is None else end.success
     reason = f": {end.reason}" if end.reason else ""
     failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
-    told = plain(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
+    told = printable(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
     return Text(told, style="green" if is_good else "red")

@@ -1,52 +1,52 @@
-// The chosen call of each trace: what came of it, and what else the decision might have been. Where one has no
-// such call, what it did at that moment: another call, or the return of its caller.
+// The chosen call of each trace: its outcome and the alternatives of its decision. A trace without such a call
+// shows what it did instead: another call, or the return of its caller.
 
 function drawDetail() {
   const row = page.rows[chosen.row];
-  const found = page.divergences.filter((each) => each.row === chosen.row);
-  const cards = SIDES.map((side) => card(side, call(row, side) || call(found[0] || {}, side)));
-  byId("detail").replaceChildren(...found.map(parting), element("div", { class: "cards" }, ...cards));
+  const divergences = page.divergences.filter((each) => each.row === chosen.row);
+  const cards = SIDES.map((side) => card(side, call(row, side) || call(divergences[0] || {}, side)));
+  byId("detail").replaceChildren(...divergences.map(divergenceNote), element("div", { class: "cards" }, ...cards));
 }
 
-function parting(found) {
-  const sure = found.margin === null ? "" : ` margin ${found.margin.toFixed(2)}, the right answer ${
-    found.rank === null ? "is not among the likely ones" : `stood at ${found.rank}`
+function divergenceNote(divergence) {
+  const confidence = divergence.margin === null ? "" : ` margin ${divergence.margin.toFixed(2)}, the right choice ${
+    divergence.rank === null ? "is not among the alternatives" : `has rank ${divergence.rank}`
   }.`;
-  const apart = found.apart === null ? "" : ` The states lie ${(1000 * found.apart).toFixed(1)} mm apart.`;
+  const distance = divergence.state_distance === null ? "" : ` The states differ by ${(1000 * divergence.state_distance).toFixed(1)} mm.`;
   return element(
     "div",
-    { class: "parts", role: "note" },
-    element("strong", { class: "bad" }, `≠ ${found.kind}`),
-    `${found.attributed_to ? ` attributed to: ${found.attributed_to}.` : ""}${sure}${apart} `,
-    element("span", {}, `A ${found.did_a}; B ${found.did_b}. `),
-    element("code", {}, found.source + (found.statement ? `: ${found.statement}` : "")),
+    { class: "divergence", role: "note" },
+    element("strong", { class: "bad" }, `≠ ${divergence.kind}`),
+    `${divergence.attributed_to ? ` attributed to: ${divergence.attributed_to}.` : ""}${confidence}${distance} `,
+    element("span", {}, `A ${divergence.did_a}; B ${divergence.did_b}. `),
+    element("code", {}, divergence.source + (divergence.statement ? `: ${divergence.statement}` : "")),
   );
 }
 
-function card(side, made) {
-  const title = element("h2", { class: `side-${side}` }, `${letter(side)} ${made ? words(made) : "–"}`);
-  if (!made) return element("article", { class: "card" }, title, "no such call");
+function card(side, callData) {
+  const title = element("h2", { class: `side-${side}` }, `${letter(side)} ${callData ? callText(callData) : "–"}`);
+  if (!callData) return element("article", { class: "card" }, title, "no such call");
   const facts = {
-    outcome: made.outcome || "cut off",
-    scope: made.scope ? `frames ${made.scope[0]} – ${made.scope[1]}` : "none",
-    probability: probability(made.probability),
-    time: spent(made.times),
-    "attributed to": made.attributed_to,
-    disturbed: made.disturbances.join(", "),
-    evidence: made.evidence,
-    source: made.source + (made.statement ? `: ${made.statement}` : ""),
-    frames: `${made.frame} – ${made.end_frame ?? ""}`,
+    outcome: callData.outcome || "cut off",
+    scope: callData.scope ? `frames ${callData.scope[0]} – ${callData.scope[1]}` : "none",
+    probability: probability(callData.probability),
+    time: timeText(callData.times),
+    "attributed to": callData.attributed_to,
+    disturbances: callData.disturbances.join(", "),
+    evidence: callData.evidence,
+    source: callData.source + (callData.statement ? `: ${callData.statement}` : ""),
+    frames: `${callData.frame} – ${callData.end_frame ?? ""}`,
   };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(facts)) {
     if (value) list.append(element("dt", {}, name), element("dd", {}, value));
   }
-  return element("article", { class: "card" }, title, list, alternatives(made, side));
+  return element("article", { class: "card" }, title, list, alternatives(callData, side));
 }
 
-function alternatives(made, side) {
+function alternatives(callData, side) {
   const box = element("div", { class: `alternatives side-${side}` });
-  for (const [title, ranking] of made.alternatives) {
+  for (const [title, ranking] of callData.alternatives) {
     box.append(element("h3", {}, title));
     for (const [name, value] of ranking) {
       const bar = element("span", { class: "bar", "aria-hidden": "true" }, element("i", {}));

@@ -1,22 +1,22 @@
-// Keys, buttons and the first picture.
+// Keys, buttons, and the first drawing.
 
-let begun = 0; // the row that was chosen when the search began: typing on looks from there again
+let searchStart = 0; // the chosen row when the search began: each keystroke searches from there
 
 function search(again) {
   chosen.query = byId("search").value.trim().toLowerCase();
   const hits = [];
   if (chosen.query) {
     page.rows.forEach((row, number) => {
-      if (SIDES.some((side) => call(row, side) && words(call(row, side)).toLowerCase().includes(chosen.query))) hits.push(number);
+      if (SIDES.some((side) => call(row, side) && callText(call(row, side)).toLowerCase().includes(chosen.query))) hits.push(number);
     });
   }
-  const ahead = hits.find((number) => (again ? number > chosen.row : number >= begun)) ?? hits[0];
+  const ahead = hits.find((number) => (again ? number > chosen.row : number >= searchStart)) ?? hits[0];
   byId("found").textContent = chosen.query ? (hits.length ? `${hits.indexOf(ahead) + 1} of ${hits.length}` : "none") : "";
   if (ahead === undefined) drawTree();
   else reveal(ahead);
 }
 
-function turnTheme() {
+function toggleTheme() {
   const dark = getComputedStyle(document.documentElement).colorScheme === "dark" ||
     (!document.documentElement.dataset.theme && matchMedia("(prefers-color-scheme: dark)").matches);
   document.documentElement.dataset.theme = dark ? "light" : "dark";
@@ -25,7 +25,7 @@ function turnTheme() {
 const KEYS = {
   n: () => jump(1),
   p: () => jump(-1),
-  t: turnTheme,
+  t: toggleTheme,
   "/": () => byId("search").focus(),
   "?": () => byId("keys").showModal(),
   "[": () => scrub(chosen.frame - 1),
@@ -50,22 +50,22 @@ document.addEventListener("keydown", (event) => {
 byId("tree").addEventListener("keydown", treeKey);
 byId("tree").addEventListener("scroll", drawTree);
 byId("search").addEventListener("focus", () => {
-  begun = chosen.row;
+  searchStart = chosen.row;
 });
 byId("search").addEventListener("input", () => search(false));
 byId("next").addEventListener("click", () => jump(1));
 byId("previous").addEventListener("click", () => jump(-1));
-byId("theme").addEventListener("click", turnTheme);
+byId("theme").addEventListener("click", toggleTheme);
 byId("help").addEventListener("click", KEYS["?"]);
 byId("frame").addEventListener("input", (event) => scrub(Number(event.target.value)));
 window.addEventListener("resize", drawTree);
 
-chosen.watchers.push((what) => {
-  if (what === "folding") return drawTree();
-  if (what === "row") {
+chosen.watchers.push((change) => {
+  if (change === "folding") return drawTree();
+  if (change === "row") {
     drawDetail();
-    drawTimeline(); // first, as its height decides how much of the tree is seen
-    show();
+    drawTimeline(); // first, since its height determines how much of the tree is visible
+    scrollToChosen();
   }
   byId("frame").value = chosen.frame;
   byId("moment").textContent = `frame ${chosen.frame} of ${page.frames}, ${(chosen.frame / 10).toFixed(1)} s`;
@@ -81,9 +81,9 @@ byId("heads").append(...SIDES.flatMap((side, place) => [
   element("span", { class: `side-${side}`, title: trace(side).headline }, `${letter(side)} ${trace(side).headline}`),
 ]));
 prepare();
-foldTheSame();
+foldUnchanged();
 if (page.rows.length) {
-  unfold();
+  updateVisible();
   const first = page.divergences.find((each) => each.row >= 0);
   reveal(first ? first.row : 0);
 }

@@ -1,5 +1,5 @@
 "use strict";
-// What is shown, and what of it is chosen. Everything that a file says becomes text, never markup.
+// The data of the page and the state of its views. Text from a trace is inserted as text, never as markup.
 
 const page = JSON.parse(document.getElementById("data").textContent);
 const SIDES = page.traces.length === 2 ? ["a", "b"] : ["a"];
@@ -11,17 +11,17 @@ function byId(id) {
 }
 
 function element(tag, attributes, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes || {})) made.setAttribute(name, value);
-  made.append(...children.filter((child) => child !== null));
-  return made;
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes || {})) node.setAttribute(name, value);
+  node.append(...children.filter((child) => child !== null));
+  return node;
 }
 
-function drawn(tag, attributes, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children);
-  return made;
+function svgElement(tag, attributes, ...children) {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
+  node.append(...children);
+  return node;
 }
 
 function trace(side) {
@@ -37,8 +37,8 @@ function letter(side) {
   return SIDES.length === 2 ? side.toUpperCase() : "";
 }
 
-function words(made) {
-  return `${made.name}(${made.arguments})`;
+function callText(callData) {
+  return `${callData.name}(${callData.arguments})`;
 }
 
 function probability(value) {
@@ -49,42 +49,42 @@ function seconds(value) {
   return value >= 1 ? `${value.toFixed(1)} s` : `${Math.round(1000 * value)} ms`;
 }
 
-function spent(times) {
+function timeText(times) {
   return ["decide", "plan", "move"]
     .map((name, place) => (times[place] >= 0.0005 ? `${name} ${seconds(times[place])}` : ""))
     .filter(Boolean)
     .join(", ");
 }
 
-function tell(what) {
-  for (const watcher of chosen.watchers) watcher(what);
+function notify(change) {
+  for (const watcher of chosen.watchers) watcher(change);
 }
 
 function choose(number) {
   chosen.row = Math.max(0, Math.min(page.rows.length - 1, number));
-  const made = SIDES.map((side) => call(page.rows[chosen.row], side)).find((each) => each);
-  if (made) chosen.frame = made.frame;
-  tell("row");
+  const first = SIDES.map((side) => call(page.rows[chosen.row], side)).find((each) => each);
+  if (first) chosen.frame = first.frame;
+  notify("row");
 }
 
 function scrub(frame) {
   chosen.frame = Math.max(0, Math.min(page.frames - 1, frame));
-  tell("frame");
+  notify("frame");
 }
 
-// The rows that are not folded away, by number.
-function unfold() {
+// Lists the rows that are not folded away.
+function updateVisible() {
   chosen.visible = [];
   for (let number = 0; number < page.rows.length; ) {
     chosen.visible.push(number);
     number = chosen.folded.has(number) ? page.rows[number].end : number + 1;
   }
-  tell("folding");
+  notify("folding");
 }
 
 function reveal(number) {
-  for (let above = page.rows[number].above; above >= 0; above = page.rows[above].above) chosen.folded.delete(above);
-  unfold();
+  for (let parent = page.rows[number].parent; parent >= 0; parent = page.rows[parent].parent) chosen.folded.delete(parent);
+  updateVisible();
   choose(number);
 }
 

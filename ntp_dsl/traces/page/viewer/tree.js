@@ -1,26 +1,26 @@
-// Both trees, row by row; only what can be seen is in the document.
+// Both trees, row by row; only visible rows are in the document.
 
-const HEIGHT = 22;
-const MANY = 400; // rows, beyond which what is the same is folded at first
+const HEIGHT = 22; // [px] of a row
+const MANY = 400; // rows, beyond which unchanged ones are folded at first
 
 function cell(row, side, number) {
-  const made = call(row, side);
+  const callData = call(row, side);
   const box = element("div", { role: "gridcell", class: "cell" });
   box.style.paddingLeft = `${Math.min(row.depth, 30) * 14}px`;
-  if (!made) return box;
+  if (!callData) return box;
   const folds = row.end > number + 1 && (side === "a" || row.a === null);
-  const twist = folds ? (chosen.folded.has(number) ? "▸" : "▾") : "";
-  box.append(element("span", { class: "twist", "aria-hidden": "true" }, twist));
-  const name = element("span", { class: made.program ? "program" : "side-" + side });
-  highlight(name, made.name);
-  const given = element("span", {});
-  highlight(given, `(${made.arguments})`);
-  const well = made.outcome === "done" || made.outcome === "achieved";
-  const outcome = element("span", { class: well ? "good" : "bad" }, well ? " ✓" : ` ✗ ${made.outcome || "cut off"}`);
-  box.append(name, given, outcome);
-  const more = [made.probability === null ? "" : `p=${probability(made.probability)}`, ...made.disturbances];
-  box.append(element("span", { class: "dim" }, ` ${more.filter(Boolean).join(" ")}`));
-  box.title = words(made);
+  const toggle = folds ? (chosen.folded.has(number) ? "▸" : "▾") : "";
+  box.append(element("span", { class: "toggle", "aria-hidden": "true" }, toggle));
+  const name = element("span", { class: callData.program ? "program" : "side-" + side });
+  highlight(name, callData.name);
+  const args = element("span", {});
+  highlight(args, `(${callData.arguments})`);
+  const succeeded = callData.outcome === "done" || callData.outcome === "achieved";
+  const outcome = element("span", { class: succeeded ? "good" : "bad" }, succeeded ? " ✓" : ` ✗ ${callData.outcome || "cut off"}`);
+  box.append(name, args, outcome);
+  const notes = [callData.probability === null ? "" : `p=${probability(callData.probability)}`, ...callData.disturbances];
+  box.append(element("span", { class: "dim" }, ` ${notes.filter(Boolean).join(" ")}`));
+  box.title = callText(callData);
   return box;
 }
 
@@ -31,7 +31,7 @@ function highlight(box, text) {
   box.append(text.slice(0, at), element("mark", {}, text.slice(at, end)), text.slice(end));
 }
 
-function line(number, place) {
+function rowElement(number, place) {
   const row = page.rows[number];
   const kind = row.mark === "same" ? "" : row.mark === "changed" ? " changed" : " only";
   const attributes = {
@@ -43,17 +43,17 @@ function line(number, place) {
     "aria-selected": number === chosen.row,
   };
   if (row.end > number + 1) attributes["aria-expanded"] = !chosen.folded.has(number);
-  const made = element("div", attributes, cell(row, "a", number));
+  const box = element("div", attributes, cell(row, "a", number));
   if (SIDES.length === 2) {
     const mark = element("div", { role: "gridcell", class: "mark", "aria-label": row.mark }, MARKS[row.mark]);
-    made.append(mark, cell(row, "b", number));
+    box.append(mark, cell(row, "b", number));
   }
-  made.style.top = `${place * HEIGHT}px`;
-  made.addEventListener("click", (event) => {
-    if (event.target.classList.contains("twist")) fold(number, !chosen.folded.has(number));
+  box.style.top = `${place * HEIGHT}px`;
+  box.addEventListener("click", (event) => {
+    if (event.target.classList.contains("toggle")) fold(number, !chosen.folded.has(number));
     choose(number);
   });
-  return made;
+  return box;
 }
 
 function drawTree() {
@@ -63,7 +63,7 @@ function drawTree() {
   const begin = Math.max(0, Math.floor(tree.scrollTop / HEIGHT) - 10);
   const end = Math.min(chosen.visible.length, begin + Math.ceil(tree.clientHeight / HEIGHT) + 20);
   const present = [];
-  for (let place = begin; place < end; place += 1) present.push(line(chosen.visible[place], place));
+  for (let place = begin; place < end; place += 1) present.push(rowElement(chosen.visible[place], place));
   rows.replaceChildren(...present);
   tree.setAttribute("aria-rowcount", chosen.visible.length);
   tree.setAttribute("aria-activedescendant", `row-${chosen.row}`);
@@ -73,19 +73,19 @@ function fold(number, folded) {
   if (page.rows[number].end <= number + 1) return;
   if (folded) chosen.folded.add(number);
   else chosen.folded.delete(number);
-  unfold();
+  updateVisible();
 }
 
-function show() {
+function scrollToChosen() {
   const tree = byId("tree");
-  const top = placeOf(chosen.row) * HEIGHT;
+  const top = visibleIndex(chosen.row) * HEIGHT;
   if (top < tree.scrollTop) tree.scrollTop = top - 3 * HEIGHT;
   else if (top + HEIGHT > tree.scrollTop + tree.clientHeight) tree.scrollTop = top - tree.clientHeight + 4 * HEIGHT;
   drawTree();
 }
 
-// Where a row stands among the visible ones; they are in order, so halving finds it.
-function placeOf(number) {
+// Returns the index of a row among the visible ones, by bisection.
+function visibleIndex(number) {
   let low = 0;
   for (let high = chosen.visible.length; low < high; ) {
     const middle = (low + high) >> 1;
@@ -96,7 +96,7 @@ function placeOf(number) {
 }
 
 function step(by) {
-  const place = Math.max(0, Math.min(chosen.visible.length - 1, placeOf(chosen.row) + by));
+  const place = Math.max(0, Math.min(chosen.visible.length - 1, visibleIndex(chosen.row) + by));
   choose(chosen.visible[place]);
 }
 
@@ -107,14 +107,14 @@ function treeKey(event) {
   if (event.key in steps) step(steps[event.key]);
   else if (event.key === "ArrowRight" || event.key === "Enter") fold(chosen.row, false);
   else if (event.key === "ArrowLeft" && row.end > chosen.row + 1 && !chosen.folded.has(chosen.row)) fold(chosen.row, true);
-  else if (event.key === "ArrowLeft" && row.above >= 0) choose(row.above);
+  else if (event.key === "ArrowLeft" && row.parent >= 0) choose(row.parent);
   else return;
   event.preventDefault();
 }
 
-function foldTheSame() {
+function foldUnchanged() {
   if (page.rows.length <= MANY) return;
   page.rows.forEach((row, number) => {
-    if (row.depth >= 1 && row.whole && row.end > number + 1) chosen.folded.add(number);
+    if (row.depth >= 1 && row.unchanged && row.end > number + 1) chosen.folded.add(number);
   });
 }
