@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ntp_dsl.traces.failure_attribution import of_call
-from ntp_dsl.traces.phrases import headline, in_words, plain
+from ntp_dsl.traces.phrases import headline, format_call, printable
 from ntp_dsl.traces.schema import ROOT, Trace
 
 if TYPE_CHECKING:
@@ -19,14 +19,14 @@ def outline(trace: Trace) -> str:
     """Return the call tree, a line a call, with what each came to."""
     lines = list(_lines(trace))
     more = [f"... {len(lines) - LINES} more calls"] if len(lines) > LINES else []
-    end = "cut off" if trace.end is None else plain(f"{trace.end.ending} {trace.end.verdict}".strip())
+    end = "cut off" if trace.end is None else printable(f"{trace.end.ending} {trace.end.verdict}".strip())
     return "\n".join([headline(trace), *lines[:LINES], *more, end])
 
 
 def _lines(trace: Trace) -> Iterator[str]:
     for call, depth in zip(trace.calls, depths(trace), strict=True):
         sure = f"  p={p:.2f}" if (p := call.decision.probability) is not None else ""
-        yield f"{'  ' * depth}{in_words(call)}  {call.outcome or 'cut off'}{sure}"
+        yield f"{'  ' * depth}{format_call(call)}  {call.outcome or 'cut off'}{sure}"
 
 
 def depths(trace: Trace) -> list[int]:
