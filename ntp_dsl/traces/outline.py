@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ntp_dsl.traces.failure_attribution import of_call
+from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import headline, format_call, printable
 from ntp_dsl.traces.schema import ROOT, Trace
 
@@ -50,7 +50,7 @@ def dataframe(trace: Trace) -> pandas.DataFrame:
             "name": call.name,
             "arguments": ", ".join(map(str, call.arguments)),
             "outcome": None if call.outcome is None else str(call.outcome),
-            "attributed_to": None if (cause := of_call(call)) is None else str(cause),
+            "attributed_to": None if (cause := attribute_call(call)) is None else str(cause),
             "probability": call.decision.probability,
             "scope_begin": None if call.scope is None else call.scope[0],
             "scope_end": None if call.scope is None else call.scope[1],
