@@ -149,3 +149,49 @@ def test_the_authors_own_files_are_read(authors_data: Path, name: str, count: in
     entries = read_tasks(authors_data / name)
     assert len(entries) == count and all(len(entry.objects) == 8 for entry in entries)
     assert {len(entry.goal) for entry in entries} <= set(range(1, 8))
+
+
+def test_objects_of_a_file_have_any_size_and_shape(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sizes = {"slab": (0.06, 0.06, 0.03), "cube": (0.05, 0.05, 0.05), "stub": (0.03, 0.03, 0.04)}
+    objects = [{"name": name, "type": "Block", "size": size} for name, size in sizes.items()]
+    objects.append({"name": "can", "type": "Block", "size": (0.04, 0.04, 0.05), "shape": "cylinder"})
+    goal = [{"item": "cube", "support": "slab"}, {"support": "cube", "item": "stub"}]
+    file = tmp_path / "mixed.json"
+    tasks = [{"id": "one", "objects": objects, "goal": goal}]
+    file.write_text(json.dumps({"format": "ntp-tasks", "version": 2, "tasks": tasks}))
+    words = ["eval", "block_stacking", "block_stacking", "--expert", "--episodes", "1", "--json"]
+    assert run([*words, "--tasks", str(file)]) == 0
+    assert json.loads(capsys.readouterr().out)["success"] == 1.0
+
+
+BESIDE = Path(__file__).parents[1] / "evaluation" / "domains" / "beside_the_mark"
+
+
+@pytest.mark.parametrize(
+    "row, said",
+    [
+        ({"peg": "p_0", "mark": "m_0", "side": "left", "distance": 0.12}, ""),
+        ({"peg": "p_0", "mark": "m_0"}, "expected Spot with the fields peg, mark, side, distance, found"),
+        ({"peg": "p_9", "mark": "m_0", "side": "left", "distance": 0.12}, "found 'p_9'"),
+    ],
+)
+def test_goals_of_a_file_are_records_of_the_tasks_own_kind(
+    row: dict[str, object], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    objects = [
+        {"name": "m_0", "type": "Mark", "size": (0.06, 0.06, 0.005), "fixed": True},
+        {"name": "tray", "type": "Tray", "size": (0.2, 0.14, 0.01), "fixed": True},
+        {"name": "p_0", "type": "Peg", "size": (0.03, 0.03, 0.06)},
+    ]
+    file = tmp_path / "spots.json"
+    tasks = [{"id": "one", "objects": objects, "goal": [row]}]
+    file.write_text(json.dumps({"format": "ntp-tasks", "version": 2, "tasks": tasks}))
+    words = ["eval", str(BESIDE), "beside_the_mark", "--expert", "--episodes", "1", "--json"]
+    assert run([*words, "--tasks", str(file)]) == (2 if said else 0)
+    told = capsys.readouterr()
+    if said:
+        assert said in told.err and told.err.startswith(f"{file}: one: ")
+    else:
+        assert json.loads(told.out)["success"] == 1.0
