@@ -124,11 +124,16 @@ def test_our_own_mistakes_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> Non
         run(["check", "block_stacking"])
 
 
+def listen() -> None:
+    """Undo what a shell does to the tests in its background: they, and their children, ignore the signal."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_ends_with_one_line(tmp_path: Path) -> None:
     waits = tmp_path / "waits"
     os.mkfifo(waits)
     words = [sys.executable, "-m", "ntp_dsl", "import-vat", str(waits)]
-    started = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    started = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, preexec_fn=listen)
     with waits.open("w"):  # opens when the command is there to read it
         time.sleep(0.3)
         started.send_signal(signal.SIGINT)
