@@ -46,7 +46,7 @@ def test_every_call_and_return_is_counted_once(
     picked = next(each.span for each in stacking.programs["place"].statements())
     place = told[f"tabletop.ntp:{picked.line}"]
     below = [c for t in traces for c in t.calls if c.name == "move_to" and _caller(t, c) == "place"]
-    assert (place["calls"], place["well"]) == (len(below), sum(call.succeeded for call in below))
+    assert (place["calls"], place["succeeded"]) == (len(below), sum(call.succeeded for call in below))
     slipped = len(below) - sum(call.succeeded for call in below)
     assert place["attributed_to"] == {"disturbance": slipped} and slipped > 0
     assert place["probability"] is None
