@@ -51,7 +51,7 @@ Semantics = Annotated[
     str,
     typer.Option(
         metavar="N..M",
-        help="Range of object assignments to draw from; disjoint ranges, such as 0..9 and 10..19, share none.",
+        help="Range of object assignments to draw from; disjoint ranges, as 0..9 and 10..19, share none.",
     ),
 ]
 

@@ -108,7 +108,7 @@ class Evaluator:
         return self._core is not None
 
     def instance(self, number: int) -> Instance:
-        """Return the instance of an episode: from the task file, cyclically, or drawn and not yet achieved."""
+        """Return the instance of an episode: from the task file, cyclically, or drawn until work is left."""
         if self._file:
             return self._file[number % len(self._file)]
         for attempt in range(REDRAWS):

@@ -176,7 +176,7 @@ def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> se
 
 
 def _moved(before: Observation, after: Observation) -> Shortfall | None:
-    """Return an object that moves. A heap in a bin or bowl may settle, as the goal tests that it is inside."""
+    """Return an object that moves. A heap in a bin or bowl may settle; the goal tests that it is inside."""
     for name, position in after.positions.items():
         is_contained = any(inside(after, name, obj.name) for obj in after.objects)
         if _distance(position, before.positions[name]) > STILL and not is_contained:
@@ -185,7 +185,7 @@ def _moved(before: Observation, after: Observation) -> Shortfall | None:
 
 
 def _attribution(run: Run, first: Shortfall | None) -> Attribution:
-    """Return physics if the result was reached but fell, the cause of repeated failures, else the decision."""
+    """Return physics if the result was reached but fell, the cause of repeated failures, or the decision."""
     if run.done and (first is None or first.kind is ShortfallKind.KNOCKED_ASIDE):
         return Attribution.PHYSICS
     if run.done:
