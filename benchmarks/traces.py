@@ -1,4 +1,4 @@
-"""What writing a trace costs an episode, and what reading and comparing long ones takes.
+"""Measures the time of writing traces, and of reading and comparing long ones.
 
 python benchmarks/traces.py recording --episodes 20
 python benchmarks/traces.py reading --calls 10000
@@ -33,21 +33,21 @@ WRITES = ("header", "state", "call", "returned", "frame", "picture", "end")
 
 
 def recording(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Processor time of writing, the demonstration's file included, over that of the rest of the episode.
+    """Measure the processor time of writing, including the demonstration's file, over that of the episode.
 
-    To show the demonstration is no part of the episode. Both times are of one run: between two runs the
-    machine varies by more than a trace costs.
+    Recording the demonstration does not count. Both times are of the same run, since times vary between runs
+    by more than a trace costs.
     """
     spent = 0.0
 
     def timed(write: Callable[..., Any]) -> Callable[..., Any]:
         def measured(*given: Any, **facts: Any) -> Any:
             nonlocal spent
-            begun = process_time()
+            start = process_time()
             try:
                 return write(*given, **facts)
             finally:
-                spent += process_time() - begun
+                spent += process_time() - start
 
         return measured
 
@@ -59,13 +59,13 @@ def recording(arguments: argparse.Namespace) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         plan = Plan(LIBRARY, "block_stacking", model, arguments.world, traces=Path(folder))
         evaluator = Evaluator(plan)
-        evaluator.episode(0)  # what is loaded but once does not count
+        evaluator.episode(0)  # loading does not count
         for number in range(1, arguments.episodes + 1):
             instance = evaluator.instance(number)
-            shown, _ = evaluator.demonstration(instance, number)
-            spent, begun = 0.0, process_time()
-            evaluator.episode(number, shown)
-            shares.append(spent / (process_time() - begun - spent))
+            recorded, _ = evaluator.demonstration(instance, number)
+            spent, start = 0.0, process_time()
+            evaluator.episode(number, recorded)
+            shares.append(spent / (process_time() - start - spent))
         sizes = [path.stat().st_size for path in Path(folder).glob("*.jsonl")]
     return {
         "world": arguments.world,
@@ -76,24 +76,24 @@ def recording(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def reading(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Processor seconds to read a trace of so many calls, and to compare two that part here and there."""
+    """Measure the processor time [s] of reading two traces that differ in some calls, and comparing them."""
     texts = [written(arguments.calls, seed) for seed in (0, 1)]
-    begun = process_time()
+    start = process_time()
     a, b = (parse_trace(text, Path("a")) for text in texts)
-    read = process_time() - begun
-    begun = process_time()
+    read = process_time() - start
+    start = process_time()
     found = compare(a, b)
     return {
         "calls": len(a.calls),
         "read_s_for_both": round(read, 3),
-        "compare_s": round(process_time() - begun, 3),
+        "compare_s": round(process_time() - start, 3),
         "divergences": len(found.divergences),
         "bytes": [len(text) for text in texts],
     }
 
 
 def written(calls: int, seed: int) -> bytes:
-    """Programs of four primitives each; one in a hundred primitives is drawn by the seed."""
+    """Return a trace of programs of four primitives each; one in a hundred primitives depends on the seed."""
     rng = np.random.default_rng(seed)
     stream = io.StringIO()
     writer = TraceWriter(stream)

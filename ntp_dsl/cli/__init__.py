@@ -1,1 +1,1 @@
-"""The command `ntp`. A module of `commands` is imported when its command is called."""
+"""The command `ntp`. The module of a command is imported when the command is called."""

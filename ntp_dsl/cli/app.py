@@ -1,8 +1,8 @@
-"""From the words after `ntp` to one command's function, and from what it raises to an exit status.
+"""Dispatch of the words after `ntp` to a command's function, and of its exceptions to an exit status.
 
-To add a command: a line in `COMMANDS`, and a module of that name with a function `command`, whose
-annotations are the options and whose docstring is the help, with an example. What it returns is
-the exit status; None is 0.
+To add a command, add a line to `COMMANDS` and a module of that name with a function `command`, whose
+annotations are the options and whose docstring is the help, with an example. It returns the exit
+status; None is 0.
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ from ntp_dsl.cli import extras
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError, TaskFailed, nearest
 
 DONE, NO, MISUSE, INTERRUPTED = 0, 1, 2, 130
-INTERRUPTION = "interrupted; the files that are written are whole"
+INTERRUPTION = "interrupted; all files that were written are complete"
 
 Table = Mapping[str, "str | Table"]
 
 COMMANDS: Table = {
-    "check": "Say whether libraries are sound, and every mistake that is in them.",
-    "fmt": "Put libraries into their one layout; comments stay.",
-    "new": "Make a small domain to start from.",
-    "graph": "Show who calls whom in a library, as a tree or a picture.",
-    "demo": "Watch the shipped checkpoint build what it was shown once.",
-    "run": "Carry out a task on the arm, from one demonstration or by the expert.",
+    "check": "Check libraries, and report every error with its location.",
+    "fmt": "Format libraries; comments are kept.",
+    "new": "Create a small domain to start from.",
+    "graph": "Show the call graph of a library, as a tree or a picture.",
+    "demo": "Watch the shipped checkpoint build a structure from one demonstration.",
+    "run": "Run a task on the arm, from one demonstration or by the scripted expert.",
     "record": "Record demonstrations and labelled traces from the scripted expert.",
-    "train": "Train a core to dispatch over a library, from the traces of its expert.",
-    "eval": "Run many episodes and count, with who is to blame for every failure.",
-    "bench": "Measure the arm: inverse kinematics, planning, execution, beside its peers.",
+    "train": "Train a core on the recorded traces of a library's expert.",
+    "eval": "Run many episodes, and report success and what failures are attributed to.",
+    "bench": "Benchmark inverse kinematics, planning or execution against other libraries.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
-        "diff": "Say where one trace leaves another, and who is to blame.",
-        "view": "Look at one trace, or two side by side, in a browser.",
-        "replay": "Ask a policy at every state of a trace what it would do.",
-        "coverage": "Show a library's source with what many traces did at each line.",
-        "export": "Write traces for Perfetto, speedscope or rerun.",
+        "diff": "Show where two traces diverge, and what it is attributed to.",
+        "view": "Show one trace, or two side by side, in a browser.",
+        "replay": "Compare a policy's decisions at every state of a trace with the trace.",
+        "coverage": "Show a library's source with figures from many traces at each line.",
+        "export": "Export traces to Perfetto, speedscope or rerun.",
     },
-    "import-vat": "Turn a task file of the paper's authors into our own format.",
+    "import-vat": "Convert a task file of the paper's authors to the format of `ntp eval --tasks`.",
 }
 GROUPS = {
-    "": "Declare a library of robot tasks, show a task once, and the arm does it.",
-    "trace": "Look at what a program did, call by call.",
+    "": "Declare a library of robot tasks, demonstrate a task once, and let the arm do it.",
+    "trace": "Inspect and compare what programs did, call by call.",
 }
 
 
 class LazyGroup(TyperGroup):
-    """A table of commands, each imported from `ntp_dsl.cli.commands` when it is called, and not before."""
+    """A table of commands, each imported from `ntp_dsl.cli.commands` when it is called."""
 
     def __init__(self, table: Table, path: tuple[str, ...] = ()) -> None:
         super().__init__(
@@ -74,7 +74,7 @@ class LazyGroup(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         if args[0] not in self.table:
-            ctx.fail(_no_such(f"there is no command '{args[0]}'", args[0], self.table))
+            ctx.fail(_unknown(f"there is no command '{args[0]}'", args[0], self.table))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -87,7 +87,7 @@ class LazyGroup(TyperGroup):
 
 
 def _imported(path: tuple[str, ...]) -> TyperCommand:
-    """The command `trace show` is the function `command` of `ntp_dsl.cli.commands.trace.show`."""
+    """Import a command: `trace show` is the function `command` of `ntp_dsl.cli.commands.trace.show`."""
     module = import_module("ntp_dsl.cli.commands." + ".".join(path).replace("-", "_"))
     app = typer.Typer(
         add_completion=False,
@@ -101,31 +101,31 @@ def _imported(path: tuple[str, ...]) -> TyperCommand:
 
 
 def main() -> NoReturn:
-    """The entry point of `ntp`."""
+    """Run the command line; the entry point of `ntp`."""
     sys.exit(run(sys.argv[1:]))
 
 
 def run(words: Sequence[str]) -> int:
-    """Carry out one command line; the exit status. Mistakes of the user are one plain sentence."""
+    """Run one command line and return its exit status. User errors are reported in a sentence."""
     try:
         status = LazyGroup(COMMANDS).main(list(words), prog_name="ntp", standalone_mode=False)
     except TaskFailed as error:
-        return _complain(error, NO)
+        return _report(error, NO)
     except SourceError as error:
-        return _show(error)
+        return _report_diagnostics(error)
     except NtpError as error:
-        return _complain(error, MISUSE)
+        return _report(error, MISUSE)
     except OSError as error:
-        return _complain(f"{error.filename or 'a file'}: {error.strerror or error}", MISUSE)
+        return _report(f"{error.filename or 'a file'}: {error.strerror or error}", MISUSE)
     except ModuleNotFoundError as error:
         sentence = extras.missing(_command_name(words), error.name)
         if sentence is None:  # not for want of an extra: a fault of ours
             raise
-        return _complain(sentence, MISUSE)
+        return _report(sentence, MISUSE)
     except typer.TyperException as error:
-        return _misuse(error)
+        return _report_misuse(error)
     if status == INTERRUPTED:
-        _complain(INTERRUPTION, INTERRUPTED)
+        _report(INTERRUPTION, INTERRUPTED)
     return status or DONE
 
 
@@ -143,32 +143,32 @@ def _command_name(words: Sequence[str]) -> str:
     return name
 
 
-def _complain(sentence: object, status: int) -> int:
+def _report(sentence: object, status: int) -> int:
     print(sentence, file=sys.stderr)
     return status
 
 
-def _show(error: SourceError) -> int:
-    """The library that a command was to use has mistakes: all of them, as `ntp check` shows them."""
+def _report_diagnostics(error: SourceError) -> int:
+    """Report all errors of a library that a command needs, as `ntp check` does."""
     from ntp_dsl.cli.report import print_diagnostics, summary
 
     print_diagnostics(error.diagnostics, error.sources, sys.stderr)
-    return _complain(summary(error.diagnostics), MISUSE)
+    return _report(summary(error.diagnostics), MISUSE)
 
 
-def _misuse(error: typer.TyperException) -> int:
-    """An unknown or impossible option: what is wrong, what there is, and where to read on."""
+def _report_misuse(error: typer.TyperException) -> int:
+    """Report an unknown or invalid option, the existing ones, and where to read on."""
     sentence = error.format_message().replace("Value error, ", "")
     context: Any = getattr(error, "ctx", None)
     if context is None or sentence.startswith("Usage:"):
-        return _complain(sentence, MISUSE)
+        return _report(sentence, MISUSE)
     if (given := getattr(error, "option_name", None)) and sentence.startswith("No such option"):
         known = [name for each in context.command.params for name in each.opts if name[0] == "-"]
-        sentence = _no_such(f"there is no option '{given}'", given, [*known, "--help"])
-    return _complain(f"{sentence}\nsee: {context.command_path} --help", MISUSE)
+        sentence = _unknown(f"there is no option '{given}'", given, [*known, "--help"])
+    return _report(f"{sentence}\nsee: {context.command_path} --help", MISUSE)
 
 
-def _no_such(sentence: str, given: str, known: Mapping[str, object] | Sequence[str]) -> str:
-    meant = nearest(given, known)
-    guess = f"; did you mean '{meant}'?" if meant else ""
-    return f"{sentence}{guess} (there is: {', '.join(known)})"
+def _unknown(sentence: str, given: str, known: Mapping[str, object] | Sequence[str]) -> str:
+    match = nearest(given, known)
+    hint = f"; did you mean '{match}'?" if match else ""
+    return f"{sentence}{hint} (available: {', '.join(known)})"

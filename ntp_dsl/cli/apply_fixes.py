@@ -1,4 +1,4 @@
-"""From what was found to files without it: fixes are applied, and the files are checked again."""
+"""Applies the fixes of diagnostics to files, and checks the files again."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from ntp_dsl.language.loader import read
 Texts = Mapping[Path, str]
 
 
-def mended(diagnostics: Sequence[Diagnostic], named: Iterable[Path]) -> Texts:
-    """The files that the fixes would change, each with its new text.
+def fixed_texts(diagnostics: Sequence[Diagnostic], named: Iterable[Path]) -> Texts:
+    """Return the files that the fixes would change, each with its new text.
 
-    The standard library is left as it is, unless its files are named.
+    The standard library is not changed, unless its files are named.
     """
     paths = dict.fromkeys(each.fix.span.path for each in diagnostics if each.fix is not None)
-    found: dict[Path, str] = {}
+    texts: dict[Path, str] = {}
     for path in paths:
         if path is None or path not in named and path.parent == library_folder():
             continue
         before = read(path)
         after = mend(before, diagnostics, path)
         if after != before:
-            found[path] = after
-    return found
+            texts[path] = after
+    return texts
 
 
-def mend_files(examine: Callable[[], Sequence[Diagnostic]], named: Iterable[Path]) -> Texts:
-    """Apply, write and check again until no fix is left; the texts that the files had before."""
+def fix_files(examine: Callable[[], Sequence[Diagnostic]], named: Iterable[Path]) -> Texts:
+    """Apply fixes and check again until none is left; return the previous texts of the files."""
     before: dict[Path, str] = {}
-    seen: set[tuple[tuple[Path, str], ...]] = set()  # fixes that undo one another come back to one
+    seen: set[tuple[tuple[Path, str], ...]] = set()  # fixes that undo each other return to one
     while True:
-        after = mended(examine(), named)
+        after = fixed_texts(examine(), named)
         state = tuple(sorted(after.items()))
         if not after or state in seen:
             return before
@@ -48,7 +48,7 @@ def mend_files(examine: Callable[[], Sequence[Diagnostic]], named: Iterable[Path
 
 
 def difference(path: Path, before: str, after: str) -> list[Line]:
-    """The lines of a file that differ."""
+    """Return the lines of a file that differ, with their numbers."""
     changes = list(changed_lines(before, after))
     margin = max(len(str(number)) for number, _, _ in changes)
     lines: list[Line] = [((f"{shown_path(path)}:", Style.STRONG),)]

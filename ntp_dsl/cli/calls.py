@@ -1,4 +1,4 @@
-"""Calls of a trace as lines of a terminal, and as rows for machines."""
+"""Calls of a trace as lines of a terminal, and as rows of JSON."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ntp_dsl.traces.phrases import format_call, printable
 from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.times import Times
 
-BAR = 12  # characters for the whole demonstration
+BAR = 12  # [characters] for the whole demonstration
 COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}
 
 
 def line(call: Call, frames: int, times: Times) -> Text:
-    """One call: what, over which part of the demonstration, what came of it, how surely, how long."""
+    """Return a call as a line: arguments, scope, outcome, probability and time."""
     name, rest = format_call(call).split("(", 1)
     text = Text(name, style="bold" if call.is_program else "cyan")
     text.append(f"({rest}", style="default not bold")
@@ -26,15 +26,15 @@ def line(call: Call, frames: int, times: Times) -> Text:
     text.append(outcome, style=f"{COLOURS.get(outcome, 'red')} not bold")
     if call.decision.probability is not None:
         text.append(f"  p={call.decision.probability:.2f}", style="dim not bold")
-    if spent := duration(times):
-        text.append(f"  {spent}", style="dim not bold")
+    if time := duration(times):
+        text.append(f"  {time}", style="dim not bold")
     for disturbance in call.execution.disturbances:
         text.append(f"  [{printable(disturbance)}]", style="magenta not bold")
     return text
 
 
 def scope_bar(call: Call, frames: int) -> str:
-    """The part of the demonstration that a call was given; dots where it was given none."""
+    """Return the scope of a call as a bar over the demonstration; dots where it has none."""
     if call.scope is None:
         return "·" * BAR
     begin, end = (round(BAR * frame / frames) for frame in call.scope)
@@ -44,23 +44,24 @@ def scope_bar(call: Call, frames: int) -> str:
 
 
 def demonstration_frames(trace: Trace) -> int:
-    """How long the demonstration is, as far as the trace says."""
+    """Return the length of the demonstration, or the end of the last scope where it is unknown."""
     known = trace.header.demonstration.frames if trace.header.demonstration else 1
     return max([1, known, *(call.scope[1] for call in trace.calls if call.scope)])
 
 
 def duration(times: Times) -> str:
-    """The parts that take a millisecond or more."""
+    """Return the times of a millisecond or more as text."""
     parts = {"decide": times.deciding, "plan": times.planning, "move": times.moving}
     return " ".join(f"{name} {seconds(spent)}" for name, spent in parts.items() if spent >= 0.0005)
 
 
 def seconds(value: float) -> str:
+    """Return a duration as text, in seconds or milliseconds."""
     return f"{value:.1f} s" if value >= 1 else f"{1000 * value:.0f} ms"
 
 
 def as_json(call: Call, times: Times) -> Mapping[str, Any]:
-    """For machines: what the line says, in full."""
+    """Return a call as a row of JSON."""
     return {
         "id": call.id,
         "parent": call.parent,

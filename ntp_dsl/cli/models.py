@@ -1,4 +1,4 @@
-"""Which checkpoint a command runs: the one that is named, or the shipped one that fits."""
+"""Selection of the checkpoint that a command runs: the given one, or a shipped one that fits."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ntp_dsl.tasks.instances import find_task
 
 
 def model_or_expert(library: Path, task: str, model: Path | None, expert: bool) -> Path | None:
-    """The checkpoint to run, or None for the script. Raises `NtpError` where both are asked for."""
+    """Return the checkpoint to run, None for the scripted expert. Raises `NtpError` where both are given."""
     if expert and model is not None:
-        raise NtpError("--expert needs no --model: the script decides")
+        raise NtpError("--expert needs no --model: the scripted expert decides")
     return None if expert else model_for(library, task, model)
 
 
 def model_for(library: Path, task: str, model: Path | None) -> Path:
-    """Raises `NtpError` where nothing fits, with the lines that would make one."""
+    """Return the checkpoint to run. Raises `NtpError` where none fits, with the commands that make one."""
     from ntp_dsl.core.checkpoint import check_fits, load_core  # the expert needs no torch
     from ntp_dsl.core.shipped import shipped_checkpoint
 
@@ -31,7 +31,7 @@ def model_for(library: Path, task: str, model: Path | None) -> Path:
         return path
     raise NtpError(
         f"no shipped checkpoint knows '{declared.callee}' as library '{registry.name}' declares it; "
-        f"to make one:\n"
+        f"to train one:\n"
         f"  ntp record {library} {task} -n 300 --out runs/data\n"
         f"  ntp train {library} --data runs/data --out runs/model"
     )

@@ -1,4 +1,4 @@
-"""Options that several commands share, each described once."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
@@ -12,40 +12,52 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 
-Library = Annotated[
-    Path, typer.Argument(help="An .ntp file, a folder that holds one, or the name of an example.")
+Library = Annotated[Path, typer.Argument(help="An .ntp file, a folder with one, or the name of an example.")]
+Task = Annotated[str, typer.Argument(help="A task of the library.")]
+WorldName = Annotated[
+    str, typer.Option("--world", help="kinematic (fast, no arm) or bullet (simulated arm).")
 ]
-Task = Annotated[str, typer.Argument(help="A task that the library declares.")]
-WorldName = Annotated[str, typer.Option("--world", help="kinematic (fast) or bullet (the arm).")]
-Seed = Annotated[int, typer.Option(min=0, help="Every random choice hangs on it.")]
-Workers = Annotated[int, typer.Option(min=1, help="Processes; the results do not depend on it.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON document on standard output.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of all random choices.")]
+Workers = Annotated[int, typer.Option(min=1, help="Number of processes; does not affect the results.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document to standard output.")]
 Model = Annotated[
     Path | None,
-    typer.Option(help="A checkpoint of `ntp train`; by default the shipped one that fits."),
+    typer.Option(help="A checkpoint of `ntp train`; by default a shipped one that fits."),
 ]
-Scripted = Annotated[bool, typer.Option("--expert", help="The scripted expert decides, not a learned core.")]
-Slips = Annotated[float, typer.Option(min=0, max=1, help="How often a transport loses its object.")]
-Pushes = Annotated[float, typer.Option(min=0, max=1, help="How often a placement is pushed, and may topple.")]
-Gui = Annotated[bool, typer.Option("--gui", help="Watch the bullet world in a window, in real time.")]
+Scripted = Annotated[
+    bool, typer.Option("--expert", help="Run the scripted expert instead of a learned program.")
+]
+Slips = Annotated[float, typer.Option(min=0, max=1, help="Probability that an object slips while carried.")]
+Pushes = Annotated[
+    float, typer.Option(min=0, max=1, help="Probability that a placed object is pushed, and may topple.")
+]
+Gui = Annotated[bool, typer.Option("--gui", help="Show the bullet world in a window, in real time.")]
 Arm = Annotated[
     str | None,
-    typer.Option(help="Of the bullet world: panda, xarm6, or a TOML of your own beside its URDF."),
+    typer.Option(help="Arm of the bullet world: panda, xarm6, or your own TOML beside its URDF."),
 ]
-Noise = Annotated[float, typer.Option(min=0, max=0.1, help="Of what is observed, standard deviation [m].")]
+Noise = Annotated[float, typer.Option(min=0, max=0.1, help="Standard deviation of observed positions [m].")]
 Length = Annotated[
-    str, typer.Option(metavar="N..M", help="How many elements goals have, instead of what the task says.")
+    str, typer.Option(metavar="N..M", help="Number of elements of a goal; overrides the task.")
 ]
 Topology = Annotated[
-    str, typer.Option(metavar="N..M", help="Which arrangements goals may have: 0..9, and 10..19 are others.")
+    str,
+    typer.Option(
+        metavar="N..M",
+        help="Range of goal arrangements to draw from; disjoint ranges, such as 0..9 and 10..19, share none.",
+    ),
 ]
 Semantics = Annotated[
-    str, typer.Option(metavar="N..M", help="Who may take which part: 0..99, and 100..199 are others.")
+    str,
+    typer.Option(
+        metavar="N..M",
+        help="Range of object assignments to draw from; disjoint ranges, as 0..9 and 10..19, share none.",
+    ),
 ]
 
 
 def varied(length: str, topology: str, semantics: str) -> Varied:
-    """The ranges that were given for what varies in a task. Raises `NtpError` for what is no range."""
+    """Return the given ranges of what varies in a task. Raises `NtpError` for an invalid range."""
     given = {"length": length, "topology": topology, "semantics": semantics}
     return tuple((name, _range(name, text)) for name, text in given.items() if text)
 

@@ -1,4 +1,4 @@
-"""What was found in a text, for people: in colour on a terminal, plain everywhere else."""
+"""Diagnostics as text for people: in colour on a terminal, plain elsewhere."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ COLOURS = {
     Style.ADDED: "green",
     Style.REMOVED: "red",
 }
+SEVERITIES = ("error", "warning", "note")
 
 
 def print_diagnostics(
     diagnostics: Iterable[Diagnostic], sources: Sources, stream: TextIO | None = None
 ) -> None:
-    """Each with excerpts of its places, and an empty line after it."""
+    """Print each diagnostic with excerpts of the source, followed by an empty line."""
     for diagnostic in diagnostics:
         print_lines([*render(diagnostic, sources), ()], stream)
 
 
 def print_lines(lines: Sequence[Line], stream: TextIO | None = None) -> None:
-    """Lines with styles, in colour if the stream is a terminal whose owner did not say no."""
+    """Print styled lines, in colour where the stream is a terminal that shows it."""
     stream = stream or sys.stdout
     if not wants_colour(stream):
         print(plain(lines), file=stream)
@@ -45,20 +46,17 @@ def print_lines(lines: Sequence[Line], stream: TextIO | None = None) -> None:
 
 
 def wants_colour(stream: TextIO) -> bool:
-    """Whether it is a terminal that shows colour; see no-color.org."""
+    """Whether the stream is a terminal that shows colour; see no-color.org."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def summary(diagnostics: Sequence[Diagnostic]) -> str:
-    """How many of each kind, and how many can be mended: "2 mistakes found, 1 warning"."""
-    counts = {word: sum(each.severity == word for each in diagnostics) for word in COUNTED}
-    told = [_count(counts[word], noun) for word, noun in COUNTED.items() if counts[word]]
+    """Return the number of diagnostics of each kind, such as "2 errors found, 1 warning"."""
+    counts = {severity: sum(each.severity == severity for each in diagnostics) for severity in SEVERITIES}
+    parts = [_count(count, severity) for severity, count in counts.items() if count]
     if counts["error"]:
-        told[0] += " found"
-    return ", ".join(told)
-
-
-COUNTED = {"error": "mistake", "warning": "warning", "note": "note"}
+        parts[0] += " found"
+    return ", ".join(parts)
 
 
 def _count(number: int, noun: str) -> str:

@@ -1,4 +1,4 @@
-"""What was found in a text, for other tools: one SARIF 2.1.0 document."""
+"""Diagnostics for other tools, as a SARIF 2.1.0 document."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 
 
 def document(diagnostics: Sequence[Diagnostic]) -> Json:
-    """One run of the checker; every code that occurs is a rule."""
+    """Return the document of one run of the checker; every code that occurs is a rule."""
     codes = sorted({each.code for each in diagnostics})
     driver = {
         "name": "ntp check",
@@ -58,14 +58,14 @@ def _result(diagnostic: Diagnostic, rule: int) -> Json:
 def _location(span: Span) -> Json:
     if span.path is None:
         return {}
-    place: Json = {"artifactLocation": _artifact(span.path)}
+    location: Json = {"artifactLocation": _artifact(span.path)}
     if span.line:
-        place["region"] = _region(span)
-    return {"physicalLocation": place}
+        location["region"] = _region(span)
+    return {"physicalLocation": location}
 
 
 def _artifact(path: Path) -> Json:
-    """Relative to where the command runs, if the file lies in it."""
+    """Return the location of a file, relative to the working directory where it is inside."""
     path = path.resolve()
     if path.is_relative_to(Path.cwd()):
         return {"uri": quote(path.relative_to(Path.cwd()).as_posix())}

@@ -1,5 +1,5 @@
-"""The dynamic check: what only a simulation in the kinematic world can tell of a library.
+"""The dynamic check: simulates a library in the kinematic world to find errors that its text does not show.
 
-It is `LANGUAGE`'s third kind of check: apis that do not do what they promise, goals that hold before
-anything is done or never, experts that go round in circles, functions in Python that are not functions.
+It finds apis that violate their contract, goals that hold from the start or are never reached, experts that
+never end, and nondeterministic functions in Python.
 """

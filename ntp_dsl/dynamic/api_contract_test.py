@@ -1,4 +1,4 @@
-"""Whether apis are honest: where what they require holds, what they achieve holds after them."""
+"""Contract test of apis: if `requires` holds before a call, `achieves` must hold after it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ntp_dsl.dynamic.starts import whereabouts
+from ntp_dsl.dynamic.starts import positions_text
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.policies.random_arguments import random_arguments
@@ -17,23 +17,23 @@ from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
 
-WALKS, STEPS = 40, 14  # from scrambled states, so many apis at random
-TRIES = 12  # at arguments for which an api is ready
-FEWEST = 5  # calls, before an api is judged
-BROKEN = 0.15  # of its calls; an awkward corner is not a lie
+WALKS, STEPS = 40, 14  # random walks from perturbed starts, and calls of each
+TRIES = 12  # at random arguments for which an api is ready
+MIN_CALLS = 5  # before an api is judged
+MAX_VIOLATIONS = 0.15  # share of calls; single awkward states are tolerated
 
 
 @dataclass
 class _Record:
     calls: int = 0
-    broken: int = 0
-    example: str = ""  # of a call that broke it
+    violations: int = 0
+    example: str = ""  # of a violation
 
 
-def check_honesty(
+def check_contracts(
     registry: Registry, world: World, instances: Sequence[Instance], seed: int
 ) -> Iterator[Diagnostic]:
-    """Every api of the registry that some random walk finds ready, and that does not keep its word."""
+    """Yield a diagnostic for each api that violates its contract, or was never ready in a random walk."""
     records = {name: _Record() for name in registry.apis}
     for walk in range(WALKS):
         rng = np.random.default_rng((seed, walk))
@@ -43,15 +43,15 @@ def check_honesty(
             _step(registry, world, records, rng)
     for name, record in records.items():
         api = registry.apis[name]
-        if record.calls >= FEWEST and record.broken > BROKEN * record.calls:
-            yield _dishonest(api, record)
+        if record.calls >= MIN_CALLS and record.violations > MAX_VIOLATIONS * record.calls:
+            yield _violation(api, record)
         elif record.calls == 0 and api.achieves is not None:
-            message = f"'{name}' was never ready in {WALKS * STEPS} random states, so it was not tried"
+            message = f"'{name}' was never ready in {WALKS * STEPS} random states, so it was not tested"
             yield Diagnostic("N603", message, api.span)
 
 
 def _step(registry: Registry, world: World, records: dict[str, _Record], rng: np.random.Generator) -> None:
-    """One call that is ready. What is tried least comes first, so that none is left out by chance."""
+    """Call an api that is ready; the least tested come first, so that none is left out by chance."""
     state = State(registry, world.truth())
     order = sorted(registry.apis.values(), key=lambda api: (records[api.name].calls, rng.random()))
     for api in order:
@@ -75,22 +75,22 @@ def _call(
 ) -> None:
     outcome = world.call(api.name, arguments)
     after = State(registry, world.truth())
-    lacking = [fact for fact in after.literals(api.achieves, _bound(api, arguments)) if not after.holds(fact)]
+    unmet = [fact for fact in after.literals(api.achieves, _bound(api, arguments)) if not after.holds(fact)]
     record.calls += 1
-    if lacking:
-        record.broken += 1
-        said = f"; the world said: {outcome.failure}" if outcome.failure else ""
+    if unmet:
+        record.violations += 1
+        failure = f"; it failed: {outcome.failure}" if outcome.failure else ""
         given = ", ".join(map(format_argument, arguments))
-        where = whereabouts(after.observation, without_lists(arguments))
-        record.example = f"for example {api.name}({given}): {lacking[0]} does not hold{said}"
-        record.example += f"; after it: {where}" if where else ""
+        where = positions_text(after.observation, without_lists(arguments))
+        record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"
+        record.example += f"; afterwards: {where}" if where else ""
 
 
-def _dishonest(api: Api, record: _Record) -> Diagnostic:
+def _violation(api: Api, record: _Record) -> Diagnostic:
     assert api.achieves is not None
     message = (
-        f"'{api.name}' does not keep its word: in {record.broken} of {record.calls} calls what it requires "
-        f"held before, and not all that it achieves after"
+        f"'{api.name}' violates its contract: in {record.violations} of {record.calls} calls its 'requires' "
+        f"held before, but its 'achieves' did not hold after"
     )
-    help = "require what it needs, or promise less"
+    help = "require more, or achieve less"
     return Diagnostic("E601", message, api.achieves.span, (Note(record.example, api.span),), help)

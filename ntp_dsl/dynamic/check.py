@@ -1,4 +1,4 @@
-"""Runs what can be run of a library in an exact kinematic world, and says what could not."""
+"""Simulates the executable part of a library in an exact kinematic world, and notes the rest."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.dynamic.api_contract_test import check_honesty
-from ntp_dsl.dynamic.expert_rollouts import Rehearsal
+from ntp_dsl.dynamic.api_contract_test import check_contracts
+from ntp_dsl.dynamic.expert_rollouts import ExpertRollouts
 from ntp_dsl.dynamic.reach import Reach
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError
 from ntp_dsl.language.registry import Registry
@@ -33,20 +33,20 @@ from ntp_dsl.worlds.catalogue import lacking, make_world
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.scenes import layout
 
-Told = Callable[[str], None]
-SCENES = 6  # in which apis and programs are tried: the smallest that the tasks draw
-MOST_THINGS = 8  # of a scene for a library without tasks
+OnStep = Callable[[str], None]
+SCENES = 6  # in which apis and programs are tested: the smallest that the tasks draw
+MAX_OBJECTS = 8  # of a scene for a library without tasks
 
 
 def check_dynamically(
-    registry: Registry, path: Path | None = None, seed: int = 0, told: Told = lambda _: None
+    registry: Registry, path: Path | None = None, seed: int = 0, on_step: OnStep = lambda _: None
 ) -> list[Diagnostic]:
-    """Everything that a simulation finds wrong; deterministic for a seed.
+    """Return the diagnostics of a simulation, which is deterministic for a seed.
 
     Args:
-        registry: with its functions in Python, or what needs them is not executed and said to be so.
-        path: of the library; tasks and programs of those that it uses are left to their own checks.
-        told: is given, as it begins, the name of whatever is tried.
+        registry: where its functions in Python are not loaded, what needs them is noted as not executed.
+        path: of the library; tasks and programs of the libraries that it uses are not tested.
+        on_step: called with the name of each task or program before it is tested.
     """
     reach = Reach(registry, lacking(KinematicWorld(), registry))
     found = list(reach.not_executed())
@@ -56,8 +56,8 @@ def check_dynamically(
     sound: list[TaskDeclaration] = []
     for task in tasks:
         try:
-            whole = replace(task, scene=_with_readings(task.scene, runnable))
-            drawn = [draw(runnable, whole, np.random.default_rng((seed, n))) for n in range(3)]
+            complete = replace(task, scene=_with_all_readings(task.scene, runnable))
+            drawn = [draw(runnable, complete, np.random.default_rng((seed, n))) for n in range(3)]
             for each in drawn:
                 each.scattered(np.random.default_rng(seed))
         except NtpError as error:
@@ -66,12 +66,12 @@ def check_dynamically(
             instances += drawn
             sound.append(task)
     if not registry.tasks:
-        instances = [_some_of_everything(runnable)]
-    instances = [each for each in instances if each.objects]  # without any, there is nothing to try
+        instances = [_sample_of_all_types(runnable)]
+    instances = [each for each in instances if each.objects]  # nothing can be tested without objects
     instances = sorted(instances, key=lambda instance: len(instance.objects))[:SCENES]
     if instances:
-        found += _run(runnable, sound, instances, reach, path, seed, told)
-    return list(dict.fromkeys(found))  # a function may be at fault in several tasks
+        found += _run(runnable, sound, instances, reach, path, seed, on_step)
+    return list(dict.fromkeys(found))  # several tasks may report the same function
 
 
 def _run(
@@ -81,28 +81,28 @@ def _run(
     reach: Reach,
     path: Path | None,
     seed: int,
-    told: Told,
+    on_step: OnStep,
 ) -> Iterator[Diagnostic]:
     world = make_world("kinematic", registry, exact=True)
-    rehearsal = Rehearsal(registry, world, seed)
-    told("apis")
+    rollouts = ExpertRollouts(registry, world, seed)
+    on_step("apis")
     try:
-        found = list(check_honesty(registry, world, instances, seed))
+        found = list(check_contracts(registry, world, instances, seed))
     except NtpError as error:  # a skill or predicate in Python failed
         yield _failed(error, reach, instances[0].task.name_span)
         return
     yield from found
     if any(each.severity == "error" for each in found):
-        return  # everything further trusts the apis' contracts
+        return  # the tests below rely on the apis' contracts
     steps: list[tuple[str, Callable[[], Iterator[Diagnostic]]]]
-    steps = [(task.name, lambda task=task: rehearsal.check_task(task)) for task in tasks]  # type: ignore[misc]
+    steps = [(task.name, lambda task=task: rollouts.check_task(task)) for task in tasks]  # type: ignore[misc]
     steps += [
-        (program.name, lambda program=program: rehearsal.check_program(program, instances))  # type: ignore[misc]
+        (program.name, lambda program=program: rollouts.check_program(program, instances))  # type: ignore[misc]
         for program in registry.programs.values()
         if not program.takes_list and path in (None, program.span.path)
     ]
     for name, step in steps:
-        told(name)
+        on_step(name)
         try:
             yield from step()
         except NtpError as error:
@@ -113,35 +113,37 @@ def _run(
                 yield _failed(error, reach, reach.place(name) or NOWHERE)
 
 
-def _some_of_everything(registry: Registry) -> Instance:
-    """A scene for a library without tasks: a few objects of every type that nothing inherits from."""
+def _sample_of_all_types(registry: Registry) -> Instance:
+    """Return a scene for a library without tasks: a few objects of every leaf type."""
     inherited = set(registry.parents.values())
     leaves = [name for name in registry.parents if name not in inherited and registry.is_a(name, "Place")]
     types = [name for name in leaves if name not in registry.constants.values()]
-    scene = tuple(SceneGroup(name, max(2, MOST_THINGS // len(types)), TypeName(name)) for name in types)
-    objects = layout(registry, TaskDeclaration("", scene=_with_readings(scene, registry))).objects
+    scene = tuple(SceneGroup(name, max(2, MAX_OBJECTS // len(types)), TypeName(name)) for name in types)
+    objects = layout(registry, TaskDeclaration("", scene=_with_all_readings(scene, registry))).objects
     return Instance(TaskDeclaration(""), objects, (), "", ())
 
 
-def _with_readings(scene: tuple[SceneGroup, ...], registry: Registry) -> tuple[SceneGroup, ...]:
-    """The scene with all that can be read of its objects: what one task has no need to say, a program that is
-    tried in its scene may ask."""
+def _with_all_readings(scene: tuple[SceneGroup, ...], registry: Registry) -> tuple[SceneGroup, ...]:
+    """Return the scene with values for all readings of its objects.
+
+    A program that is tested in the scene may need readings that the task leaves out.
+    """
     readings = [
         each
         for each in registry.predicates.values()
         if each.result is not None and each.body is None and each.by is None and len(each.parameters) == 1
     ]
 
-    def whole(group: SceneGroup) -> SceneGroup:
-        said = {detail.name for detail in group.details}
-        more = tuple(
+    def complete(group: SceneGroup) -> SceneGroup:
+        given = {detail.name for detail in group.details}
+        missing = tuple(
             Detail(each.name, _values(each.result, registry))
             for each in readings
-            if each.name not in said and registry.is_a(group.type.name, each.parameters[0].type.name)
+            if each.name not in given and registry.is_a(group.type.name, each.parameters[0].type.name)
         )
-        return replace(group, details=(*group.details, *more))
+        return replace(group, details=(*group.details, *missing))
 
-    return tuple(map(whole, scene))
+    return tuple(map(complete, scene))
 
 
 def _values(result: TypeName | None, registry: Registry) -> tuple[Setting, ...]:
@@ -150,11 +152,11 @@ def _values(result: TypeName | None, registry: Registry) -> tuple[Setting, ...]:
 
 
 def _failed(error: NtpError, reach: Reach, place: Span) -> Diagnostic:
-    """At the call, or the declaration of the function, that is at fault, where it is known."""
-    at_fault = reach.place(error.name) if isinstance(error, PythonFault | UndeclaredCall) else None
+    """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown."""
+    location = reach.place(error.name) if isinstance(error, PythonFault | UndeclaredCall) else None
     if isinstance(error, OutOfRange) and error.span.path:
-        at_fault = error.span
-    return Diagnostic("E607", str(error), at_fault or place)
+        location = error.span
+    return Diagnostic("E607", str(error), location or place)
 
 
 def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:

@@ -1,4 +1,4 @@
-"""Where an expert stands still: the program in which no statement is due, and why each was passed over."""
+"""Deadlocks of an expert: a program in which no statement is due, and why each was skipped."""
 
 from __future__ import annotations
 
@@ -12,44 +12,44 @@ from ntp_dsl.policies.expert import Expert, Instance
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import Fact, State
 
-HOLDS = "what it achieves holds already"
+HOLDS = "what it achieves already holds"
 
 
 @dataclass(frozen=True)
-class Standstill:
-    """A call that is unfinished, what it lacks, and for each statement why it is not called."""
+class Deadlock:
+    """An unfinished call, its unmet goals, and for each statement the reason why it is not called."""
 
     program: str
     arguments: tuple[Argument, ...]
-    lacks: tuple[Fact, ...]
-    passed_over: tuple[tuple[nodes.Statement, str], ...]
+    unmet: tuple[Fact, ...]
+    skipped: tuple[tuple[nodes.Statement, str], ...]
 
 
-def standstill(
+def find_deadlock(
     expert: Expert, program: str, arguments: tuple[Argument, ...], state: State
-) -> Standstill | None:
-    """Follows calls that would return at once, down to a body in which nothing is due."""
+) -> Deadlock | None:
+    """Follow calls that would return at once, and return the program in which no statement is due."""
     row = expert.registry.programs[program]
     scope = dict(zip((p.name for p in row.parameters), arguments, strict=True))
-    lacks = [fact for fact in state.literals(row.achieves, scope) if not state.holds(fact)]
+    unmet = [fact for fact in state.literals(row.achieves, scope) if not state.holds(fact)]
     required = state.literals(row.requires, scope)
-    if row.in_python or not lacks or not all(map(state.holds, required)):
+    if row.in_python or not unmet or not all(map(state.holds, required)):
         return None
-    read = list(reversed(list(expert.read_body(row, scope, set(lacks), state))))
-    for _, instance, is_due in read:
+    statements = list(reversed(list(expert.read_body(row, scope, set(unmet), state))))
+    for _, instance, is_due in statements:
         if instance and is_due and not instance.lacks and instance.call:
             callee = expert.registry[instance.call.callee]
             if isinstance(callee, Api):
                 return None
-            return standstill(expert, callee.name, instance.call.arguments, state)
-    reasons = tuple(_reasons(read))
-    return Standstill(program, arguments, tuple(lacks), reasons)
+            return find_deadlock(expert, callee.name, instance.call.arguments, state)
+    reasons = tuple(_reasons(statements))
+    return Deadlock(program, arguments, tuple(unmet), reasons)
 
 
 def _reasons(
-    read: list[tuple[nodes.Statement, Instance | None, bool]],
+    statements: list[tuple[nodes.Statement, Instance | None, bool]],
 ) -> Iterator[tuple[nodes.Statement, str]]:
-    for statement, instance, is_due in read:
+    for statement, instance, is_due in statements:
         yield statement, _reason(statement, instance, is_due)
 
 
@@ -64,5 +64,7 @@ def _reason(statement: nodes.Statement, instance: Instance | None, is_due: bool)
     if not is_due:
         return "nothing that it achieves is needed"
     if instance.lacks:
-        return f"{called} requires {sorted(map(str, instance.lacks))[0]}, and nothing before provides it"
-    return f"every call of {called} would return at once, or lacks what it requires"
+        return (
+            f"{called} requires {sorted(map(str, instance.lacks))[0]}, and no earlier statement provides it"
+        )
+    return f"every call of {called} would return at once, or does not meet its 'requires'"

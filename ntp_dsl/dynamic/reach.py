@@ -1,4 +1,4 @@
-"""What of a library can be executed: all but what needs Python that was not imported, or no world can do."""
+"""The executable part of a library: without what needs Python that is not imported, or lacks in the world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ntp_dsl.user_code.loading import needed
 
 
 class Reach:
-    """Follows calls and predicates from what cannot be executed to all that needs it."""
+    """Finds what cannot be executed, and everything that depends on it."""
 
     def __init__(self, registry: Registry, lacking: Collection[str]) -> None:
         self._registry = registry
@@ -26,14 +26,14 @@ class Reach:
         }
 
     def not_executed(self) -> Iterator[Diagnostic]:
-        """A note for each object that is left out, at its declaration."""
+        """Yield a note for each declaration that is not executed."""
         for (kind, name), span in self._python.items():
-            message = f"not executed: the {kind} '{name}' is left to Python"
-            help = "to import it and try what depends on it: ntp check --execute"
+            message = f"not executed: the {kind} '{name}' is written in Python"
+            help = "to import it and test what depends on it: ntp check --execute"
             yield Diagnostic("N601", message, span, (), help)
         for name in sorted(self._lacking):
-            message = f"not executed: the kinematic world has nothing for '{name}'"
-            help = "write a function of that name in Python, and say: by python"
+            message = f"not executed: the kinematic world does not implement '{name}'"
+            help = "write a function of that name in Python, and declare it with: by python"
             yield Diagnostic("N602", message, self.place(name) or self._anywhere, (), help)
 
     @cached_property
@@ -41,7 +41,7 @@ class Reach:
         return next(iter(self._registry.programs.values())).span
 
     def place(self, name: str) -> Span | None:
-        """Where something is declared."""
+        """Return the location of a declaration."""
         registry = self._registry
         for rows in (registry.programs, registry.apis):
             if name in rows:
@@ -52,7 +52,7 @@ class Reach:
         return None
 
     def runnable(self) -> Registry:
-        """The registry without what cannot be executed."""
+        """Return the registry without what cannot be executed."""
         registry = self._registry
         programs = {name: row for name, row in registry.programs.items() if name not in self._blocked}
         return replace(
@@ -66,11 +66,11 @@ class Reach:
     def _can_run(self, task: TaskDeclaration, programs: Collection[str]) -> bool:
         drawn = task.goal is None or ("sampler", task.goal.name) not in self._python
         runs = task.run is not None and task.run.callee in programs
-        return drawn and runs and not self._touches(task.success)
+        return drawn and runs and not self._uses_unknown(task.success)
 
     @cached_property
     def _unknown(self) -> set[str]:
-        """Predicates that cannot be asked, and those that are composed of them."""
+        """Predicates that cannot be evaluated, and those composed of them."""
         unknown = {name for kind, name in self._python if kind == "predicate"} | self._lacking
         while True:
             more = {
@@ -82,26 +82,28 @@ class Reach:
                 return unknown
             unknown |= more
 
-    def _touches(self, expression: Expression | None) -> bool:
+    def _uses_unknown(self, expression: Expression | None) -> bool:
         return bool(predicates(expression) & self._unknown)
 
-    def _looks_at_unknown(self, program: Program) -> bool:
-        """Whether a loop, a `when` or an argument of its body does."""
+    def _body_uses_unknown(self, program: Program) -> bool:
+        """Whether a loop, a `when` or an argument in its body uses an unknown predicate."""
         return any(
-            self._touches(expression)
+            self._uses_unknown(expression)
             for statement in program.body
             for expression in (*guards(statement), *innermost(statement).arguments)
         )
 
     @cached_property
     def _blocked(self) -> set[str]:
-        """Programs and apis that cannot be executed, or that call one."""
+        """Programs and apis that cannot be executed, and those that call one."""
         registry = self._registry
         blocked = {name for kind, name in self._python if kind in ("expert", "skill")}
         blocked |= self._lacking & set(registry.apis)
         rows = [*registry.apis.values(), *registry.programs.values()]
-        blocked |= {row.name for row in rows if self._touches(row.requires) or self._touches(row.achieves)}
-        blocked |= {row.name for row in registry.programs.values() if self._looks_at_unknown(row)}
+        blocked |= {
+            row.name for row in rows if self._uses_unknown(row.requires) or self._uses_unknown(row.achieves)
+        }
+        blocked |= {row.name for row in registry.programs.values() if self._body_uses_unknown(row)}
         while True:
             more = {
                 name

@@ -1,4 +1,4 @@
-"""The states that experts are tried from: not only tidy ones."""
+"""Initial states for testing experts, nominal and perturbed."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.starts import in_hand_at
 
-PILE = 5  # objects in a pile, about
-HAND_HEIGHT = 0.3  # of an object that is in the hand at the start [m]
+PILE = 5  # approximate number of objects in a pile
+HAND_HEIGHT = 0.3  # of the hand where it holds an object at the start [m]
 
 Start = Callable[[Instance, np.random.Generator], Scene]
 
 
-def scattered(instance: Instance, rng: np.random.Generator) -> Scene:
-    """As demonstrations begin: everything apart from everything else."""
+def nominal(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a start of demonstrations: all objects apart from each other."""
     return instance.scattered(rng)
 
 
-def scrambled(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Partial and wrong towers, and now and then something in the hand."""
+def perturbed(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a start with partial and wrong towers, and sometimes an object in the hand."""
     return instance.scrambled(rng, straight=1.0)
 
 
-def leaning(instance: Instance, rng: np.random.Generator) -> Scene:
-    """The same, but nothing stands in the middle of what is below it: what has slipped lies so."""
+def off_centre(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a perturbed start in which no object is centred on the one below, as after a slip."""
     return instance.scrambled(rng, straight=0.0)
 
 
-def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Something is in the hand that nobody asked to be there."""
+def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a start with an arbitrary object in the hand."""
     scene = instance.scattered(rng)
     items = [obj.name for obj in movable(scene.objects)]
     held = str(rng.choice(items))
@@ -46,8 +46,8 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     return replace(scene, positions={**scene.positions, held: place}, gripper=hand, held=held)
 
 
-def buried(instance: Instance, rng: np.random.Generator) -> Scene:
-    """A few piles, so that most of what is needed has something on it."""
+def piles(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a start of a few piles, in which most objects have another on top."""
     scene = instance.scattered(rng)
     items = movable(scene.objects)
     order = [items[index] for index in rng.permutation(len(items))]
@@ -61,29 +61,29 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
     return replace(scene, positions=positions)
 
 
-def lost(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
+def missing_object(instance: Instance, rng: np.random.Generator) -> Scene:
+    """Return a start without one of the top objects: the expert may fail, but must end."""
     scene = instance.scrambled(rng, in_hand=False, straight=1.0)
     solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
     order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
-    missing = str(max(order, key=lambda name: scene.positions[name][2]))
-    positions = {name: place for name, place in scene.positions.items() if name != missing}
+    name = str(max(order, key=lambda each: scene.positions[each][2]))
+    positions = {each: place for each, place in scene.positions.items() if each != name}
     return replace(scene, positions=positions)
 
 
-def told(seen: Observation) -> str:
-    """What stands on what, and what is in the hand; what is not named stands by itself."""
-    said = []
+def scene_text(seen: Observation) -> str:
+    """Return what is on what, and what is in the hand; objects that are not named stand alone."""
+    parts = []
     for obj in seen.by_name.values():
         if not obj.movable:
             continue
         if obj.name not in seen.positions:
-            said.append(f"{obj.name} is lost")
+            parts.append(f"{obj.name} missing")
         elif obj.name == seen.held:
-            said.append(f"{obj.name} in the hand")
+            parts.append(f"{obj.name} in the hand")
         else:
-            said += _below(seen, obj.name)[:1]
-    return ", ".join(said) or "everything by itself"
+            parts += _below(seen, obj.name)[:1]
+    return ", ".join(parts) or "all objects apart"
 
 
 def _below(seen: Observation, item: str) -> list[str]:
@@ -92,18 +92,18 @@ def _below(seen: Observation, item: str) -> list[str]:
     return lies_in or [f"{item} on {other}" for other in others if on(seen, item, other)]
 
 
-def whereabouts(seen: Observation, names: Iterable[object]) -> str:
-    """Where the middles of objects are [m]."""
+def positions_text(seen: Observation, names: Iterable[object]) -> str:
+    """Return the positions of objects as text [m]."""
     known = [name for name in dict.fromkeys(names) if isinstance(name, str) and name in seen.positions]
     places = (", ".join(f"{value:.3f}" for value in seen.positions[name]) for name in known)
     return "; ".join(f"{name} at ({place}) m" for name, place in zip(known, places, strict=True))
 
 
-STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> how to make one, and how many are tried
-    "scattered": (scattered, 6),
-    "scrambled": (scrambled, 10),
-    "leaning": (leaning, 6),
-    "wrong in hand": (wrong_in_hand, 4),
-    "buried": (buried, 6),
-    "lost": (lost, 4),
+STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> function, and number of trials
+    "nominal": (nominal, 6),
+    "perturbed": (perturbed, 10),
+    "off-centre": (off_centre, 6),
+    "object in hand": (object_in_hand, 4),
+    "piles": (piles, 6),
+    "missing object": (missing_object, 4),
 }

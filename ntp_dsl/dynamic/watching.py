@@ -1,11 +1,11 @@
-"""A policy that watches itself: a state that recurs proves a livelock, an answer that changes impurity."""
+"""A policy that detects livelocks by recurring states, and nondeterminism by asking the expert twice."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ntp_dsl.dynamic.deadlock import Standstill, standstill
+from ntp_dsl.dynamic.deadlock import Deadlock, find_deadlock
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Decision, Expert, NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
@@ -15,35 +15,35 @@ from ntp_dsl.semantics.state import State
 from ntp_dsl.traces import decision as traced
 from ntp_dsl.worlds.protocol import Failure, World
 
-PROOF = 3  # how often a state is seen with the same calls running, until it is called a circle
-NO_REFUSAL = ("achieved", str(Failure.NOT_READY))  # which is for the expert to see to
-GRAIN = 0.0005  # to which positions are told apart [m]
+RECURRENCES = 3  # occurrences of a state with the same open calls that count as a livelock
+NO_REFUSAL = ("achieved", str(Failure.NOT_READY))  # for which the expert is responsible
+RESOLUTION = 0.0005  # of positions in the comparison of states [m]
 
 Key = tuple[object, ...]
-Ended = tuple[str, tuple[Argument, ...], str]
+Failed = tuple[str, tuple[Argument, ...], str]
 
 
 class Livelock(Exception):
-    """The expert goes round; `cycle` are its decisions, with the statements that made them.
+    """The expert repeats a cycle of states; `cycle` has its decisions, with the statements that made them.
 
-    `gave_up` are the programs that returned unfinished meanwhile, and `refused` the apis that the world did
-    not carry out: name, arguments, and why. `still` are the programs in which no statement was due.
+    `unfinished` has the programs that returned unfinished in the cycle, and `refused` the apis that failed:
+    name, arguments and reason. `deadlocks` has the programs in which no statement was due.
     """
 
     def __init__(
         self,
         cycle: Sequence[NextCall],
-        gave_up: Sequence[Ended] = (),
-        refused: Sequence[Ended] = (),
-        still: Sequence[Standstill] = (),
+        unfinished: Sequence[Failed] = (),
+        refused: Sequence[Failed] = (),
+        deadlocks: Sequence[Deadlock] = (),
     ) -> None:
-        self.cycle, self.gave_up, self.refused = tuple(cycle), tuple(gave_up), tuple(refused)
-        self.still = tuple(still)
+        self.cycle, self.unfinished, self.refused = tuple(cycle), tuple(unfinished), tuple(refused)
+        self.deadlocks = tuple(deadlocks)
         super().__init__(" -> ".join(call.callee for call in cycle))
 
 
-class Impure(Exception):
-    """An expert in Python answered the same question in two ways."""
+class NondeterministicExpert(Exception):
+    """An expert in Python made two different decisions in the same state."""
 
     def __init__(self, program: str, how: str, answers: tuple[Decision, Decision]) -> None:
         self.program, self.how, self.answers = program, how, answers
@@ -52,21 +52,23 @@ class Impure(Exception):
 
 @dataclass
 class WatchedPolicy(ScriptedPolicy):
-    """Decides as the expert does. The world must be exact, or nothing ever comes again."""
+    """Decides as the expert does. The world must be exact, or states never recur."""
 
     expert: Expert
     demonstration: None = None
     running: list[tuple[str, tuple[Argument, ...]]] = field(default_factory=list)
     seen: dict[Key, list[int]] = field(default_factory=dict)
-    made: list[NextCall] = field(default_factory=list)
-    gave_up: list[tuple[int, Ended]] = field(default_factory=list)  # after so many decisions
-    refused: list[tuple[int, Ended]] = field(default_factory=list)
-    still: list[tuple[int, Standstill]] = field(default_factory=list)
+    decisions: list[NextCall] = field(default_factory=list)
+    unfinished: list[tuple[int, Failed]] = field(default_factory=list)  # after how many decisions
+    refused: list[tuple[int, Failed]] = field(default_factory=list)
+    deadlocks: list[tuple[int, Deadlock]] = field(default_factory=list)
 
-    def watch(self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], said: object) -> None:
-        """Follows the stack of calls; an interpreter's `watch`."""
-        if event == "return" and name in self.expert.registry.apis and said not in NO_REFUSAL:
-            self.refused.append((len(self.made), (name, arguments, str(said))))
+    def watch(
+        self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], detail: object
+    ) -> None:
+        """Follow the stack of calls; an interpreter's `watch`."""
+        if event == "return" and name in self.expert.registry.apis and detail not in NO_REFUSAL:
+            self.refused.append((len(self.decisions), (name, arguments, str(detail))))
         del self.running[depth:]
         if event == "call":
             self.running.append((name, arguments))
@@ -76,15 +78,17 @@ class WatchedPolicy(ScriptedPolicy):
         decision = self._ask(frame, seen)
         if isinstance(decision, Return):
             if not decision.done:
-                self.gave_up.append((len(self.made), (frame.program, frame.arguments, decision.reason)))
+                self.unfinished.append(
+                    (len(self.decisions), (frame.program, frame.arguments, decision.reason))
+                )
                 state = State(self.expert.registry, seen)
-                if stands := standstill(self.expert, frame.program, frame.arguments, state):
-                    self.still.append((len(self.made), stands))
+                if deadlock := find_deadlock(self.expert, frame.program, frame.arguments, state):
+                    self.deadlocks.append((len(self.decisions), deadlock))
             return Choice(None, done=decision.done, decision=traced.Decision(reason=decision.reason))
         check_numbers(self.expert.registry, decision)
-        if decision.callee not in barred:  # else it is asked again in the same breath
+        if decision.callee not in barred:  # else the expert is asked again in the same state
             self._remember((*_moment(seen), *self.running))
-            self.made.append(decision)
+            self.decisions.append(decision)
         return Choice(decision.callee, decision.arguments)
 
     def _ask(self, frame: Frame, seen: Observation) -> Decision:
@@ -93,31 +97,36 @@ class WatchedPolicy(ScriptedPolicy):
         if registry.programs[frame.program].in_python:
             again = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
             if again != decision:
-                raise Impure(frame.program, "asked twice", (decision, again))
+                raise NondeterministicExpert(frame.program, "asked twice", (decision, again))
             backwards = seen.permuted(tuple(reversed(range(len(seen.objects)))))
             other = self.expert.decide(frame.program, frame.arguments, State(registry, backwards))
             if other != decision:
-                raise Impure(frame.program, "with the objects listed in another order", (decision, other))
+                raise NondeterministicExpert(
+                    frame.program, "with the objects in another order", (decision, other)
+                )
         return decision
 
     def _remember(self, key: Key) -> None:
         times = self.seen.setdefault(key, [])
-        times.append(len(self.made))
-        if len(times) >= PROOF:
-            gave_up, refused = (
-                [each for number, each in rows if times[-2] < number] for rows in (self.gave_up, self.refused)
+        times.append(len(self.decisions))
+        if len(times) >= RECURRENCES:
+            unfinished, refused = (
+                [each for number, each in rows if times[-2] < number]
+                for rows in (self.unfinished, self.refused)
             )
-            still = [each for number, each in self.still if times[-2] < number]
-            raise Livelock(self.made[times[-2] : times[-1]], gave_up, refused, still)
+            deadlocks = [each for number, each in self.deadlocks if times[-2] < number]
+            raise Livelock(self.decisions[times[-2] : times[-1]], unfinished, refused, deadlocks)
 
 
 def _moment(seen: Observation) -> Key:
-    places = ((name, *(round(value / GRAIN) for value in place)) for name, place in seen.positions.items())
-    return (*sorted(places), *(round(value / GRAIN) for value in seen.gripper), seen.closed)
+    places = (
+        (name, *(round(value / RESOLUTION) for value in place)) for name, place in seen.positions.items()
+    )
+    return (*sorted(places), *(round(value / RESOLUTION) for value in seen.gripper), seen.closed)
 
 
 def source_lines(cycle: Sequence[NextCall]) -> list[tuple[NextCall, Span]]:
-    """The statements of a cycle, each once, in the order in which they were followed."""
+    """Return the statements of a cycle in the order in which they were followed, each once."""
     lines: dict[Span, NextCall] = {}
     for call in cycle:
         lines.setdefault(call.span, call)

@@ -1,4 +1,4 @@
-"""The success test of the paper's authors, for goals that say what stands on what."""
+"""The success test of the paper's authors, for goals of stacked objects."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import Fact, Literal
 from ntp_dsl.tasks.goal_samplers import Goal
 
-ASIDE = 0.05  # between two centres, seen from above [m]
+MAX_OFFSET = 0.05  # between two centres, seen from above [m]
 
 
 def authors_success(now: Observation, facts: Sequence[Fact], goal: Goal) -> bool | None:
-    """Return whether each item is near its support, seen from above, and higher; None for other goals."""
+    """Return whether each item is above its support and horizontally near it; None for other goals."""
     placed = all({"item", "support"} <= {name for name, _ in row.fields} for row in goal)
     stacked = all(isinstance(fact, Literal) and fact.predicate == "on" for fact in facts)
     if not (placed and stacked):
@@ -21,6 +21,6 @@ def authors_success(now: Observation, facts: Sequence[Fact], goal: Goal) -> bool
     for placement in goal:
         x, y, z = now.positions[str(placement["item"])]
         sx, sy, sz = now.positions[str(placement["support"])]
-        if hypot(x - sx, y - sy) > ASIDE or z <= sz:
+        if hypot(x - sx, y - sy) > MAX_OFFSET or z <= sz:
             return False
     return True

@@ -1,4 +1,4 @@
-"""Episodes: a task, a demonstration of it, a policy in a world, and a verdict."""
+"""Episodes: a task, a demonstration, a policy in a world, and a verdict."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Disturbances, Scene
 
-OnFrame = Callable[[Observation], str | None]  # the file of the picture that it took, if any
-ATTEMPTS = 5  # at a demonstration, each from another placement
+OnFrame = Callable[[Observation], str | None]  # returns the path of a picture, if it took one
+ATTEMPTS = 5  # at a demonstration, each from a different placement
 REDRAWS = 100  # of a goal that holds from the start
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What an evaluation runs, in a form that every worker understands."""
+    """The specification of an evaluation, which can be sent to worker processes."""
 
     library: Path
     task: str
@@ -54,35 +54,35 @@ class Plan:
     traces: Path | None = None
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     gui: bool = False  # a window on the bullet world
-    arm: str | None = None  # of the bullet world; the Panda if none is told
+    arm: str | None = None  # of the bullet world; None for the Panda
 
 
 @dataclass(frozen=True)
 class Episode:
-    """What came of one episode. Wall times are left out of comparisons."""
+    """The result of one episode. Wall times do not count in comparisons."""
 
     number: int
     name: str
     placements: int
-    success: bool | None  # None where a demonstration does not say what it shows, so that nobody can judge
+    success: bool | None  # None where the demonstration states no goal, so that it cannot be judged
     success_authors: bool | None
     attributed_to: Attribution | None  # of a failure
     reason: str
     primitives: int
     simulated_seconds: float
     disturbances: int
-    demonstrations: int  # how many it took until one went well
+    demonstrations: int  # attempts until one succeeded
     wall_seconds: float = field(default=0.0, compare=False)
     deciding_seconds: float = field(default=0.0, compare=False)
     planning_seconds: float = field(default=0.0, compare=False)
 
 
 class NoDemonstration(TaskFailed):
-    """The expert could not show the task, so there is nothing to learn it from."""
+    """The expert failed to demonstrate the task."""
 
 
 class Evaluator:
-    """One process's library, policy and world. Episode n depends on the plan and n alone."""
+    """The library, policy and world of one process. Episode n depends only on the plan and n."""
 
     def __init__(self, plan: Plan) -> None:
         if plan.traces is not None:
@@ -98,7 +98,7 @@ class Evaluator:
             from ntp_dsl.core.checkpoint import check_fits, load_core
             from ntp_dsl.core.training import use_threads
 
-            use_threads(1)  # a decision is small; other processors belong to other workers
+            use_threads(1)  # a decision is a small computation, and other cores are for other workers
             self._core = load_core(plan.model).core
             assert self.task.run is not None
             check_fits(self._core.memory, self.registry, self.task.run.callee, plan.model)
@@ -108,7 +108,7 @@ class Evaluator:
         return self._core is not None
 
     def instance(self, number: int) -> Instance:
-        """From the task file, in its order and over again; or drawn, until there is something to do."""
+        """Return the instance of an episode: from the task file, cyclically, or drawn until work is left."""
         if self._file:
             return self._file[number % len(self._file)]
         for attempt in range(REDRAWS):
@@ -117,69 +117,77 @@ class Evaluator:
             drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
             if not drawn.holds_in(self.registry, self.scene(drawn, number)):
                 return drawn
-        raise NtpError(f"all of {REDRAWS} goals that were drawn for '{self.plan.task}' hold from the start")
+        raise NtpError(f"all {REDRAWS} goals that were drawn for '{self.plan.task}' hold at the start")
 
     def scene(self, instance: Instance, number: int) -> Scene:
+        """Return the start of an episode."""
         return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))
 
     def demonstration(self, instance: Instance, number: int) -> tuple[Shown, int]:
-        """By the expert, in the same world, from another placement; tried again where it fails.
+        """Return the expert's demonstration from another placement, and the number of attempts.
 
-        Raises `NoDemonstration` where it fails again and again.
+        Raises `NoDemonstration` where all attempts fail.
         """
         reason = ""
         for attempt in range(ATTEMPTS):
             seed = derived(self.plan.seed, number, 2, attempt)
-            shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
-            if isinstance(shown, Shown):
-                return shown, attempt + 1
-            reason = shown.reason
-        raise NoDemonstration(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}")
+            recorded = demonstrate(self.registry, self.expert, self.world, instance, seed)
+            if isinstance(recorded, Shown):
+                return recorded, attempt + 1
+            reason = recorded.reason
+        raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
 
-    def policy(self, shown: Shown | None) -> Policy:
-        """Of a learned program, by a demonstration; else of the script, which takes its scopes from one."""
-        if shown is None or self._core is None:
-            return ScriptedPolicy(self.expert, shown.calls if shown else None)
+    def policy(self, recorded: Shown | None) -> Policy:
+        """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
+        if recorded is None or self._core is None:
+            return ScriptedPolicy(self.expert, recorded.calls if recorded else None)
         from ntp_dsl.core.policy import LearnedPolicy
 
-        return LearnedPolicy(self._core, shown.demonstration)
+        return LearnedPolicy(self._core, recorded.demonstration)
 
     def episode(
         self,
         number: int,
-        shown: Shown | None = None,
+        recorded: Shown | None = None,
         watch: Watcher | None = None,
         on_frame: OnFrame | None = None,
     ) -> Episode:
+        """Run and judge an episode.
+
+        Args:
+            recorded: the demonstration to use, with its goal; else the expert records one.
+            watch: follows the calls.
+            on_frame: called at every frame of the world.
+        """
         instance = self.instance(number)
         attempts = 0
-        if shown is not None:
-            check_objects(shown.demonstration, instance)
-            instance = instance.with_goal(_goal_shown(self.registry, shown.demonstration, instance))
+        if recorded is not None:
+            check_objects(recorded.demonstration, instance)
+            instance = instance.with_goal(_demonstrated_goal(self.registry, recorded.demonstration, instance))
         elif self.is_learned or self.plan.traces is not None:
             try:
-                shown, attempts = self.demonstration(instance, number)
+                recorded, attempts = self.demonstration(instance, number)
             except NoDemonstration as failure:
                 if self.is_learned:
-                    return _not_shown(number, instance, failure)
+                    return _without_demonstration(number, instance, failure)
         scene = self.scene(instance, number)
         with traced(self.plan.traces, number) as writer:
-            writer.header(self._header(instance, number, shown))
+            writer.header(self._header(instance, number, recorded))
             started = perf_counter()
             self.world.reset(scene, derived(self.plan.seed, number, 3), self.plan.disturbances)
-            run = self._run(instance, writer, self.policy(shown), watch, on_frame)
+            run = self._run(instance, writer, self.policy(recorded), watch, on_frame)
             wall = perf_counter() - started
             simulated = self.world.time
-            judged = judge(self.registry, self.world, instance, scene, run) if instance.goal else None
-            writer.end(_end(run, judged))
+            verdict = judge(self.registry, self.world, instance, scene, run) if instance.goal else None
+            writer.end(_end(run, verdict))
         return Episode(
             number,
             instance.name,
             len(instance.goal),
-            judged.success if judged else None,
-            judged.success_authors if judged else None,
-            judged.attributed_to if judged else None,
-            judged.reason if judged else run.reason,
+            verdict.success if verdict else None,
+            verdict.success_authors if verdict else None,
+            verdict.attributed_to if verdict else None,
+            verdict.reason if verdict else run.reason,
             run.primitives,
             round(simulated, 3),
             run.disturbances,
@@ -191,21 +199,21 @@ class Evaluator:
 
     @cached_property
     def _sources(self) -> dict[str, str]:
-        """The text of the library and of what it uses: a trace shows the statements that it refers to."""
+        """The texts of the library and of those it uses, for the statements that a trace refers to."""
         paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
         return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
-    def _header(self, instance: Instance, number: int, shown: Shown | None) -> Header:
-        """Return what the trace says first. The demonstration is written beside it."""
+    def _header(self, instance: Instance, number: int, recorded: Shown | None) -> Header:
+        """Return the header of a trace, and write the demonstration beside the trace."""
         kind = PolicyKind.LEARNED if self.is_learned else PolicyKind.SCRIPTED
-        told = None
-        if shown is not None and self.plan.traces is not None:
+        reference = None
+        if recorded is not None and self.plan.traces is not None:
             _, path = episode_files(self.plan.traces, number)
-            write_demonstration(shown.demonstration, path)
-            told = shown.told(path.name)
+            write_demonstration(recorded.demonstration, path)
+            reference = recorded.told(path.name)
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
-            demonstration=told,
+            demonstration=reference,
             sources=self._sources,
             episode=number,
             world=self.plan.world,
@@ -244,25 +252,25 @@ class Evaluator:
 
 @contextmanager
 def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
-    """Into a folder, where there is one."""
+    """Open the writer of an episode's trace; without a folder, nothing is written."""
     path = episode_files(folder, number)[0] if folder else None
     with path.open("w", encoding="utf-8") if path else nullcontext() as stream:
         yield TraceWriter(stream)
 
 
-def _end(run: Run, judged: Verdict | None) -> End:
-    if judged is None:
+def _end(run: Run, verdict: Verdict | None) -> End:
+    if verdict is None:
         return run.end()
     return with_fields(
         run.end(),
-        success=judged.success,
-        attributed_to=judged.attributed_to,
-        verdict=judged.reason,
+        success=verdict.success,
+        attributed_to=verdict.attributed_to,
+        verdict=verdict.reason,
     )
 
 
-def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
-    """An episode that could not begin counts as failed."""
+def _without_demonstration(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
+    """Return the failed episode of a task that could not be demonstrated."""
     return Episode(
         number,
         instance.name,
@@ -279,36 +287,36 @@ def _not_shown(number: int, instance: Instance, failure: NoDemonstration) -> Epi
 
 
 def check_objects(demonstration: Demonstration, instance: Instance) -> None:
-    """Raise `NtpError` unless a demonstration shows the objects of the scene, all and no others."""
-    shown = {(obj.name, obj.type) for obj in demonstration.objects}
-    there = {(obj.name, obj.type) for obj in instance.objects}
-    for verb, odd in (("lacks", there - shown), ("also shows", shown - there)):
-        if odd:
-            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in odd))
+    """Raise `NtpError` unless a demonstration has exactly the objects of the scene."""
+    demonstrated = {(obj.name, obj.type) for obj in demonstration.objects}
+    expected = {(obj.name, obj.type) for obj in instance.objects}
+    for verb, difference in (("lacks", expected - demonstrated), ("also shows", demonstrated - expected)):
+        if difference:
+            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in difference))
             raise NtpError(
                 f"the demonstration {verb} {listed}; the scene has "
-                f"{', '.join(sorted(name for name, _ in there))}"
+                f"{', '.join(sorted(name for name, _ in expected))}"
             )
 
 
-def _goal_shown(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:
-    """Return what success is judged by where a demonstration is brought: its own goal, if it says one.
+def _demonstrated_goal(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:
+    """Return the goal that a demonstration states, by which success is judged; empty if it states none.
 
     The policy never sees it.
     """
-    told = demonstration.origin.goal
-    if not told:
+    rows = demonstration.origin.goal
+    if not rows:
         return ()
     pattern = instance.goal[0]
     try:
         goal = tuple(
             Record(pattern.type, tuple((name, type(value)(row[name])) for name, value in pattern.fields))
-            for row in told
+            for row in rows
         )
     except (KeyError, TypeError, ValueError) as error:
         fields = ", ".join(name for name, _ in pattern.fields)
         raise NtpError(
-            f"the demonstration's goal is not one of this task: its elements have {fields}"
+            f"the demonstration's goal does not fit this task, whose goal elements have {fields}"
         ) from error
     known = {*demonstration.names, *(name for enum in registry.enums.values() for name in enum)}
     missing = {value for row in goal for _, value in row.fields if isinstance(value, str)} - known
@@ -318,7 +326,7 @@ def _goal_shown(registry: Registry, demonstration: Demonstration, instance: Inst
 
 
 def run_all(plan: Plan, episodes: int, workers: int) -> Iterator[Episode]:
-    """Episodes in their order, whatever the number of workers."""
+    """Yield the episodes in order, independently of the number of workers."""
     return in_order(partial(_open, plan), episodes, workers)
 
 

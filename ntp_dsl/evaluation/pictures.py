@@ -1,4 +1,4 @@
-"""Pictures of an episode: those that its trace refers to, an animation, and a strip of its key moments."""
+"""Pictures of an episode: those that its trace refers to, an animation, and a strip of six."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROWS, COLUMNS = 2, 3  # of pictures in a strip
 
 
 class Camera:
-    """Takes every so-many-th frame of a world that can render itself, into files under a folder."""
+    """Takes pictures at regular frames of a world that can render itself, and writes them below a folder."""
 
     def __init__(self, render: Callable[[int, int], Picture], folder: Path, every: int = 3) -> None:
         self._render, self._folder, self._every = render, folder, every
@@ -27,7 +27,7 @@ class Camera:
         self.pictures: list[Picture] = []
 
     def frame(self, *_: object) -> str | None:
-        """The file of the picture, where it takes one: by its path from the folder."""
+        """Take a picture where it is due, and return its path relative to the folder."""
         number, self._seen = self._seen, self._seen + 1
         if number % self._every:
             return None
@@ -38,10 +38,11 @@ class Camera:
         return str(path.relative_to(self._folder))
 
     def take(self) -> None:
+        """Take a picture."""
         self.pictures.append(self._render(*SIZE))
 
     def write_animation(self, path: Path) -> None:
-        """A GIF that rests for two seconds on the result."""
+        """Write a GIF that shows the last picture for two seconds."""
         images = [_paletted(picture) for picture in self.pictures]
         step = 1000 * FRAME_TIME * self._every / SPEED_UP
         durations = [round(step)] * (len(images) - 1) + [2000]
@@ -56,7 +57,7 @@ class Camera:
             )
 
     def write_strip(self, path: Path) -> None:
-        """The first picture, the last, and evenly between them, to be read row by row."""
+        """Write the first picture, the last, and evenly spaced ones between them, row by row."""
         chosen = np.linspace(0, len(self.pictures) - 1, ROWS * COLUMNS).round().astype(int)
         rows = [[self.pictures[index] for index in row] for row in chosen.reshape(ROWS, COLUMNS)]
         strip = np.concatenate([np.concatenate(row, axis=1) for row in rows])

@@ -1,4 +1,4 @@
-"""Many episodes in numbers."""
+"""Statistics of many episodes."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
     """Return the figures that `eval --json` prints."""
     count = len(episodes)
     wins = sum(bool(episode.success) for episode in episodes)
-    found = Counter(episode.attributed_to for episode in episodes if episode.attributed_to)
+    failures = Counter(episode.attributed_to for episode in episodes if episode.attributed_to)
     return {
         "episodes": count,
         "success": wins / count,
         "success_interval": wilson(wins, count),
         "success_authors": sum(bool(episode.success_authors) for episode in episodes) / count,
-        "failures": {str(kind): found[kind] for kind in KINDS},
+        "failures": {str(kind): failures[kind] for kind in KINDS},
         "seconds_per_episode": _mean(episode.wall_seconds for episode in episodes),
         "deciding_seconds_per_episode": _mean(episode.deciding_seconds for episode in episodes),
         "planning_seconds_per_episode": _mean(episode.planning_seconds for episode in episodes),

@@ -1,4 +1,4 @@
-"""The strict success test, and what every failure is attributed to."""
+"""The strict success test, and the attribution of failures."""
 
 from __future__ import annotations
 
@@ -26,34 +26,34 @@ from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Scene, World
 from ntp_dsl.worlds.scenes import movable
 
-STILL_FOR = 2.0  # [s] that the result must stand
-STILL = 0.001  # [m] that anything may creep in that time
-RESTING = ("on", "in")  # of which the world is asked for contacts as well
-STAYED = 0.01  # [m] that an object the goal does not name may have moved
+STILL_FOR = 2.0  # [s] that the result must be stable
+STILL = 0.001  # [m] that an object may move in that time
+CONTACT_PREDICATES = ("on", "in")  # for which the world must also report contact
+UNMOVED = 0.01  # [m] that an object that the goal does not name may have moved
 
 
-class Kind(Enum):
-    """How a result falls short."""
+class ShortfallKind(Enum):
+    """How a result fails."""
 
     NOT_ACHIEVED = auto()
     NO_CONTACT = auto()
     IN_HAND = auto()
-    KNOCKED_ASIDE = auto()  # by the arm, on its way
-    MOVED = auto()  # on purpose, for nothing
+    KNOCKED_ASIDE = auto()  # by the arm in passing
+    MOVED = auto()  # deliberately, without need
     NOT_STILL = auto()
 
 
 @dataclass(frozen=True)
 class Shortfall:
-    """The first object that is not as it should be."""
+    """The first condition that a result does not meet."""
 
-    kind: Kind
+    kind: ShortfallKind
     message: str
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is judged of an episode."""
+    """The judgement of an episode."""
 
     success: bool
     success_authors: bool  # by the test of the paper's authors
@@ -62,27 +62,27 @@ class Verdict:
 
 
 def judge(registry: Registry, world: World, instance: Instance, scene: Scene, run: Run) -> Verdict:
-    """Judge what is there, by two looks that are two seconds apart."""
+    """Judge the state of the world twice, two seconds apart."""
     before = world.truth()
     first = _shortfall(registry, world, instance, scene, run)
     world.settle(STILL_FOR)
     after = world.truth()
-    second = _shortfall(registry, world, instance, scene, run) or _crept(before, after)
+    second = _shortfall(registry, world, instance, scene, run) or _moved(before, after)
     authors = authors_success(after, instance.literals(registry, after), instance.goal)
     if second is None:
         return Verdict(True, True if authors is None else authors)
     attribution = _attribution(run, first)
     reason = second.message
     if not run.done:
-        said = _last_message(run) if attribution is not Attribution.DECISION else ""
-        reason = f"{reason}; {run.ending}: {run.reason}{said}"
+        last = _last_message(run) if attribution is not Attribution.DECISION else ""
+        reason = f"{reason}; {run.ending}: {run.reason}{last}"
     return Verdict(False, bool(authors), attribution, reason)
 
 
 def _last_message(run: Run) -> str:
-    """Return what the world said of the primitive that failed last, where it says more than a word."""
-    said = [str(failure.evidence["message"]) for failure in run.failures if "message" in failure.evidence]
-    return f"; last: {said[-1]}" if said else ""
+    """Return the world's message on the last failed primitive, if there is one."""
+    messages = [str(failure.evidence["message"]) for failure in run.failures if "message" in failure.evidence]
+    return f"; last: {messages[-1]}" if messages else ""
 
 
 def _shortfall(
@@ -92,33 +92,33 @@ def _shortfall(
     state = State(registry, now, JUDGED)
     for literal in instance.literals(registry, now):
         if not state.holds(literal):
-            return Shortfall(Kind.NOT_ACHIEVED, f"{literal} does not hold")
+            return Shortfall(ShortfallKind.NOT_ACHIEVED, f"{literal} does not hold")
     literals = [part for fact in instance.literals(registry, now) for part in _parts(state, fact)]
     for literal in literals:
-        if literal.positive and _built_in(registry, literal.predicate) in RESTING:
+        if literal.positive and _built_in(registry, literal.predicate) in CONTACT_PREDICATES:
             item, support = map(str, literal.arguments)
             if not world.supported(item, support):
-                return Shortfall(Kind.NO_CONTACT, f"{item} does not touch {support}")
+                return Shortfall(ShortfallKind.NO_CONTACT, f"{item} does not touch {support}")
     in_hand = held(now)
     if in_hand is not None:
-        return Shortfall(Kind.IN_HAND, f"{in_hand} is in the hand")
+        return Shortfall(ShortfallKind.IN_HAND, f"{in_hand} is in the hand")
     named = {argument for literal in literals for argument in literal.arguments}
     named |= {value for row in instance.goal for _, value in row.fields}
     for obj in movable(instance.objects):
         if obj.name in named or obj.name in world.disturbed:
             continue
         if any(obj.name in _above(scene, name) for name in named):
-            continue  # it had to make room
-        if _distance(now.positions[obj.name], scene.positions[obj.name]) > STAYED:
+            continue  # it may have had to make room
+        if _distance(now.positions[obj.name], scene.positions[obj.name]) > UNMOVED:
             if obj.name not in run.handled:
-                return Shortfall(Kind.KNOCKED_ASIDE, f"{obj.name} was knocked aside")
+                return Shortfall(ShortfallKind.KNOCKED_ASIDE, f"{obj.name} was knocked aside")
             if obj.name not in _moved_by_expert(registry, instance, scene):
-                return Shortfall(Kind.MOVED, f"{obj.name} was moved")
+                return Shortfall(ShortfallKind.MOVED, f"{obj.name} was moved")
     return None
 
 
 def _parts(state: State, fact: Fact) -> Iterator[Literal]:
-    """The literals that make a fact true which holds: of a composed one its parts, of a choice those met."""
+    """Yield the literals that make a fact true: the parts of a composed one, the true options of an `or`."""
     if isinstance(fact, Literal):
         declared = state.registry.predicates[fact.predicate]
         if declared.body is None:
@@ -131,8 +131,8 @@ def _parts(state: State, fact: Fact) -> Iterator[Literal]:
         scope, positive = fact.scope, True
         if not isinstance(fact.expression, nodes.Or):
             return
-        met = [value for value in fact.expression.values if state.true(value, scope)]
-        for each in (found for value in met for found in state.literals(value, scope)):
+        true_options = [value for value in fact.expression.values if state.true(value, scope)]
+        for each in (found for value in true_options for found in state.literals(value, scope)):
             yield from _parts(state, each)
         return
     for each in state.literals(body, scope, positive):
@@ -140,13 +140,13 @@ def _parts(state: State, fact: Fact) -> Iterator[Literal]:
 
 
 def _built_in(registry: Registry, predicate: str) -> str:
-    """The name under which the worlds know a predicate."""
+    """Return the name of a predicate in the worlds."""
     provider = registry.predicates[predicate].by
     return provider.id if provider else predicate
 
 
 def _above(scene: Scene, support: Argument) -> set[str]:
-    """What stood over an object at the start, at whatever height."""
+    """Return the objects above another at the start, at any height."""
     if not isinstance(support, str) or support not in scene.positions:
         return set()
     x, y, z = scene.positions[support]
@@ -163,30 +163,30 @@ def _above(scene: Scene, support: Argument) -> set[str]:
 
 
 def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> set[Argument]:
-    """What the expert takes into the hand from the same start: it was in the way, as the library sees it."""
+    """Return what the expert grasps from the same start: by the library, those objects were in the way."""
     world = make_world("kinematic", registry, exact=True)
     world.reset(scene, 0)
-    taken: set[Argument] = set()
-    world.on_frame = lambda seen: taken.update({seen.held} if seen.held else ())
+    grasped: set[Argument] = set()
+    world.on_frame = lambda seen: grasped.update({seen.held} if seen.held else ())
     limits = Limits(primitives=enough_primitives(instance))
     Interpreter(registry, ScriptedPolicy(Expert(registry)), world, limits=limits).run(
         instance.program, instance.arguments
     )
-    return taken
+    return grasped
 
 
-def _crept(before: Observation, after: Observation) -> Shortfall | None:
-    """Return what moves. A heap in a bin or bowl may settle: that it stays inside is asked anyway."""
+def _moved(before: Observation, after: Observation) -> Shortfall | None:
+    """Return an object that moves. A heap in a bin or bowl may settle; the goal tests that it is inside."""
     for name, position in after.positions.items():
-        lies_in_one = any(inside(after, name, obj.name) for obj in after.objects)
-        if _distance(position, before.positions[name]) > STILL and not lies_in_one:
-            return Shortfall(Kind.NOT_STILL, f"{name} is not still")
+        is_contained = any(inside(after, name, obj.name) for obj in after.objects)
+        if _distance(position, before.positions[name]) > STILL and not is_contained:
+            return Shortfall(ShortfallKind.NOT_STILL, f"{name} is not still")
     return None
 
 
 def _attribution(run: Run, first: Shortfall | None) -> Attribution:
-    """Physics where all was well and then fell, or was knocked; the arm where it gave up; else decisions."""
-    if run.done and (first is None or first.kind is Kind.KNOCKED_ASIDE):
+    """Return physics if the result was reached but fell, the cause of repeated failures, or the decision."""
+    if run.done and (first is None or first.kind is ShortfallKind.KNOCKED_ASIDE):
         return Attribution.PHYSICS
     if run.done:
         return Attribution.DECISION

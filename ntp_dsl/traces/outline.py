@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ntp_dsl.traces.failure_attribution import attribute_call
-from ntp_dsl.traces.phrases import headline, format_call, printable
+from ntp_dsl.traces.phrases import format_call, headline, printable
 from ntp_dsl.traces.schema import ROOT, Trace
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""`ntp check`: as text, JSON and SARIF; what can be mended is mended, and nothing else is touched."""
+"""`ntp check`: text, JSON and SARIF output; fixes are applied, and nothing else is changed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ program go(x: Objct)
     achieves holding(x)
     pik(x)
 """
-MENDED = FLAWED.replace("Movabel", "Movable").replace("Objct)", "Object):").replace("pik", "pick")
+FIXED = FLAWED.replace("Movabel", "Movable").replace("Objct)", "Object):").replace("pik", "pick")
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def sarif(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
     return document
 
 
-def test_sarif_fits_its_schema_and_says_where_and_what_would_mend_it(
+def test_sarif_fits_its_schema_with_locations_and_fixes(
     capsys: pytest.CaptureFixture[str], flawed: Path
 ) -> None:
     flawed.write_text("library a\nuse tabletop\ntype Cup is Movabel\ntype Cup\n")
@@ -73,17 +73,17 @@ def test_sarif_of_a_sound_library_is_a_document_without_results(
     assert (log["results"], log["tool"]["driver"]["rules"]) == ([], [])
 
 
-def test_the_schema_refuses_what_is_no_sarif(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_schema_refuses_invalid_sarif(capsys: pytest.CaptureFixture[str]) -> None:
     document = sarif(capsys, "block_stacking")
     document["runs"][0]["tool"]["driver"].pop("name")
     with pytest.raises(fastjsonschema.JsonSchemaValueException):
         validate(document)
 
 
-def test_fix_mends_until_nothing_is_left(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
+def test_fix_repeats_until_nothing_is_left(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
     assert run(["check", "--static", str(flawed), "--fix"]) == 0
     out = capsys.readouterr().out
-    assert flawed.read_text() == MENDED
+    assert flawed.read_text() == FIXED
     assert "- type Cup is Movabel" in out and "+     pick(x)" in out and "sound: " in out
 
 
@@ -93,36 +93,34 @@ def test_fix_keeps_line_endings_permissions_and_links(tmp_path: Path) -> None:
     path.chmod(0o640)
     link.symlink_to(path)
     assert run(["check", "--static", str(link), "--fix"]) == 0
-    assert path.read_bytes() == MENDED.replace("\n", "\r\n").encode()
+    assert path.read_bytes() == FIXED.replace("\n", "\r\n").encode()
     assert link.is_symlink() and path.stat().st_mode & 0o777 == 0o640
     assert sorted(tmp_path.iterdir()) == [path, link]
 
 
-def test_diff_shows_and_writes_nothing(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
+def test_diff_shows_changes_and_writes_nothing(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
     assert run(["check", "--static", str(flawed), "--diff"]) == 1
     assert "+ program go(x: Object):" in capsys.readouterr().out
     assert flawed.read_text() == FLAWED
 
 
-def test_fix_of_what_cannot_be_mended_leaves_it_as_it_is(
-    capsys: pytest.CaptureFixture[str], flawed: Path
-) -> None:
+def test_fix_leaves_what_it_cannot_fix(capsys: pytest.CaptureFixture[str], flawed: Path) -> None:
     text = "library a\nuse tabletop\ntype Cup is Movable\ntype Cup\n"
     flawed.write_text(text)
     assert run(["check", "--static", str(flawed), "--fix"]) == 1
-    assert flawed.read_text() == text and "1 mistake found\n" in capsys.readouterr().out
+    assert flawed.read_text() == text and "1 error found\n" in capsys.readouterr().out
 
 
-def test_fix_mends_the_libraries_beside_but_never_the_standard_one(flawed: Path) -> None:
+def test_fix_changes_used_libraries_but_never_the_standard_one(flawed: Path) -> None:
     before = {path: path.read_bytes() for path in library_folder().iterdir()}
     other = flawed.parent / "other.ntp"
     other.write_text("library other\nuse a\n")
     assert run(["check", "--static", str(other), "--fix"]) == 0
-    assert flawed.read_text() == MENDED and "Lid" in load(other).parents
+    assert flawed.read_text() == FIXED and "Lid" in load(other).parents
     assert {path: path.read_bytes() for path in library_folder().iterdir()} == before
 
 
-def test_a_document_stays_one_document_while_files_are_mended(
+def test_output_stays_one_document_while_files_are_fixed(
     capsys: pytest.CaptureFixture[str], flawed: Path
 ) -> None:
     assert run(["check", "--static", str(flawed), "--fix", "--format", "json"]) == 0
@@ -131,13 +129,13 @@ def test_a_document_stays_one_document_while_files_are_mended(
     assert "+     pick(x)" in captured.err
 
 
-def test_to_fix_and_only_to_show_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fix_and_diff_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "block_stacking", "--fix", "--diff"]) == 2
     assert "choose one" in capsys.readouterr().err
 
 
 def on_a_terminal(words: list[str], **environment: str) -> str:
-    """What a command writes to a terminal."""
+    """Return what a command writes to a terminal."""
     ours, theirs = pty.openpty()
     command = [sys.executable, "-m", "ntp_dsl", *words]
     env = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm-256color"} | environment
@@ -156,7 +154,7 @@ def on_a_terminal(words: list[str], **environment: str) -> str:
     return written.decode()
 
 
-def test_colour_is_for_terminals_whose_owner_did_not_say_no(flawed: Path) -> None:
+def test_colour_is_only_for_terminals_that_allow_it(flawed: Path) -> None:
     words = ["check", "--static", str(flawed)]
     assert "\x1b[1;31merror[E001]" in on_a_terminal(words)
     assert "\x1b" not in on_a_terminal(words, NO_COLOR="1")
@@ -164,9 +162,9 @@ def test_colour_is_for_terminals_whose_owner_did_not_say_no(flawed: Path) -> Non
     assert piped.returncode == 1 and "\x1b" not in piped.stdout
 
 
-def test_a_command_that_needs_a_sound_library_shows_what_is_wrong_with_it(
+def test_a_command_that_needs_a_sound_library_shows_its_errors(
     capsys: pytest.CaptureFixture[str], flawed: Path
 ) -> None:
     assert run(["run", str(flawed), "t", "--expert"]) == 2
     captured = capsys.readouterr()
-    assert "program go(x: Objct)\n" in captured.err and captured.err.endswith("4 mistakes found\n")
+    assert "program go(x: Objct)\n" in captured.err and captured.err.endswith("4 errors found\n")

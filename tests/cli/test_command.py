@@ -1,4 +1,4 @@
-"""The command: answers on standard output, mistakes in a sentence, and an exit status that says which."""
+"""The command: answers on standard output, errors in a sentence, and an exit status that tells them apart."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 UNSOUND = "library a\nuse tabletop\ntype Cup is Movabel\nprogam go():\n"
 
 
-def told(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Exit status, standard output, standard error."""
+def output(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    """Run a command, and return exit status, standard output and standard error."""
     status = run(words)
     captured = capsys.readouterr()
     assert "Traceback" not in captured.err
     return status, captured.out, captured.err
 
 
-def test_a_sound_library_is_said_to_be_sound(capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = told(capsys, "check", "--static", "block_stacking", "tabletop")
+def test_a_sound_library_is_reported_as_sound(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = output(capsys, "check", "--static", "block_stacking", "tabletop")
     assert (status, err) == (0, "")
     assert out.startswith("sound: ") and "tabletop.ntp" in out
 
 
-def test_mistakes_are_printed_with_their_places(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_errors_are_printed_with_their_locations(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text(UNSOUND)
-    status, out, _ = told(capsys, "check", str(tmp_path))
+    status, out, _ = output(capsys, "check", str(tmp_path))
     assert status == 1
     assert "a.ntp:4:1" in out and "progam go():\n   | ^^^^^^" in out
-    assert out.endswith("3 mistakes found (2 can be mended by --fix)\n")
+    assert out.endswith("3 errors found (2 fixable with --fix)\n")
 
 
-def test_mistakes_are_one_document_for_machines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_errors_are_one_json_document(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text(UNSOUND.rsplit("progam")[0])
-    status, out, err = told(capsys, "check", str(tmp_path), "--format", "json")
+    status, out, err = output(capsys, "check", str(tmp_path), "--format", "json")
     document = json.loads(out)
     assert (status, err, document["sound"]) == (1, "", False)
     (row,) = document["diagnostics"]
@@ -51,22 +51,22 @@ def test_mistakes_are_one_document_for_machines(capsys: pytest.CaptureFixture[st
     assert row["fix"]["replacement"] == "Movable" and row["path"].endswith("a.ntp")
 
 
-def test_a_mistake_of_a_shared_library_is_told_once(
+def test_an_error_of_a_shared_library_is_reported_once(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "base.ntp").write_text("library base\ntype Cup is Movabel\n")
     for name in "ab":
         (tmp_path / f"{name}.ntp").write_text(f"library {name}\nuse base\n")
-    status, out, _ = told(capsys, "check", str(tmp_path / "a.ntp"), str(tmp_path / "b.ntp"))
-    assert status == 1 and "\n1 mistake found" in out
+    status, out, _ = output(capsys, "check", str(tmp_path / "a.ntp"), str(tmp_path / "b.ntp"))
+    assert status == 1 and "\n1 error found" in out
 
 
 @pytest.mark.parametrize(
-    "words, said",
+    "words, message",
     [
         (["check", "none.ntp"], "there is no library at 'none.ntp'"),
         (["check"], "Missing argument 'FILE'"),
-        (["chek", "a"], "there is no command 'chek'; did you mean 'check'? (there is: check"),
+        (["chek", "a"], "there is no command 'chek'; did you mean 'check'? (available: check"),
         (["check", "a", "--statc"], "there is no option '--statc'; did you mean '--static'?"),
         (["check", "a", "--format", "yaml"], "'yaml' is not one of 'text', 'json', 'sarif'"),
         (["--static"], "there is no option '--static'"),
@@ -77,21 +77,21 @@ def test_a_mistake_of_a_shared_library_is_told_once(
     ],
 )
 def test_misuse_is_one_sentence_and_status_two(
-    capsys: pytest.CaptureFixture[str], words: list[str], said: str
+    capsys: pytest.CaptureFixture[str], words: list[str], message: str
 ) -> None:
-    status, out, err = told(capsys, *words)
+    status, out, err = output(capsys, *words)
     assert (status, out) == (2, "")
-    assert said in err and len(err.splitlines()) <= 2
+    assert message in err and len(err.splitlines()) <= 2
 
 
 @pytest.mark.parametrize("words", [["--help"], ["-h"], ["check", "--help"], ["trace", "-h"]])
 def test_help_is_an_answer(capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
-    status, out, err = told(capsys, *words)
+    status, out, err = output(capsys, *words)
     assert (status, err) == (0, "") and "Usage: ntp" in out
 
 
-def test_no_command_at_all_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = told(capsys)
+def test_no_command_lists_all_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = output(capsys)
     assert (status, out) == (2, "")
     assert all(name in err for name in COMMANDS)
 
@@ -100,7 +100,7 @@ def test_no_command_at_all_shows_what_there_is(capsys: pytest.CaptureFixture[str
     "error, status",
     [(NtpError("no such task"), 2), (TaskFailed("the tower fell"), 1), (KeyboardInterrupt(), 130)],
 )
-def test_what_a_command_raises_becomes_a_status_and_a_line(
+def test_an_exception_of_a_command_becomes_a_status_and_a_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     error: BaseException,
@@ -110,12 +110,12 @@ def test_what_a_command_raises_becomes_a_status_and_a_line(
         raise error
 
     monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
-    found, out, err = told(capsys, "check", "block_stacking")
+    found, out, err = output(capsys, "check", "block_stacking")
     assert (found, out, len(err.splitlines())) == (status, "", 1)
     assert str(error) in err
 
 
-def test_our_own_mistakes_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_internal_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     def examined(path: Path) -> None:
         raise ZeroDivisionError
 
@@ -150,7 +150,7 @@ def test_ctrl_c_ends_with_one_line(tmp_path: Path) -> None:
     ],
 )
 def test_light_commands_answer_at_once(words: list[str]) -> None:
-    """Processor time, the best of three: what the machine does meanwhile does not count."""
+    """Measure processor time, the best of three, so that other load does not count."""
     best = min(processor_seconds(words) for _ in range(3))
     assert best < 0.8  # some .3 on a machine at rest; the bound allows for a busy one
 

@@ -1,4 +1,4 @@
-"""The commands that run episodes, called as a user calls them."""
+"""The commands that run episodes, called as by a user."""
 
 from __future__ import annotations
 
@@ -26,43 +26,44 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_one_task_is_carried_out_and_written_down(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_task_is_run_and_its_trace_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*RUN, "--seed", "3", "--out", str(tmp_path)]) == 0
-    shown = capsys.readouterr()
-    assert "pick_and_place(" in shown.out and "done:" in shown.out
-    assert "no --demo: the expert shows the task once, from seed 3" in shown.err
+    captured = capsys.readouterr()
+    assert "pick_and_place(" in captured.out and "done:" in captured.out
+    assert "no --demo: the expert demonstrates the task once, from seed 3" in captured.err
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
     assert trace.end is not None and trace.end.ending is Ending.DONE and trace.end.success
-    told = trace.header.demonstration
-    assert told is not None and told.frames == len(read_demonstration(tmp_path / told.file)) > 10
+    reference = trace.header.demonstration
+    assert reference is not None
+    assert reference.frames == len(read_demonstration(tmp_path / reference.file)) > 10
 
 
-def test_the_script_does_it_too_and_says_so_to_machines(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_scripted_expert_does_it_too_with_json_output(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*RUN, "--expert", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["success"] is True
 
 
-def test_a_recorded_demonstration_is_carried_out(recorded: Path) -> None:
+def test_a_recorded_demonstration_is_imitated(recorded: Path) -> None:
     assert run([*RUN, "--demo", str(recorded / "episode_00001.demo.parquet")]) == 0
 
 
 def test_a_demonstration_made_elsewhere_needs_its_columns_alone(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """No header and no goal: the objects are the scene's, and nobody can judge what was to be built."""
+    """Without header and goal, the objects are those of the scene, and the result cannot be judged."""
     table = parquet.read_table(recorded / "episode_00001.demo.parquet")
-    made = tmp_path / "made_elsewhere.parquet"
-    parquet.write_table(table.replace_schema_metadata(None), made)
-    assert run([*RUN, "--seed", "5", "--demo", str(made), "--out", str(tmp_path / "out")]) == 0
-    assert "nobody judged the result" in capsys.readouterr().err
+    path = tmp_path / "made_elsewhere.parquet"
+    parquet.write_table(table.replace_schema_metadata(None), path)
+    assert run([*RUN, "--seed", "5", "--demo", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert "the result was not judged" in capsys.readouterr().err
     end = read_trace(tmp_path / "out" / "episode_00000.trace.jsonl").end
     assert end is not None and end.ending is Ending.DONE and end.success is None and end.primitives > 4
-    parquet.write_table(table.rename_columns([c.replace("block_0", "x") for c in table.column_names]), made)
-    assert run([*RUN, "--demo", str(made)]) == 2
+    parquet.write_table(table.rename_columns([c.replace("block_0", "x") for c in table.column_names]), path)
+    assert run([*RUN, "--demo", str(path)]) == 2
     assert "nothing says what x is: the scene has block_0" in capsys.readouterr().err
 
 
-def test_recording_leaves_what_its_manifest_names(recorded: Path) -> None:
+def test_recording_writes_what_its_manifest_names(recorded: Path) -> None:
     manifest = json.loads((recorded / "manifest.json").read_text())
     assert [row["outcome"] for row in manifest["episodes"]] == ["done", "done"]
     assert len(list(recorded.iterdir())) == 5
@@ -83,7 +84,7 @@ def test_figures_come_as_one_document(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def damaged(kind: str, folder: Path, recorded: Path) -> Path:
-    """A demonstration that is not what it should be."""
+    """Write an invalid demonstration."""
     path = folder / "damaged.parquet"
     whole = (recorded / "episode_00000.demo.parquet").read_bytes()
     path.write_bytes({"cut": whole[:-100], "foreign": b"PNG", "empty": b""}[kind])
@@ -96,8 +97,8 @@ def test_a_damaged_demonstration_is_one_sentence(
 ) -> None:
     path = damaged(kind, tmp_path, recorded)
     assert run([*RUN, "--demo", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert "expected a demonstration" in told and str(path) in told and "Traceback" not in told
+    message = capsys.readouterr().err
+    assert "expected a demonstration" in message and str(path) in message and "Traceback" not in message
 
 
 def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
@@ -110,7 +111,7 @@ def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
 
 
 @pytest.mark.parametrize(
-    "words, told",
+    "words, message",
     [
         (["run", "block_stacking", "juggling"], "no task is called 'juggling'"),
         ([*RUN, "--model", "nowhere.safetensors"], "no such checkpoint"),
@@ -125,11 +126,11 @@ def test_a_demonstration_that_lacks_an_object_of_the_scene_is_one_sentence(
     ],
 )
 def test_misuse_is_one_sentence_and_status_two(
-    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(words) == 2
-    shown = capsys.readouterr()
-    assert told in shown.err and "Traceback" not in shown.err and shown.out == ""
+    captured = capsys.readouterr()
+    assert message in captured.err and "Traceback" not in captured.err and captured.out == ""
 
 
 def test_a_checkpoint_of_another_library_is_one_sentence(
@@ -159,11 +160,11 @@ def test_a_task_declared_a_minute_ago_runs_with_the_shipped_checkpoint(tmp_path:
 def test_a_task_that_fails_is_one_sentence_and_status_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """All slips or is pushed over, so no tower of five gets built; the run is broken off, and says why."""
+    """Everything slips or is pushed, so no tower of five is built; the run is stopped with its reason."""
     words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--expert"]
     assert run([*words, "--slips", "1", "--pushes", "1", "--out", str(tmp_path)]) == 1
-    told = capsys.readouterr().err
-    assert "the task failed (grasp)" in told and "stopped: after 400 primitives" in told
+    message = capsys.readouterr().err
+    assert "the task failed (grasp)" in message and "stopped: after 400 primitives" in message
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
     assert trace.end is not None and trace.end.ending is Ending.STOPPED
 
@@ -185,5 +186,5 @@ def test_a_window_that_cannot_be_shown_is_misuse(
 ) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     assert run([*words, "--out", str(tmp_path)]) == 2
-    shown = capsys.readouterr()
-    assert sentence in shown.err and not shown.out
+    captured = capsys.readouterr()
+    assert sentence in captured.err and not captured.out

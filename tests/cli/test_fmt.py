@@ -1,4 +1,4 @@
-"""`ntp fmt`: files come into their one layout, or nothing is touched and it is said why."""
+"""`ntp fmt`: files are put into canonical layout, or left unchanged with the reason."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def rough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_a_file_is_put_into_its_layout_once(capsys: pytest.CaptureFixture[str], rough: Path) -> None:
+def test_a_formatted_file_is_not_changed_again(capsys: pytest.CaptureFixture[str], rough: Path) -> None:
     assert run(["fmt", str(rough)]) == 0
     assert (rough.read_text(), capsys.readouterr().out) == (NEAT, "formatted a.ntp\n")
     assert run(["fmt", str(rough), "--check"]) == 0
@@ -37,12 +37,12 @@ def test_all_libraries_of_a_folder_are_formatted(rough: Path) -> None:
 
 
 @pytest.mark.parametrize("option", ["--check", "--diff"])
-def test_a_file_that_is_laid_out_otherwise_is_named_and_left(
+def test_an_unformatted_file_is_reported_and_left(
     capsys: pytest.CaptureFixture[str], rough: Path, option: str
 ) -> None:
     assert run(["fmt", "a.ntp", option]) == 1
     out = capsys.readouterr().out
-    assert rough.read_text() == ROUGH and "a.ntp: not in canonical layout; `ntp fmt a.ntp`" in out
+    assert rough.read_text() == ROUGH and "a.ntp: not in canonical layout; run `ntp fmt a.ntp`" in out
     assert ("+ type Cup is Movable" in out) == (option == "--diff")
 
 
@@ -57,17 +57,17 @@ def test_a_file_that_does_not_parse_is_left_and_the_others_are_formatted(
     assert broken.read_text() == "library b\ntype\n" and rough.read_text() == NEAT
 
 
-def given(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+def set_standard_input(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
 
 
 def test_standard_input_goes_to_standard_output(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    given(monkeypatch, ROUGH.replace("\n", "\r\n"))
+    set_standard_input(monkeypatch, ROUGH.replace("\n", "\r\n"))
     assert run(["fmt", "-"]) == 0
     assert capsys.readouterr().out == NEAT
-    given(monkeypatch, "type\n")
+    set_standard_input(monkeypatch, "type\n")
     assert run(["fmt", "-"]) == 1
     assert capsys.readouterr().out == ""
 

@@ -1,4 +1,4 @@
-"""`ntp graph`: who calls whom, in the terminal and as a picture in which nothing covers anything."""
+"""`ntp graph`: the call graph in the terminal and as a picture without overlaps."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_tree_shows_contracts_docstrings_and_recursion(
     assert run(["graph", "block_stacking"]) == 0
     out = capsys.readouterr().out
     assert "requires present(item) and reachable(item)" in out
-    assert "Take away what rests on the item." in out and "clear(item: Place)  ↺ as above" in out
+    assert "Take away what rests on the item." in out and "clear(item: Place)  ↺ recursive" in out
     assert "for p in goal: pick_and_place(" in out
 
 

@@ -1,4 +1,4 @@
-"""`ntp new`: what it makes checks, records and trains by the lines of its own README."""
+"""`ntp new`: the new domain can be checked, recorded and trained by the commands of its README."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def test_every_line_of_its_readme_works_as_printed(domain: Path) -> None:
     assert (domain / "model").name + "/" in (domain / ".gitignore").read_text().split()
 
 
-def test_it_is_in_canonical_layout_and_no_name_is_left_open(domain: Path) -> None:
+def test_it_is_in_canonical_layout_without_placeholders(domain: Path) -> None:
     text = (domain / "pairs.ntp").read_text()
     assert format_text(text) == text
     assert not any("$" in path.read_text() for path in domain.iterdir())
 
 
-def test_nothing_that_exists_is_written_over(capsys: pytest.CaptureFixture[str], domain: Path) -> None:
+def test_existing_files_are_not_overwritten(capsys: pytest.CaptureFixture[str], domain: Path) -> None:
     before = {path: path.read_bytes() for path in domain.iterdir()}
     assert run(["new", "pairs", "--out", str(domain.parent)]) == 2
     assert "exists already" in capsys.readouterr().err
@@ -44,16 +44,16 @@ def test_nothing_that_exists_is_written_over(capsys: pytest.CaptureFixture[str],
 
 
 @pytest.mark.parametrize(
-    "name, said",
+    "name, message",
     [
         ("my domain", "for example: my_domain"),
         ("9", "letters, digits and underscores"),
-        ("all", "word of the language"),
+        ("all", "keyword of the language"),
         ("tabletop", "standard library"),
     ],
 )
-def test_a_name_that_cannot_be_is_told(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, said: str
+def test_an_invalid_name_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str, message: str
 ) -> None:
     assert run(["new", name, "--out", str(tmp_path)]) == 2
-    assert said in capsys.readouterr().err and not any(tmp_path.iterdir())
+    assert message in capsys.readouterr().err and not any(tmp_path.iterdir())

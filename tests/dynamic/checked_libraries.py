@@ -1,4 +1,4 @@
-"""Small libraries for the dynamic check, and what it finds in them."""
+"""Small libraries for the dynamic check, and its diagnostics."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def written(folder: Path, declarations: str) -> Path:
     return path
 
 
-def found(path: Path) -> list[Diagnostic]:
+def diagnostics(path: Path) -> list[Diagnostic]:
     return check_dynamically(load(path), path)
 
 

@@ -1,4 +1,4 @@
-"""A library that leaves all that it can to Python: objects in a row, at distances that the goal says."""
+"""A library with as much as possible in Python: objects in a row, at the distances of the goal."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def rows(rng, marks, blocks, length, topology, semantics):
 
 
 def written(folder: Path, old: str = "", new: str = "") -> Path:
-    """The library, with something else in its text or its Python."""
+    """Write the library, with a replacement in its text or its Python."""
     assert old in LIBRARY or old in PYTHON
     path = folder / "row.ntp"
     path.write_text(LIBRARY.replace(old, new) if old else LIBRARY)

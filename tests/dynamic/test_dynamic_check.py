@@ -1,4 +1,4 @@
-"""What only a simulation can tell: each planted fault is found at its place, and sound libraries pass."""
+"""The dynamic check finds each planted fault at its location, and passes sound libraries."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from checked_libraries import ALL_ON, PLACING, STACKING, excerpt, found, written
+from checked_libraries import ALL_ON, PLACING, STACKING, diagnostics, excerpt, written
 
 from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.dynamic.check import check_dynamically
-from ntp_dsl.dynamic.starts import STARTS, told
+from ntp_dsl.dynamic.starts import STARTS, scene_text
 from ntp_dsl.language.loader import find, load
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.user_code.loading import with_python
@@ -93,42 +93,42 @@ FLAWED_PYTHON = {
 def test_a_planted_fault_is_found_at_its_place(tmp_path: Path, fault: str) -> None:
     declarations, place = FOUND[fault]
     path = written(tmp_path, declarations)
-    errors = [each for each in found(path) if each.severity == "error"]
+    errors = [each for each in diagnostics(path) if each.severity == "error"]
     assert [each.code for each in errors] == [fault.split()[0]], errors
     assert excerpt(path, errors[0]) == place
 
 
-def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
+def test_a_livelock_is_reported_as_a_cycle_of_source_lines(tmp_path: Path) -> None:
     path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
-    (livelock,) = [each for each in found(path) if each.code == "E605"]
+    (livelock,) = [each for each in diagnostics(path) if each.code == "E605"]
     steps = [note.message.split(".")[0] for note in livelock.notes]
     assert steps == [str(number) for number in range(1, len(steps) + 1)]
     assert {"clear", "pick", "place"} <= {note.message.split()[1].split("(")[0] for note in livelock.notes}
     assert livelock.notes[-1].message.endswith("again, and so on")
 
 
-def test_a_goal_that_is_not_reached_is_told_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
-    (failed,) = found(written(tmp_path, FOUND["E603 an expert that forgets half of the goal"][0]))
+def test_a_goal_that_is_not_reached_is_reported_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
+    (failed,) = diagnostics(written(tmp_path, FOUND["E603 an expert that forgets half of the goal"][0]))
     start = failed.notes[1].message
-    assert start.startswith("it began (scattered) with everything by itself; the goal was (block_")
+    assert start.startswith("it started (nominal) with all objects apart; the goal was (block_")
     assert "--seed" not in failed.help
 
 
-def test_a_buried_start_is_told_object_by_object() -> None:
+def test_a_start_of_piles_is_described_object_by_object() -> None:
     registry = load("block_stacking")
     rng = np.random.default_rng(0)
     instance = draw(registry, find_task(registry, "block_stacking"), rng)
     world = make_world("kinematic", registry, exact=True)
-    world.reset(STARTS["buried"][0](instance, rng), 0)
-    said = told(world.truth())
-    assert said.count(" on block_") == 6 and "in the hand" not in said
-    world.reset(STARTS["wrong in hand"][0](instance, rng), 0)
-    assert told(world.truth()).endswith(" in the hand")
+    world.reset(STARTS["piles"][0](instance, rng), 0)
+    text = scene_text(world.truth())
+    assert text.count(" on block_") == 6 and "in the hand" not in text
+    world.reset(STARTS["object in hand"][0](instance, rng), 0)
+    assert scene_text(world.truth()).endswith(" in the hand")
 
 
-def test_a_broken_word_is_told_with_where_objects_are_after_the_call(tmp_path: Path) -> None:
-    (error,) = found(written(tmp_path, FOUND["E601 an api that does not ask for an empty hand"][0]))
-    assert re.search(r"does not hold.*; after it: block_\d at \(0\.\d{3}, .*\) m$", error.notes[0].message)
+def test_a_contract_violation_is_reported_with_positions_after_the_call(tmp_path: Path) -> None:
+    (error,) = diagnostics(written(tmp_path, FOUND["E601 an api that does not ask for an empty hand"][0]))
+    assert re.search(r"does not hold.*; afterwards: block_\d at \(0\.\d{3}, .*\) m$", error.notes[0].message)
 
 
 LEANING = """
@@ -160,7 +160,7 @@ task delivering:
 """
 
 
-def test_what_leans_is_told_apart_from_what_stands_and_a_python_expert_is_pointed_at(tmp_path: Path) -> None:
+def test_off_centre_starts_find_a_livelock_of_a_python_expert(tmp_path: Path) -> None:
     path = written(tmp_path, LEANING)
     path.with_suffix(".py").write_text(
         """
@@ -173,7 +173,7 @@ def deliver(world, goal):
 """
     )
     (livelock,) = check_dynamically(with_python(load(path)), path)
-    assert livelock.code == "E605" and "leaning start" in livelock.message
+    assert livelock.code == "E605" and "off-centre start" in livelock.message
     assert excerpt(path, livelock) == "deliver"
     path.write_text(path.read_text().replace("if on(b, item)", "if covers(b, item)"))
     assert check_dynamically(with_python(load(path)), path) == []
@@ -188,9 +188,9 @@ def test_an_example_passes_whole(example: str) -> None:
     assert [str(each) for each in check_dynamically(with_python(load(path)), path)] == []
 
 
-def test_the_standard_library_is_honest() -> None:
+def test_the_standard_library_keeps_its_contracts() -> None:
     path = library_folder() / "tabletop.ntp"
-    assert [str(each) for each in found(path)] == []
+    assert [str(each) for each in diagnostics(path)] == []
 
 
 DRAWER = """
@@ -210,24 +210,24 @@ program open(d: Drawer):
 """
 
 
-def test_what_no_world_can_do_is_said_and_the_rest_is_tried(tmp_path: Path) -> None:
+def test_what_no_world_implements_is_noted_and_the_rest_is_tested(tmp_path: Path) -> None:
     goal_too_early = FOUND["E602 a goal that holds before anything is done"][0]
     path = written(tmp_path, DRAWER + goal_too_early)
-    assert sorted(each.code for each in found(path)) == ["E602", "N602", "N602"]
+    assert sorted(each.code for each in diagnostics(path)) == ["E602", "N602", "N602"]
 
 
-def test_what_is_left_to_python_is_not_executed_unless_asked_for(tmp_path: Path) -> None:
+def test_python_is_not_executed_unless_requested(tmp_path: Path) -> None:
     text = (examples_folder() / "blueprint" / "blueprint.ntp").read_text()
     path = tmp_path / "mine.ntp"
     path.write_text(text.replace("library blueprint", "library mine"))
     (tmp_path / "mine.py").write_text("raise SystemExit('imported')\n")
-    notes = found(path)
+    notes = diagnostics(path)
     assert [each.code for each in notes] == ["N601", "N601"]
-    assert "the expert 'build' is left to Python" in notes[0].message
+    assert "the expert 'build' is written in Python" in notes[0].message
 
 
 @pytest.mark.parametrize("code", FLAWED_PYTHON)
-def test_an_expert_in_python_that_is_no_function_or_fails_is_found(tmp_path: Path, code: str) -> None:
+def test_a_nondeterministic_or_failing_expert_in_python_is_found(tmp_path: Path, code: str) -> None:
     folder = examples_folder() / "blueprint"
     path = tmp_path / "mine.ntp"
     path.write_text((folder / "blueprint.ntp").read_text().replace("library blueprint", "library mine"))
@@ -266,15 +266,15 @@ task stones:
 @pytest.mark.parametrize("text", [STONES, STONES + OTHER_STONES], ids=["no task", "a task that says less"])
 def test_what_a_scene_leaves_out_is_no_fault_of_who_asks(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.ntp").write_text(f"library a\nuse tabletop\n{text}")
-    assert [str(each) for each in found(tmp_path / "a.ntp")] == []
+    assert [str(each) for each in diagnostics(tmp_path / "a.ntp")] == []
 
 
 @pytest.mark.parametrize("text", ["library a\n", "library a\ntype Thing\ntype Tool is Thing\n"])
 def test_of_a_library_without_objects_there_is_nothing_to_try(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.ntp").write_text(text)
-    assert found(tmp_path / "a.ntp") == []
+    assert diagnostics(tmp_path / "a.ntp") == []
 
 
 def test_the_check_is_the_same_for_a_seed(tmp_path: Path) -> None:
     path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
-    assert found(path) == found(path)
+    assert diagnostics(path) == diagnostics(path)

@@ -13,7 +13,7 @@ def ntp(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def learnt(domain: Path, folder: Path) -> Path:
-    """The checkpoint that `ntp record` and `ntp train` make of a domain as they stand."""
+    """Return the checkpoint of a domain by `ntp record` and `ntp train` with their defaults."""
     name = domain.name
     for line in (f"record {domain} {name} -n 50 --out data", f"train {domain} --data data --out model"):
         done = ntp(line, folder)

@@ -46,8 +46,8 @@ task serving:
 """
 
 
-def verdict(folder: Path, meddled_with: str | None) -> str:
-    """What is said of the expert's run, before which something was taken up and put down elsewhere."""
+def verdict(folder: Path, moved_first: str | None) -> str:
+    """Return the verdict on the expert's run, after something was first moved elsewhere."""
     path = folder / "mine.ntp"
     path.write_text(LIBRARY)
     registry = load(path)
@@ -56,13 +56,13 @@ def verdict(folder: Path, meddled_with: str | None) -> str:
     scene = instance.scattered(rng)
     world = make_world("kinematic", registry)
     world.reset(scene, 0)
-    if meddled_with is not None:
-        assert world.call("move_to", (meddled_with,)).achieved
-        assert world.call("grasp", (meddled_with,)).achieved
+    if moved_first is not None:
+        assert world.call("move_to", (moved_first,)).achieved
+        assert world.call("grasp", (moved_first,)).achieved
         assert world.move_over(0.45, -0.05).achieved and world.call("release", ()).achieved
     interpreter = Interpreter(registry, ScriptedPolicy(Expert(registry)), world)
     run = interpreter.run(instance.program, instance.arguments)
-    run.handled |= {meddled_with or ""}
+    run.handled |= {moved_first or ""}
     return judge(registry, world, instance, scene, run).reason
 
 
@@ -70,6 +70,6 @@ def test_what_was_in_the_way_may_be_moved(tmp_path: Path) -> None:
     assert verdict(tmp_path, None) == ""
 
 
-@pytest.mark.parametrize(("meddled_with", "said"), [("block_0", ""), ("block_1", "block_1 was moved")])
-def test_what_was_not_in_the_way_may_not(tmp_path: Path, meddled_with: str, said: str) -> None:
-    assert verdict(tmp_path, meddled_with) == said
+@pytest.mark.parametrize(("moved_first", "reason"), [("block_0", ""), ("block_1", "block_1 was moved")])
+def test_what_was_not_in_the_way_may_not(tmp_path: Path, moved_first: str, reason: str) -> None:
+    assert verdict(tmp_path, moved_first) == reason

@@ -12,7 +12,7 @@ PACKAGES = ("ntp_dsl", "kinematics")
 
 @cache
 def modules() -> dict[str, Path]:
-    """Dotted name -> file."""
+    """Return dotted name -> file."""
     files = [file for package in PACKAGES for file in (ROOT / package).rglob("*.py")]
     return {_dotted(file): file for file in files}
 
@@ -28,7 +28,7 @@ def tree(module: str) -> ast.Module:
 
 @cache
 def imports(module: str) -> frozenset[str]:
-    """Everything that a module imports, wherever in it and under whatever condition."""
+    """Return everything that a module imports, at any place and under any condition."""
     found: set[str] = set()
     for node in ast.walk(tree(module)):
         if isinstance(node, ast.Import):
@@ -43,7 +43,7 @@ def imports(module: str) -> frozenset[str]:
 
 
 def importers(library: str) -> set[str]:
-    """The modules that import another library, or a part of it."""
+    """Return the modules that import another library, or a part of it."""
     return {module for module in modules() if any(each.split(".")[0] == library for each in imports(module))}
 
 

@@ -10,7 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 import pytest
 from sources import importers, imports, modules
 
-# What each folder may import of the project, beside itself and what those folders may import.
+# What each folder may import of the project, besides itself and what those folders may import.
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl": ("ntp_dsl.api",),
     "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.graph"),
@@ -69,7 +69,7 @@ HOMES = {
     "pink": ["kinematics.bench"],
     "pybullet_planning": ["kinematics.bench"],
 }
-MOST_MODULES = 20  # of a folder, so that a reader takes it in at a glance
+MOST_MODULES = 20  # of a folder, so that a reader can survey it
 
 
 def within(module: str, home: str) -> bool:
@@ -77,7 +77,7 @@ def within(module: str, home: str) -> bool:
 
 
 def home(module: str) -> str:
-    """The folder of `MAY_IMPORT` that a module is in; the longest name counts."""
+    """Return the folder of `MAY_IMPORT` that a module is in; the longest name counts."""
     homes = [name for name in MAY_IMPORT if within(module, name)]
     found = max(homes, key=len)
     tops = {"ntp_dsl", "kinematics"}
@@ -86,7 +86,7 @@ def home(module: str) -> str:
 
 
 def allowed(folder: str) -> set[str]:
-    """The folder itself, and what it may import, directly or through what it may import."""
+    """Return the folder itself and everything that it may import, directly or indirectly."""
     found, waiting = set(), [folder]
     while waiting:
         name = waiting.pop()
@@ -119,8 +119,8 @@ def test_no_modules_import_one_another_in_a_circle() -> None:
 @pytest.mark.parametrize("library", HOMES)
 def test_a_heavy_library_is_imported_where_it_belongs(library: str) -> None:
     homes = HOMES[library]
-    strangers = [m for m in importers(library) if not any(within(m, home) for home in homes)]
-    assert strangers == []
+    others = [m for m in importers(library) if not any(within(m, home) for home in homes)]
+    assert others == []
 
 
 def test_the_arm_knows_nothing_of_tasks() -> None:

@@ -31,7 +31,7 @@ def test_nothing_that_is_read_can_run(module: str) -> None:
 
 
 def declared_names() -> set[str]:
-    """Every program, api, constant and object of the libraries that ship."""
+    """Return the programs, apis, constants and objects of the shipped libraries."""
     names: set[str] = set()
     for path in LIBRARIES:
         registry = load(path)
@@ -44,10 +44,10 @@ def words_of(text: str) -> set[str]:
     return set(re.findall(r"[A-Za-z_]+[A-Za-z]", text))
 
 
-def said(module: str) -> Iterator[str]:
-    """The words of a module's texts (docstrings aside) and the names that it gives or looks up.
+def words_and_names(module: str) -> Iterator[str]:
+    """Yield the words of a module's texts (except docstrings) and the names that it defines or uses.
 
-    Attributes are left out: `torch.stack` and an observation's `gripper` are nobody's program.
+    Attributes are left out: `torch.stack` and an observation's `gripper` are not programs.
     """
     bare = {id(node.value) for node in ast.walk(tree(module)) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree(module)):
@@ -60,7 +60,7 @@ def said(module: str) -> Iterator[str]:
                 yield name
 
 
-# English words that are programs, too: the core may use them for what they mean in English.
+# English words that are also programs: the core may use them in their English meaning.
 PLAIN_WORDS = {"place", "gripper", "clear"}
 
 
@@ -68,9 +68,9 @@ PLAIN_WORDS = {"place", "gripper", "clear"}
 def test_the_core_knows_nothing_of_the_libraries_by_name(module: str) -> None:
     names = declared_names()
     assert {"pick_and_place", "move_to", "table", "stack"} <= names
-    spoken = set(said(module)) - PLAIN_WORDS
-    assert spoken & names == set()
-    assert not any(re.fullmatch(r"(block|cube)_?\d*", word, re.IGNORECASE) for word in spoken)
+    used = set(words_and_names(module)) - PLAIN_WORDS
+    assert used & names == set()
+    assert not any(re.fullmatch(r"(block|cube)_?\d*", word, re.IGNORECASE) for word in used)
     texts = [n.value for n in ast.walk(tree(module)) if isinstance(n, ast.Constant)]
     assert not names & {text for text in texts if isinstance(text, str)}
 
@@ -122,6 +122,6 @@ def test_where_packages_come_from_is_the_machines_own_business(name: str) -> Non
     assert not re.search(r"index-url|find-links|trusted-host|https?://", (ROOT / name).read_text())
 
 
-def test_every_module_opens_with_what_passes_through_it() -> None:
+def test_every_module_has_a_docstring() -> None:
     written = [name for name, file in modules().items() if file.stat().st_size]
     assert [name for name in written if not ast.get_docstring(tree(name))] == []

@@ -1,4 +1,4 @@
-"""A real browser for the tests of pages; where a machine has none they are skipped, and say so."""
+"""A real browser for the tests of pages, which are skipped where there is none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MISSING = "no browser here: install Chromium (apt install chromium, or playwrigh
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """Headless Chromium, of the machine or of playwright."""
+    """Launch headless Chromium, of the machine or of playwright."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with api.sync_playwright() as playwright:
         found = next((path for name in NAMES if (path := shutil.which(name))), None)
@@ -30,19 +30,19 @@ def browser() -> Iterator[Any]:
 
 
 class Page:
-    """A page that is open, with all that it said and asked for."""
+    """An open page, with its messages and requests."""
 
     def __init__(self, browser: Any, file: Path, theme: str = "light") -> None:
         self.context = browser.new_context(
             viewport={"width": 1280, "height": 860}, color_scheme=theme, reduced_motion="reduce"
         )
         self.page = self.context.new_page()
-        self.said: list[str] = []
-        self.asked: list[str] = []
-        self.page.on("console", lambda message: self.said.append(message.text))
-        self.page.on("pageerror", lambda error: self.said.append(str(error)))
-        self.page.on("dialog", lambda dialog: (self.said.append("a dialog"), dialog.dismiss()))
-        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.messages: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", lambda message: self.messages.append(message.text))
+        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
+        self.page.on("dialog", lambda dialog: (self.messages.append("a dialog"), dialog.dismiss()))
+        self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.goto(file.as_uri())
         self.page.wait_for_selector("body[data-ready=yes]", state="attached", timeout=20_000)
 
@@ -55,7 +55,7 @@ class Page:
         return str(self.page.inner_text(selector))
 
     def chosen(self) -> str:
-        """The call that is chosen, as the first trace has it, else the second."""
+        """Return the text of the chosen row."""
         return self.text(".row.chosen").replace("\n", " ").strip()
 
     def run(self, script: str) -> Any:

@@ -103,7 +103,7 @@ class Gardener:
         return self._at_return(node, DivergenceKind.TOO_LATE, None)
 
     def _inserted(self, node: Node) -> Plant | None:
-        """A call more, before one that is made all the same."""
+        """Insert a call before another."""
         if not self._claim(node):
             return None
         caller = self.above[id(node)]
@@ -113,7 +113,7 @@ class Gardener:
         return self._at_call(node, DivergenceKind.PROGRAM)
 
     def _left_out(self, node: Node) -> Plant | None:
-        """A call less: what comes next is made at once."""
+        """Remove a call."""
         caller = self.above[id(node)]
         siblings = self.siblings[id(caller)]
         after = siblings[siblings.index(node) + 1 :][:1]
@@ -134,7 +134,7 @@ KINDS = ("program", "argument", "scope", "outcome", "too_early", "too_late", "in
 
 
 def planted(run: Node, kinds: list[str], rng: np.random.Generator) -> tuple[Node, Plant | None]:
-    """The tree with these differences, and the first of them; none where nothing could be planted."""
+    """Return the tree with these differences and the first of them; None where none could be planted."""
     gardener = Gardener(run, rng)
     plants = [plant for kind in kinds if (plant := gardener.plant(kind)) is not None]
     return gardener.run, min(plants, key=lambda plant: plant.moment, default=None)

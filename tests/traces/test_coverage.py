@@ -38,15 +38,15 @@ def test_every_call_and_return_is_counted_once(
     folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str], stacking: Registry
 ) -> None:
     traces = [read_trace(file) for file in sorted(folders[1].glob("*.jsonl"))]
-    told = lines(capsys, str(folders[1]))
+    figures = lines(capsys, str(folders[1]))
     calls = [call for trace in traces for call in trace.calls]
-    made = [call for call in calls if call.parent != ROOT]
+    of_statements = [call for call in calls if call.parent != ROOT]
     returned = [call for call in calls if call.is_program and call.outcome in ("done", "unfinished")]
-    assert sum(int(str(row["calls"])) for row in told.values()) == len(made) + len(returned)
+    assert sum(int(str(row["calls"])) for row in figures.values()) == len(of_statements) + len(returned)
     picked = next(each.span for each in stacking.programs["place"].statements())
-    place = told[f"tabletop.ntp:{picked.line}"]
+    place = figures[f"tabletop.ntp:{picked.line}"]
     below = [c for t in traces for c in t.calls if c.name == "move_to" and _caller(t, c) == "place"]
-    assert (place["calls"], place["well"]) == (len(below), sum(call.succeeded for call in below))
+    assert (place["calls"], place["succeeded"]) == (len(below), sum(call.succeeded for call in below))
     slipped = len(below) - sum(call.succeeded for call in below)
     assert place["attributed_to"] == {"disturbance": slipped} and slipped > 0
     assert place["probability"] is None
@@ -59,8 +59,8 @@ def _caller(trace: Trace, call: Call) -> str:
 def test_a_learned_programs_lines_come_with_their_mean_probability(
     folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = lines(capsys, str(folders[0]))
-    assert all(0.5 < float(str(row["probability"])) <= 1 for row in told.values())
+    figures = lines(capsys, str(folders[0]))
+    assert all(0.5 < float(str(row["probability"])) <= 1 for row in figures.values())
 
 
 def test_divergences_are_counted_at_the_line_that_the_script_followed(
@@ -71,9 +71,9 @@ def test_divergences_are_counted_at_the_line_that_the_script_followed(
         (tmp_path / name).write_text(text.replace('"name":"grasp"', '"name":"grab"'))
         (tmp_path / "right").mkdir(exist_ok=True)
         (tmp_path / "right" / name).write_text(text)
-    told = lines(capsys, str(tmp_path), "--against", str(tmp_path / "right"))
+    figures = lines(capsys, str(tmp_path), "--against", str(tmp_path / "right"))
     counted: Counter[str] = Counter()
-    for row in told.values():
+    for row in figures.values():
         counted.update(row["divergences"])  # type: ignore[arg-type]
     assert counted == {"program": 2}
 
@@ -83,32 +83,32 @@ def test_the_source_stands_beside_its_counts(
 ) -> None:
     capsys.readouterr()
     assert run(["trace", "coverage", "block_stacking", *map(str, sorted(folders[0].glob("*.jsonl")))]) == 0
-    told = capsys.readouterr().out
-    assert "block_stacking.ntp\n" in told and "tabletop.ntp\n" in told and "4 traces" in told
-    (row,) = [line for line in told.splitlines() if line.endswith("  pick_and_place(p.item, p.support)")]
+    output = capsys.readouterr().out
+    assert "block_stacking.ntp\n" in output and "tabletop.ntp\n" in output and "4 traces" in output
+    (row,) = [line for line in output.splitlines() if line.endswith("  pick_and_place(p.item, p.support)")]
     assert "100%" in row
-    (never,) = [line for line in told.splitlines() if line.endswith(" program put_down():")]
+    (never,) = [line for line in output.splitlines() if line.endswith(" program put_down():")]
     assert "never" in never or "%" in never
 
 
 @pytest.mark.parametrize(
-    "words, told",
+    "words, message",
     [
         (["nowhere", "x"], "nowhere"),
         (["block_stacking", "none.jsonl"], "none.jsonl: cannot be read"),
-        (["block_stacking", "."], "holds no traces"),
+        (["block_stacking", "."], "contains no traces"),
     ],
 )
 def test_misuse_is_one_sentence(
     words: list[str],
-    told: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["trace", "coverage", *words]) == 2
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> None:

@@ -1,4 +1,4 @@
-"""`ntp trace diff`: what is said of where two traces part, to people and to machines."""
+"""`ntp trace diff`: the first divergence of two traces, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ def learned(tmp_path: Path) -> Story:
 
 def first(capsys: pytest.CaptureFixture[str], a: Path, b: Path, *options: str) -> dict[str, object]:
     assert run(["trace", "diff", str(a), str(b), "--json", *options]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["differ"] and told["first"] == told["divergences"][0]
-    found: dict[str, object] = told["first"]
+    document = json.loads(capsys.readouterr().out)
+    assert document["differ"] and document["first"] == document["divergences"][0]
+    found: dict[str, object] = document["first"]
     return found
 
 
@@ -98,10 +98,10 @@ def test_another_callee_is_told_with_its_margin_rank_and_statement(
     assert found["statement"] == "pick(a)" and found["path"] == ["build"]
     assert (found["right_rank"], found["margin"]) == (2, 0.5)
     assert run(["trace", "diff", str(right), str(other)]) == 1
-    told = capsys.readouterr().out
-    assert "first divergence: program, attributed to decision" in told and "s.ntp:3:  pick(a)" in told
-    assert "p=0.70; the right one is number 2 (p=0.20); margin 0.50" in told
-    assert "folded away: 1 calls of A, 1 of B" in told
+    output = capsys.readouterr().out
+    assert "first divergence: program, attributed to decision" in output and "s.ntp:3:  pick(a)" in output
+    assert "p=0.70; the right one has rank 2 (p=0.20); margin 0.50" in output
+    assert "not shown: the 1 following calls of A, 1 of B" in output
 
 
 def test_another_object_is_told_with_where_the_right_one_stood(
@@ -114,13 +114,13 @@ def test_another_object_is_told_with_where_the_right_one_stood(
 
 
 @pytest.mark.parametrize(
-    "right, made, rank, chosen",
+    "right, actual, rank, chosen",
     [(("a", "left", 0.1), ("a", "right", 0.1), 2, 0.8), (("a", "left", 0.1), ("b", "left", 0.1), 3, 0.6)],
 )
 def test_a_member_is_ranked_among_members_and_an_object_among_objects(
-    right: tuple[str | float, ...], made: tuple[str | float, ...], rank: int, chosen: float
+    right: tuple[str | float, ...], actual: tuple[str | float, ...], rank: int, chosen: float
 ) -> None:
-    obj = made[0]
+    obj = actual[0]
     decision = Decision(
         arguments=(
             (Alternative(obj, 0.6), Alternative("c", 0.3), Alternative("a", 0.1)),
@@ -128,7 +128,7 @@ def test_a_member_is_ranked_among_members_and_an_object_among_objects(
             (Alternative(0.1, 1.0),),
         )
     )
-    x, y = (Call(0, ROOT, "api", "push", given, None, 0, 0) for given in (right, made))
+    x, y = (Call(0, ROOT, "api", "push", given, None, 0, 0) for given in (right, actual))
     found = confidence(DivergenceKind.ARGUMENT, decision, x, y)
     assert (found.rank, found.chosen) == (rank, chosen)
 
@@ -150,7 +150,7 @@ def test_an_end_too_late_follows_the_programs_own_line(
 
 
 @pytest.mark.parametrize(
-    "outcome, disturbances, blame",
+    "outcome, disturbances, attribution",
     [
         ("no path", [], "planner"),
         ("grasp failed", [], "grasp"),
@@ -165,11 +165,11 @@ def test_another_outcome_is_blamed_on_what_failed(
     learned: Story,
     outcome: str,
     disturbances: list[str],
-    blame: str,
+    attribution: str,
 ) -> None:
     other = learned.api("pick", "a", outcome, disturbances=disturbances).api("place", "a").end()
     found = first(capsys, right, other)
-    assert (found["kind"], found["attributed_to"]) == ("outcome", blame)
+    assert (found["kind"], found["attributed_to"]) == ("outcome", attribution)
 
 
 def test_a_wrong_decision_is_told_from_being_off_course(

@@ -42,7 +42,7 @@ def _label(node: Node) -> tuple[object, ...]:
 
 
 def cost(comparison: Comparison) -> int:
-    """What the alignment leaves over or changes."""
+    """Return the number of calls that the alignment leaves unmatched or changed."""
     a, b = comparison.a, comparison.b
     matched = [(x, y) for level in comparison.levels for x, y in level.pairs if None not in (x, y)]
     rules = Rules.between(a, b)
@@ -76,7 +76,7 @@ def test_the_first_of_planted_differences_is_found_with_its_kind(
 
 
 def _agrees(run: Node, other: Node, comparison: Comparison, moment: tuple[float, float]) -> None:
-    """The judge finds no difference before the moment, one with it, and no more than the alignment does."""
+    """Assert that the judge finds the first difference at the moment, and no more than the alignment."""
     numbers = {id(node): number for number, node in enumerate(list(run.walk())[1:])}
     last = {id(node): numbers[id(list(node.walk())[-1])] for node, _ in events(run)}
     at = next(
@@ -150,17 +150,17 @@ def test_ten_thousand_calls_are_aligned_in_two_seconds(flat: bool, share: float)
     rng = np.random.default_rng(3)
     run = large(rng, 10_000, flat)
     a, b = written(run), written(mutated(run, rng, share))
-    begun = process_time()
+    start = process_time()
     levels = align(a, b, Rules.between(a, b))
-    assert process_time() - begun < 2
+    assert process_time() - start < 2
     assert sum(len(level.pairs) for level in levels) > 0
 
 
 def test_two_foreign_trees_of_ten_thousand_calls_are_aligned_in_two_seconds() -> None:
     a, b = (written(large(np.random.default_rng(seed), 10_000, bool(seed % 2))) for seed in (1, 3))
-    begun = process_time()
+    start = process_time()
     align(a, b, Rules.between(a, b))
-    assert process_time() - begun < 2
+    assert process_time() - start < 2
 
 
 def test_a_trace_as_deep_as_it_is_long_is_compared() -> None:

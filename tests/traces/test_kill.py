@@ -44,7 +44,7 @@ class Forks:
         self._server.stdin.write(command + "\n")
         self._server.stdin.flush()
         child = int(self._server.stdout.readline())
-        begun = time.monotonic()
+        start = time.monotonic()
         if after is not None:
             time.sleep(after)
             try:
@@ -52,7 +52,7 @@ class Forks:
             except ProcessLookupError:
                 pass  # it was faster
         status = int(self._server.stdout.readline())
-        return status, time.monotonic() - begun
+        return status, time.monotonic() - start
 
     def close(self) -> None:
         self._server.communicate(timeout=20)

@@ -93,11 +93,14 @@ def test_the_shipped_checkpoint_answers_nearly_as_the_script_did(
 ) -> None:
     file, out = folder / "episode_00000.trace.jsonl", tmp_path / "answers.jsonl"
     status = run(["trace", "replay", str(file), "--json", "--out", str(out)])
-    told = json.loads(capsys.readouterr().out)
-    assert told["right"] >= 0.85 * told["asked"] > 0
-    assert status == int(told["differ"]) and sum(told["counts"].values()) == told["asked"] - told["right"]
+    document = json.loads(capsys.readouterr().out)
+    assert document["right"] >= 0.85 * document["asked"] > 0
+    assert (
+        status == int(document["differ"])
+        and sum(document["counts"].values()) == document["asked"] - document["right"]
+    )
     assert run(["trace", "diff", str(file), str(out), "--json"]) == status
-    assert json.loads(capsys.readouterr().out)["counts"] == told["counts"]
+    assert json.loads(capsys.readouterr().out)["counts"] == document["counts"]
 
 
 def test_the_script_answers_as_it_did_scopes_and_all(
@@ -110,14 +113,14 @@ def test_the_script_answers_as_it_did_scopes_and_all(
 def test_misuse_says_what_is_missing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = folder / "episode_00000.trace.jsonl"
     header, rest = file.read_text().split("\n", 1)
-    for change, told in [
-        ({"demonstration": None}, "say --demo FILE"),
+    for change, message in [
+        ({"demonstration": None}, "give --demo FILE"),
         ({"registry": "other"}, "another version of library 'block_stacking'"),
-        ({"library": "nowhere"}, "say where the library is with --library"),
+        ({"library": "nowhere"}, "give its path with --library"),
         ({"task": "juggling"}, "no task is called 'juggling'"),
         ({"demonstration": {"file": "gone.parquet", "frames": 3}}, "gone.parquet: no such demonstration"),
     ]:
         changed = folder / "changed.jsonl"
         changed.write_text(json.dumps({**json.loads(header), **change}) + "\n" + rest)
         assert run(["trace", "replay", str(changed)]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err

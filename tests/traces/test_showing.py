@@ -46,7 +46,7 @@ def lines(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
-def test_a_call_shows_its_arguments_scope_outcome_and_certainty(
+def test_a_call_shows_its_arguments_scope_outcome_and_probability(
     capsys: pytest.CaptureFixture[str], trace: Path
 ) -> None:
     head, root, pick, grasp, move, end = lines(capsys, str(trace))
@@ -59,7 +59,7 @@ def test_a_call_shows_its_arguments_scope_outcome_and_certainty(
     assert end == "unfinished: nothing helps (2 primitives)"
 
 
-def test_depth_says_how_much_it_leaves_out(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+def test_depth_counts_the_calls_that_it_hides(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     assert "... 2 calls" in lines(capsys, str(trace), "--depth", "1")[2]
     assert "... 1 call" in lines(capsys, str(trace), "--depth", "2")[3]
 
@@ -79,7 +79,7 @@ def test_a_trace_that_was_cut_off_is_shown_as_far_as_it_goes(
     assert end == "cut off: the trace ends here"
 
 
-def test_a_trace_that_is_none_is_told_so(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+def test_another_file_is_refused(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     trace.write_text("library a\n")
     assert run(["trace", "show", str(trace)]) == 2
     assert "expected a trace" in capsys.readouterr().err
@@ -89,20 +89,22 @@ def test_only_shows_one_callee_and_who_called_it(capsys: pytest.CaptureFixture[s
     _, root, pick, grasp, _ = lines(capsys, str(trace), "--only", "grasp")
     assert "build(" in root and "pick(" in pick and "grasp(" in grasp
     assert run(["trace", "show", str(trace), "--only", "grsp"]) == 2
-    assert "did you mean 'grasp'? (there is: build, grasp, move, pick)" in capsys.readouterr().err
+    assert "did you mean 'grasp'? (available: build, grasp, move, pick)" in capsys.readouterr().err
 
 
-def test_machines_are_told_the_same(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
-    told = json.loads("\n".join(lines(capsys, str(trace), "--json")))
-    assert [row["name"] for row in told["calls"]] == ["build", "pick", "grasp", "move"]
-    pick = told["calls"][1]
+def test_json_has_the_same_content(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
+    document = json.loads("\n".join(lines(capsys, str(trace), "--json")))
+    assert [row["name"] for row in document["calls"]] == ["build", "pick", "grasp", "move"]
+    pick = document["calls"][1]
     assert pick["seconds"] == {"deciding": 0.009, "planning": 0.0, "moving": 1.5}
     assert (pick["probability"], pick["scope"]) == (0.97, [0, 50])
-    assert told["calls"][3]["attributed_to"] == "disturbance" and told["end"]["ending"] == "unfinished"
+    assert (
+        document["calls"][3]["attributed_to"] == "disturbance" and document["end"]["ending"] == "unfinished"
+    )
 
 
 def long(path: Path, count: int, deep: bool) -> Path:
-    """A trace of many calls of which one fails."""
+    """Write a trace of many calls of which one fails."""
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
         writer.header(headed())
@@ -134,7 +136,7 @@ def test_a_trace_deeper_than_the_stack_is_shown(capsys: pytest.CaptureFixture[st
     assert len(lines(capsys, path, "--all")) == 5003
 
 
-def test_what_repeats_itself_is_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_repeated_calls_are_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
@@ -154,8 +156,8 @@ def test_names_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str], t
         call = writer.call(ROOT, "program", "\x1b]0;x\x07", ("a\nb",), None, 0, state, NO_DECISION)
         writer.returned(call, "done", 0, execution=Execution(disturbances=("\r",)))
         writer.end(End(ending=Ending.DONE, reason="\x1b[0m"))
-    told = "\n".join(lines(capsys, str(path)))
-    assert "\x1b" not in told and "\r" not in told and "\\x1b" in told
+    output = "\n".join(lines(capsys, str(path)))
+    assert "\x1b" not in output and "\r" not in output and "\\x1b" in output
     assert printable("café") == "café"
 
 

@@ -1,4 +1,4 @@
-"""A trace is whole up to its last whole line, and says what happened."""
+"""A trace is complete up to its last complete line, and records what happened."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ VERSION_2 = b"\n".join(
 VERSION_2 += b"\n"
 
 
-def begun(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
+def start_episode(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
     rng = np.random.default_rng(seed)
     instance = draw(registry, find_task(registry, "few_placements"), rng)
     scene = scrambled(instance.objects, rng)
@@ -163,7 +163,7 @@ def begun(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
 
 
 def recorded(registry: Registry, seed: int = 5) -> bytes:
-    world, _ = begun(registry, seed)
+    world, _ = start_episode(registry, seed)
     instance = draw(registry, find_task(registry, "few_placements"), np.random.default_rng(seed))
     stream = io.StringIO()
     writer = TraceWriter(stream)
@@ -193,7 +193,7 @@ def test_a_trace_cut_at_any_byte_reads_up_to_its_last_whole_line(text: bytes) ->
     assert whole.end is not None
 
 
-def test_a_trace_without_one_whole_line_is_none(text: bytes) -> None:
+def test_a_trace_needs_one_complete_line(text: bytes) -> None:
     for end in [0, 1, 40, text.index(b"\n")]:
         with pytest.raises(NtpError, match="no complete line"):
             parse_trace(text[:end], HERE)
@@ -256,7 +256,7 @@ def returned(number: object = 0, **facts: object) -> bytes:
         (HEADER + HEADER.replace(b"{", b'{"event": "header", ', 1), "a second header"),
     ],
 )
-def test_what_is_not_a_trace_is_told_in_one_sentence(content: bytes, found: str) -> None:
+def test_an_invalid_trace_is_refused_in_one_sentence(content: bytes, found: str) -> None:
     with pytest.raises(NtpError, match=found) as caught:
         parse_trace(content, HERE)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
@@ -282,9 +282,9 @@ def test_a_hundred_thousand_calls_are_read_as_they_were_written() -> None:
         state = writer.state(Observation((), {}, (0.0, 0.0, float(number % 7)), False))
         writer.returned(writer.call(root, "api", "go", ("a",), None, 0, state, NO_DECISION), "achieved", 0)
     writer.returned(root, "done", 0)
-    begun = process_time()
+    start = process_time()
     trace = parse_trace(stream.getvalue().encode(), HERE)
-    assert process_time() - begun < 20
+    assert process_time() - start < 20
     assert len(trace.children(root)) == 100_000 and trace.states[-1].gripper == (0, 0, 99_999 % 7)
 
 
@@ -333,7 +333,7 @@ def test_the_same_seed_gives_the_same_trace(stacking: Registry, seed: int) -> No
 @pytest.mark.parametrize("seed", range(8))
 def test_a_trace_replayed_gives_the_same_states_and_outcomes(stacking: Registry, seed: int) -> None:
     trace = parse_trace(recorded(stacking, seed), HERE)
-    world, _ = begun(stacking, seed)
+    world, _ = start_episode(stacking, seed)
     replayed = replay(trace, world)
     outcomes = [call.outcome for call in trace.calls if call.kind == "api"]
     assert [outcome for _, outcome in replayed] == outcomes
@@ -389,7 +389,7 @@ def test_all_that_an_observation_carries_comes_back() -> None:
     assert list(parse_trace(stream.getvalue().encode(), HERE).states) == [seen]
 
 
-WEIGHED = Decision(
+LEARNED_DECISION = Decision(
     source="a.ntp:3",
     seconds=0.01,
     probability=0.5,
@@ -407,10 +407,10 @@ def test_a_decision_comes_back_with_all_that_it_weighed() -> None:
     writer = TraceWriter(stream)
     writer.header(headed())
     state = writer.state(SEEN)
-    number = writer.call(ROOT, "program", "go", (), None, 0, state, WEIGHED)
-    writer.returned(number, CallOutcome.DONE, 3, state, WEIGHED)
-    (made,) = parse_trace(stream.getvalue().encode(), HERE).calls
-    assert made.decision == made.return_decision == WEIGHED
+    number = writer.call(ROOT, "program", "go", (), None, 0, state, LEARNED_DECISION)
+    writer.returned(number, CallOutcome.DONE, 3, state, LEARNED_DECISION)
+    (call,) = parse_trace(stream.getvalue().encode(), HERE).calls
+    assert call.decision == call.return_decision == LEARNED_DECISION
 
 
 def test_what_was_measured_may_be_an_array_of_numpy() -> None:
@@ -420,8 +420,8 @@ def test_what_was_measured_may_be_an_array_of_numpy() -> None:
     number = writer.call(ROOT, "api", "go", (), None, 0, writer.state(SEEN), NO_DECISION)
     measured = {"tilt": np.float64(0.5), "place": np.array([1.0, 2.0]), "file": Path("a")}
     writer.returned(number, CallOutcome.ACHIEVED, 3, execution=Execution(evidence=measured))
-    (made,) = parse_trace(stream.getvalue().encode(), HERE).calls
-    assert made.execution.evidence == {"tilt": 0.5, "place": [1.0, 2.0], "file": "a"}
+    (call,) = parse_trace(stream.getvalue().encode(), HERE).calls
+    assert call.execution.evidence == {"tilt": 0.5, "place": [1.0, 2.0], "file": "a"}
 
 
 def test_a_trace_of_the_version_before_reads_as_it_was_meant() -> None:

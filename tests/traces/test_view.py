@@ -1,4 +1,4 @@
-"""The page in a real browser: both trees, every key, 5,000 steps, and nothing of a file carried out."""
+"""The page in a real browser: both trees, every key, 5,000 steps, and nothing of a file executed."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def chromium() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scripted and a learned episode from one seed, and the page of both."""
+    """Record a scripted and a learned episode from one seed, and write the page of both."""
     path = tmp_path_factory.mktemp("viewed")
     assert run([*WELL, "--expert", "--out", str(path / "a")]) == 0
     assert run([*WELL, "--out", str(path / "b")]) == 0
@@ -58,17 +58,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def both(chromium: Any, folder: Path) -> Iterator[Page]:
     found = Page(chromium, folder / "both.html")
     yield found
-    assert found.said == [] and [url.split(":")[0] for url in found.asked] == ["file"]
+    assert found.messages == [] and [url.split(":")[0] for url in found.requests] == ["file"]
     found.close()
 
 
-def made(tmp_path: Path, comparison_of: tuple[Trace, Trace]) -> Path:
-    path = tmp_path / "made.html"
+def write_page(tmp_path: Path, comparison_of: tuple[Trace, Trace]) -> Path:
+    path = tmp_path / "page.html"
     path.write_text(page(compare(*comparison_of), (tmp_path, tmp_path)), encoding="utf-8")
     return path
 
 
-def test_both_trees_stand_side_by_side(both: Page) -> None:
+def test_both_trees_are_side_by_side(both: Page) -> None:
     heads = both.text("#heads")
     assert "policy scripted" in heads and "policy learned" in heads
     both.press("Home")
@@ -92,7 +92,7 @@ def test_arrows_fold_unfold_and_choose(both: Page) -> None:
     assert "stack(" in both.chosen()
 
 
-def test_the_chosen_call_is_told_with_its_alternatives_and_its_statement(both: Page) -> None:
+def test_the_chosen_call_is_shown_with_its_alternatives_and_its_statement(both: Page) -> None:
     both.press("Home", "ArrowDown")
     detail = both.text("#detail")
     for part in ("outcome", "scope", "probability", "callee", "argument 1", "argument 2", "or to return"):
@@ -100,7 +100,7 @@ def test_the_chosen_call_is_told_with_its_alternatives_and_its_statement(both: P
     assert re.search(r"block_stacking.ntp:\d+: pick_and_place\(p.item, p.support\)", detail)
 
 
-def test_scopes_stand_over_the_demonstration(both: Page) -> None:
+def test_scopes_are_drawn_over_the_demonstration(both: Page) -> None:
     both.press("Home", "ArrowDown", "ArrowDown")
     timeline = both.text("#timeline")
     assert "demonstrated" in timeline and "hand closed" in timeline
@@ -130,7 +130,7 @@ def test_search_finds_calls_by_name_and_object(both: Page) -> None:
     assert "release" not in both.chosen()
 
 
-def test_the_keys_are_told_and_the_theme_turns(both: Page) -> None:
+def test_the_keys_are_listed_and_the_theme_changes(both: Page) -> None:
     both.press("?")
     assert both.page.locator("#keys").is_visible()
     both.press("Escape")
@@ -152,8 +152,8 @@ def test_everything_can_be_reached_without_a_mouse(both: Page) -> None:
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_text_stands_out_from_its_ground(chromium: Any, folder: Path, theme: str) -> None:
-    """The contrast that WCAG asks of text, 4.5 to 1, of everything that is written."""
+def test_text_has_enough_contrast(chromium: Any, folder: Path, theme: str) -> None:
+    """All text has the contrast that WCAG requires, 4.5 to 1."""
     found = Page(chromium, folder / "both.html", theme)
     found.press("Home", "ArrowDown")
     ratios = found.run(CONTRASTS)
@@ -162,15 +162,15 @@ def test_text_stands_out_from_its_ground(chromium: Any, folder: Path, theme: str
     assert [each for each in ratios if each["ratio"] < 4.5] == []
 
 
-def test_one_trace_stands_alone(chromium: Any, folder: Path) -> None:
+def test_one_trace_is_shown_alone(chromium: Any, folder: Path) -> None:
     found = Page(chromium, folder / "one.html")
     assert found.page.locator(".mark").count() == 0 and not found.page.locator("#next").is_visible()
-    assert "done" in found.text("#summary") and found.said == []
+    assert "done" in found.text("#summary") and found.messages == []
     found.close()
 
 
 def diverging(count: int) -> tuple[Trace, Trace]:
-    """Two traces of so many calls that diverge in the middle."""
+    """Return two traces that diverge in the middle."""
     run_a = Node("run", "run", kids=[Node("program", "build")])
     for number in range(count // 5):
         obj, scope = f"block_{number}", (number, number + 5)
@@ -182,16 +182,16 @@ def diverging(count: int) -> tuple[Trace, Trace]:
 
 
 def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: Any, tmp_path: Path) -> None:
-    found = Page(chromium, made(tmp_path, diverging(5000)))
-    assert "step_2(" in found.chosen() and found.said == []
+    found = Page(chromium, write_page(tmp_path, diverging(5000)))
+    assert "step_2(" in found.chosen() and found.messages == []
     row, tree = (found.page.locator(each).bounding_box() for each in (".row.chosen", "#tree"))
     assert tree["y"] <= row["y"] and row["y"] + row["height"] <= tree["y"] + tree["height"]
     assert "other(" in found.text("#detail .card:last-child")
     assert found.page.locator(".row").count() < 100
     took = found.run(
-        """() => { const begun = performance.now();
+        """() => { const start = performance.now();
         for (let n = 0; n < 20; n += 1) { step(1); jump(-1); updateVisible(); }
-        return (performance.now() - begun) / 20; }"""
+        return (performance.now() - start) / 20; }"""
     )
     assert took < 250  # [ms] for three changes of the page, on a machine that may be busy
     found.press("End")
@@ -201,7 +201,7 @@ def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: A
 
 def test_n_and_p_go_from_one_divergence_to_the_next(chromium: Any, tmp_path: Path) -> None:
     a, b = diverging(100)
-    found = Page(chromium, made(tmp_path, (a, b)))
+    found = Page(chromium, write_page(tmp_path, (a, b)))
     count = len({row for each in compare(a, b).divergences if (row := each.a) is not None})
     assert count == 1 and "step_2(" in found.chosen()
     found.press("Home", "n")
@@ -213,12 +213,12 @@ def test_n_and_p_go_from_one_divergence_to_the_next(chromium: Any, tmp_path: Pat
 
 
 def hostile(path: Path) -> Trace:
-    """A file whose every text is an attack."""
+    """Write a trace in which every text is an attack."""
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)
         obj = SceneObject(HOSTILE, HOSTILE, (0.05, 0.05, 0.05))
-        shown = DemonstratedCall(name=HOSTILE, arguments=(HOSTILE,), scope=(0, 5), done=True)
-        whole = DemonstratedCall(name=HOSTILE, arguments=(), scope=(0, 9), done=True, children=[shown])
+        child = DemonstratedCall(name=HOSTILE, arguments=(HOSTILE,), scope=(0, 5), done=True)
+        whole = DemonstratedCall(name=HOSTILE, arguments=(), scope=(0, 9), done=True, children=[child])
         writer.header(
             headed(
                 task=HOSTILE,
@@ -248,7 +248,7 @@ def hostile(path: Path) -> Trace:
     return read_trace(path)
 
 
-def test_nothing_of_a_hostile_file_is_carried_out(chromium: Any, tmp_path: Path) -> None:
+def test_nothing_of_a_hostile_file_is_executed(chromium: Any, tmp_path: Path) -> None:
     folder = tmp_path / "in" / "side"
     folder.mkdir(parents=True)
     Image.new("RGB", (4, 4)).save(tmp_path / "secret.jpg")
@@ -260,7 +260,7 @@ def test_nothing_of_a_hostile_file_is_carried_out(chromium: Any, tmp_path: Path)
     path.write_text(text, encoding="utf-8")
     found = Page(chromium, path)
     found.press("Home", "/", *"alert", "Enter", "Escape", "]", "n")
-    assert found.said == [] and len(found.asked) == 1
+    assert found.messages == [] and len(found.requests) == 1
     assert found.run("document.scripts.length") == 2 and found.run("document.images.length") == 0
     assert "onerror" in found.text("#tree")
     found.close()
@@ -278,11 +278,11 @@ def test_a_page_is_forbidden_the_network_and_any_other_script(both: Page) -> Non
         return [names.sort(), window.ran === true]; }"""
     )
     assert blocked == [["connect-src", "img-src", "script-src-elem"], False]
-    both.said.clear()  # the browser tells of each
-    both.asked[:] = both.asked[:1]
+    both.messages.clear()  # the browser reports each
+    both.requests[:] = both.requests[:1]
 
 
-def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> None:
+def test_camera_pictures_are_in_the_page(chromium: Any, tmp_path: Path) -> None:
     frames = tmp_path / "frames"
     frames.mkdir()
     path = tmp_path / "a.jsonl"
@@ -297,16 +297,16 @@ def test_what_the_camera_saw_is_in_the_page(chromium: Any, tmp_path: Path) -> No
         root = writer.call(ROOT, "program", "go", (), None, 0, writer.state(seen), NO_DECISION)
         writer.returned(root, "done", 4)
     trace = read_trace(path)
-    found = Page(chromium, made(tmp_path, (trace, trace)))
+    found = Page(chromium, write_page(tmp_path, (trace, trace)))
     alt = "document.images[0].alt"
     assert found.run(alt) == "camera picture at frame 0"
     found.press("]", "]")
     assert found.run(alt) == "camera picture at frame 2"
-    assert found.run("document.images[0].naturalWidth") == 40 and found.said == []
+    assert found.run("document.images[0].naturalWidth") == 40 and found.messages == []
     found.close()
 
 
-def test_rows_of_a_page_nest_and_say_what_differs() -> None:
+def test_rows_of_a_page_nest_and_mark_differences() -> None:
     rows = page_rows(compare(*diverging(100)))
     assert [row.end for row in rows][:2] == [len(rows), 6]
     for number, row in enumerate(rows):
@@ -317,7 +317,7 @@ def test_rows_of_a_page_nest_and_say_what_differs() -> None:
     assert not rows[0].unchanged and rows[1].unchanged
 
 
-def test_machines_are_told_where_the_page_is(
+def test_json_names_the_file_of_the_page(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "a.html"
@@ -326,7 +326,7 @@ def test_machines_are_told_where_the_page_is(
     assert json.loads(capsys.readouterr().out) == {"file": str(out), "bytes": out.stat().st_size}
 
 
-# Of every element that has text of its own: its colour against what lies behind it.
+# For each element with text of its own: the contrast of its colour with the background.
 CONTRASTS = """() => {
   const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
   const rgb = (colours) => { canvas.clearRect(0, 0, 1, 1);
@@ -342,10 +342,10 @@ CONTRASTS = """() => {
     const behind = [];
     for (let box = each; box; box = box.parentElement) behind.unshift(getComputedStyle(box).backgroundColor);
     const ground = rgb(["white", ...behind]);
-    const text = rgb(["white", ...behind, getComputedStyle(each).color]);
-    const [dark, bright] = [light(ground), light(text)].sort((one, other) => one - other);
-    const told = `${each.className}: ${each.textContent.slice(0, 30)}`;
-    found.push({ ratio: (bright + 0.05) / (dark + 0.05), told });
+    const colour = rgb(["white", ...behind, getComputedStyle(each).color]);
+    const [dark, bright] = [light(ground), light(colour)].sort((one, other) => one - other);
+    const text = `${each.className}: ${each.textContent.slice(0, 30)}`;
+    found.push({ ratio: (bright + 0.05) / (dark + 0.05), text });
   }
   return found;
 }"""

@@ -1,4 +1,4 @@
-"""Call trees for tests, on their own feet: made from real traces, edited, and written again."""
+"""Call trees for tests: built from real traces, edited, and written again."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ DONE = End(ending=Ending.DONE)
 
 
 def headed(**facts: Any) -> Header:
-    """A header of the present version."""
+    """Return a header of the current version."""
     return Header(format=FORMAT, version=VERSION, **facts)
 
 
 def recorded(registry: Registry, seed: int, task: str = "few_placements", primitives: int = 40) -> bytes:
-    """A scripted episode from a scrambled start, with slips and pushes, and scopes of a demonstration."""
+    """Record a scripted episode from a perturbed start, with slips, pushes and scopes."""
     rng = np.random.default_rng(seed)
     instance = draw(registry, find_task(registry, task), rng)
     world, expert = KinematicWorld(), Expert(registry)
-    shown = demonstrate(registry, expert, world, instance, seed)
+    recorded = demonstrate(registry, expert, world, instance, seed)
     world.reset(scrambled(instance.objects, rng), seed, TROUBLE)
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(header(registry, instance, seed, PolicyKind.SCRIPTED))
-    policy = ScriptedPolicy(expert, shown.calls if isinstance(shown, Shown) else None)
+    policy = ScriptedPolicy(expert, recorded.calls if isinstance(recorded, Shown) else None)
     limits = Limits(primitives=primitives)
     run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
     writer.end(run.end())
@@ -84,7 +84,7 @@ class Node:
 
 
 def tree(trace: Trace) -> Node:
-    """The run, with its root calls below it."""
+    """Return the run, with its root calls below it."""
     run = Node("run", "run")
     nodes = {ROOT: run}
     for call in trace.calls:
@@ -95,7 +95,7 @@ def tree(trace: Trace) -> Node:
 
 
 def written(run: Node, policy: str = "scripted") -> Trace:
-    """The tree as a trace: through the writer, and read back."""
+    """Write the tree as a trace, and read it back."""
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(headed(library="sample", policy=policy, objects=(CUBE,)))
@@ -116,7 +116,7 @@ def written(run: Node, policy: str = "scripted") -> Trace:
 
 
 def events(run: Node) -> list[tuple[Node, bool]]:
-    """Calls and returns in the order of execution: a node, and whether it returns."""
+    """Yield calls and returns in order of execution: a node, and whether it returns."""
     found: list[tuple[Node, bool]] = []
     waiting = [(kid, False) for kid in reversed(run.kids)]
     while waiting:
@@ -129,14 +129,14 @@ def events(run: Node) -> list[tuple[Node, bool]]:
 
 
 def prefix(run: Node, count: int) -> Node:
-    """The tree as it was known after so many events: outcomes only of what had returned."""
+    """Return the tree after a number of events, with outcomes only of what had returned."""
     known = Node("run", "run")
     open_calls = [known]
     for node, returns in events(run)[:count]:
         if returns:
             open_calls.pop().outcome = node.outcome
         else:
-            made = Node(node.kind, node.name, node.arguments, node.scope, outcome=None)
-            open_calls[-1].kids.append(made)
-            open_calls.append(made)
+            child = Node(node.kind, node.name, node.arguments, node.scope, outcome=None)
+            open_calls[-1].kids.append(child)
+            open_calls.append(child)
     return known

@@ -1,4 +1,4 @@
-"""`ntp bench`: how fast and how sure the arm is, beside the peers that are installed."""
+"""`ntp bench`: speed and success rate of the kinematics, against other libraries."""
 
 from __future__ import annotations
 
@@ -15,25 +15,26 @@ COUNTS = {"ik": 1000, "plan": 1000, "sim": 50}
 
 
 def command(
-    what: Annotated[str, typer.Argument(help="ik, plan or sim.")],
+    what: Annotated[str, typer.Argument(help="ik (inverse kinematics), plan (planning) or sim (execution).")],
     count: Annotated[
-        int | None, typer.Option("-n", "--count", min=1, help="Queries of each kind, or cycles.")
+        int | None,
+        typer.Option(
+            "-n", "--count", min=1, help="Number of queries of each kind, or of pick-and-place cycles."
+        ),
     ] = None,
-    arm: Annotated[str, typer.Option(help="A shipped arm, or a TOML of your own beside its URDF.")] = "panda",
+    arm: Annotated[str, typer.Option(help="A shipped arm, or your own TOML beside its URDF.")] = "panda",
     seed: Seed = 0,
     json: Json = False,
 ) -> int:
-    """Measure inverse kinematics, planning or execution: the peers get the same queries in the same run.
+    """Benchmark inverse kinematics, planning or execution against other libraries on the same queries.
 
-    The peers are mink and PyBullet, and pink and pybullet_planning where the extra `bench` is installed.
-    `overhead` is the time of the skills over that of replaying their motor commands, minus one.
+    Compared are mink and PyBullet, and with the extra `bench` also pink and pybullet_planning.
+    `overhead` is the time of the skills divided by that of replaying their motor commands, minus one.
 
     Example: ntp bench ik -n 200 --json
     """
     if what not in COUNTS:
-        raise NtpError(
-            f"nothing to measure is called '{what}'; did you mean '{nearest(what, COUNTS) or 'ik'}'?"
-        )
+        raise NtpError(f"there is no benchmark '{what}'; did you mean '{nearest(what, COUNTS) or 'ik'}'?")
     figures = _measure(what, count or COUNTS[what], seed, arm)
     if json:
         print_json(figures)
@@ -55,7 +56,7 @@ def _measure(what: str, count: int, seed: int, arm: str) -> dict[str, Any]:
         robot = load(arm)
     except UnusableRobot as unusable:
         raise NtpError(str(unusable)) from unusable
-    messages.print(f"{count} of each kind, on one core; this takes a while")
+    messages.print(f"{count} of each kind, on one processor core; this takes a while")
     with pybullet_loading.output_silenced():
         figures: dict[str, Any] = import_module(f"kinematics.bench.{what}").bench(count, seed, robot)
     return figures

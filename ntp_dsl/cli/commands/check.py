@@ -1,4 +1,4 @@
-"""`ntp check`: every mistake of a library, with its place."""
+"""`ntp check`: all diagnostics of a library."""
 
 from __future__ import annotations
 
@@ -30,88 +30,82 @@ class Format(StrEnum):
 
 def command(
     files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Libraries or folders.")],
-    static: Annotated[
-        bool, typer.Option("--static", help="Only what the text alone can tell: nothing is simulated.")
-    ] = False,
+    static: Annotated[bool, typer.Option("--static", help="Check the text only; simulate nothing.")] = False,
     execute: Annotated[
-        bool, typer.Option("--execute", help="Import and run what the libraries leave to Python.")
+        bool, typer.Option("--execute", help="Import and run the libraries' own Python functions.")
     ] = False,
-    format: Annotated[
-        Format, typer.Option(help="For people, for programs, or for tools that read SARIF 2.1.0.")
-    ] = Format.TEXT,
-    fix: Annotated[
-        bool, typer.Option("--fix", help="Apply every fix that is certain, and check again.")
-    ] = False,
+    format: Annotated[Format, typer.Option(help="Output as text, JSON, or SARIF 2.1.0.")] = Format.TEXT,
+    fix: Annotated[bool, typer.Option("--fix", help="Apply all safe fixes, and check again.")] = False,
     diff: Annotated[
-        bool, typer.Option("--diff", help="Show what --fix would first change; write nothing.")
+        bool, typer.Option("--diff", help="Show what --fix would change first; write nothing.")
     ] = False,
 ) -> int:
-    """Say whether libraries are sound, and every mistake that is in them.
+    """Check libraries, and report every error with its location.
 
-    First by the text; where that is sound, by simulation in the kinematic world: apis that do not keep
-    their word, goals that hold before anything is done or never, experts that go round in circles.
-    Warnings and notes do not change the answer. Exit status: 0 sound, 1 there are errors, 2 there is no
-    such file.
+    The text is checked first. If it has no errors, the library is simulated in the kinematic world, to
+    find apis that violate their contract, goals that hold from the start or are never reached, and
+    experts that never end. Exit status: 0 no errors (warnings and notes do not count), 1 errors, 2 there
+    is no such file.
 
     Example: ntp check examples/block_stacking --static
     """
     if static and execute:
-        raise NtpError("--static runs nothing and --execute runs all: choose one")
+        raise NtpError("--static simulates nothing and --execute everything: choose one")
     if fix and diff:
-        raise NtpError("--fix writes and --diff only shows: choose one")
+        raise NtpError("--fix writes files and --diff only shows changes: choose one")
     paths = [find(file) for file in files]
     if fix:
-        from ntp_dsl.cli.apply_fixes import mend_files
+        from ntp_dsl.cli.apply_fixes import fix_files
 
-        before = mend_files(lambda: _found(paths)[0], paths)
+        before = fix_files(lambda: _diagnose(paths)[0], paths)
         _show_changes(before, {path: read(path) for path in before}, format)
-    found, sources = _found(paths)
-    if not static and not diff and not _has_errors(found):
-        simulated, more = _simulated(paths, execute)
-        found, sources = [*found, *simulated], {**sources, **more}
+    diagnostics, sources = _diagnose(paths)
+    if not static and not diff and not _has_errors(diagnostics):
+        simulated, more = _simulate(paths, execute)
+        diagnostics, sources = [*diagnostics, *simulated], {**sources, **more}
     if diff:
-        from ntp_dsl.cli.apply_fixes import mended
+        from ntp_dsl.cli.apply_fixes import fixed_texts
 
-        after = mended(found, paths)
+        after = fixed_texts(diagnostics, paths)
         _show_changes({path: read(path) for path in after}, after, format)
     if format is Format.TEXT:
-        _print_text(paths, found, sources)
+        _print_text(paths, diagnostics, sources)
     else:
-        _print_document(found, format)
-    return int(_has_errors(found))
+        _print_document(diagnostics, format)
+    return int(_has_errors(diagnostics))
 
 
-def _has_errors(found: Sequence[Diagnostic]) -> bool:
-    return any(each.severity == "error" for each in found)
+def _has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
+    return any(each.severity == "error" for each in diagnostics)
 
 
-def _simulated(paths: list[Path], execute: bool) -> tuple[list[Diagnostic], Sources]:
-    """What the dynamic check finds, and the texts that it speaks of."""
+def _simulate(paths: list[Path], execute: bool) -> tuple[list[Diagnostic], Sources]:
+    """Return the diagnostics of the dynamic check, and the texts that they refer to."""
     from ntp_dsl.cli.display import progress
     from ntp_dsl.dynamic.check import check_dynamically
     from ntp_dsl.language.loader import load
     from ntp_dsl.user_code.loading import with_python
 
-    found: dict[Diagnostic, None] = {}
+    diagnostics: dict[Diagnostic, None] = {}
     with progress("simulating", None) as bar:
         for path in paths:
             registry = with_python(load(path)) if execute else load(path)
-            told = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
-            found |= dict.fromkeys(check_dynamically(registry, path, told=told))
-    places = [note.span for each in found for note in each.notes] + [each.span for each in found]
+            report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
+            diagnostics |= dict.fromkeys(check_dynamically(registry, path, on_step=report))
+    places = [note.span for each in diagnostics for note in each.notes] + [each.span for each in diagnostics]
     texts: Sources = {span.path: read(span.path) for span in places if span.path is not None}
-    return list(found), texts
+    return list(diagnostics), texts
 
 
-def _found(paths: list[Path]) -> tuple[list[Diagnostic], Sources]:
-    """What is found in all libraries; in those that several use, once."""
-    found: dict[Diagnostic, None] = {}
+def _diagnose(paths: list[Path]) -> tuple[list[Diagnostic], Sources]:
+    """Return the diagnostics of all libraries; those of shared libraries occur once."""
+    diagnostics: dict[Diagnostic, None] = {}
     sources: Sources = {}
     for path in paths:
         report = diagnose(path)
-        found |= dict.fromkeys(report.diagnostics)
+        diagnostics |= dict.fromkeys(report.diagnostics)
         sources |= report.sources
-    return list(found), sources
+    return list(diagnostics), sources
 
 
 def _show_changes(before: Texts, after: Texts, format: Format) -> None:
@@ -122,26 +116,26 @@ def _show_changes(before: Texts, after: Texts, format: Format) -> None:
         print_lines(difference(path, before[path], after[path]), stream)
 
 
-def _print_text(paths: list[Path], found: Sequence[Diagnostic], sources: Sources) -> None:
-    print_diagnostics(found, sources)
-    told = summary(found)
-    if _has_errors(found):
-        fixable = sum(each.fix is not None for each in found)
-        print(told + (f" ({fixable} can be mended by --fix)" if fixable else ""))
+def _print_text(paths: list[Path], diagnostics: Sequence[Diagnostic], sources: Sources) -> None:
+    print_diagnostics(diagnostics, sources)
+    counts = summary(diagnostics)
+    if _has_errors(diagnostics):
+        fixable = sum(each.fix is not None for each in diagnostics)
+        print(counts + (f" ({fixable} fixable with --fix)" if fixable else ""))
     else:
         libraries = ", ".join(shown_path(path) for path in paths)
-        print(f"sound: {libraries}" + (f" ({told})" if told else ""))
+        print(f"sound: {libraries}" + (f" ({counts})" if counts else ""))
 
 
-def _print_document(found: Sequence[Diagnostic], format: Format) -> None:
+def _print_document(diagnostics: Sequence[Diagnostic], format: Format) -> None:
     from ntp_dsl.cli import sarif
     from ntp_dsl.cli.display import print_json
 
     if format is Format.SARIF:
-        print_json(sarif.document(found))
+        print_json(sarif.document(diagnostics))
     else:
-        sound = not _has_errors(found)
-        print_json({"sound": sound, "diagnostics": [_row(each) for each in found]})
+        sound = not _has_errors(diagnostics)
+        print_json({"sound": sound, "diagnostics": [_row(each) for each in diagnostics]})
 
 
 def _row(diagnostic: Diagnostic) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`ntp demo`: the main job in a minute."""
+"""`ntp demo`: one-shot imitation in a minute."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.commands.run import carry_out
+from ntp_dsl.cli.commands.run import run_episode
 from ntp_dsl.cli.display import answers
 from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Gui, Json
@@ -19,15 +19,15 @@ LIBRARY, TASK = examples_folder() / "block_stacking", "block_stacking"
 
 
 def command(
-    seed: Annotated[int, typer.Option(min=0, help="Draws the task and the placements.")] = 4,
-    out: Annotated[Path, typer.Option(help="A folder for trace and pictures.")] = Path("runs/demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the task and the placements.")] = 4,
+    out: Annotated[Path, typer.Option(help="Folder for the trace and pictures.")] = Path("runs/demo"),
     gui: Gui = False,
     json: Json = False,
 ) -> int:
-    """Watch the arm build what it was shown once, with the shipped checkpoint.
+    """Watch the shipped checkpoint build a structure from one demonstration.
 
-    A task is drawn from the seed. The expert shows it from one placement of the blocks; then the learned
-    program drives the arm from another.
+    A task is drawn by the seed. The expert demonstrates it from one placement of the blocks; then the
+    learned program does it from another.
 
     Example: ntp demo --seed 7
     """
@@ -38,15 +38,15 @@ def command(
     if not json:
         answers.print(f"the task: {towers(instance.goal)}")
         answers.print("one demonstration, from another placement of the blocks …")
-    shown, _ = evaluator.demonstration(instance, 0)
+    recorded, _ = evaluator.demonstration(instance, 0)
     if not json:
-        answers.print(f"shown in {shown.demonstration.times[-1]:.0f} s; now the learned program:")
-    carry_out(evaluator, shown, out, json)
+        answers.print(f"demonstrated in {recorded.demonstration.times[-1]:.0f} s; now the learned program:")
+    run_episode(evaluator, recorded, out, json)
     return 0
 
 
 def towers(goal: Goal) -> str:
-    """The goal in words, tower by tower, from the bottom up."""
+    """Return the goal as text: each tower from the bottom up."""
     carries = {str(placement["support"]): str(placement["item"]) for placement in goal}
     bases = [support for support in carries if support not in carries.values()]
     lines = []

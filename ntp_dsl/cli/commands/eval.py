@@ -1,4 +1,4 @@
-"""`ntp eval`: success over many episodes, and what every failure is attributed to."""
+"""`ntp eval`: success over many episodes, and what failures are attributed to."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def command(
     expert: Scripted = False,
     world: WorldName = "kinematic",
     arm: Arm = None,
-    episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="How many.")] = 100,
+    episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="Number of episodes.")] = 100,
     seed: Seed = 0,
     workers: Workers = 1,
     slips: Slips = 0.0,
@@ -48,18 +48,18 @@ def command(
     noise: Noise = 0.0,
     tasks: Annotated[
         Path | None,
-        typer.Option(help="Goals from a file, in its order and over again: ours, or the paper's authors'."),
+        typer.Option(help="Take goals from a file, in order and cyclically; see `ntp import-vat`."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="A folder for the traces.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the traces.")] = None,
     length: Length = "",
     topology: Topology = "",
     semantics: Semantics = "",
     json: Json = False,
 ) -> int:
-    """Run many episodes, each from one demonstration in another placement, and count.
+    """Run many episodes, each from one demonstration in another placement, and report their success.
 
-    `success` is strict: every placement by contact and centred, nothing else moved, the hand empty, still
-    so two seconds later. `success_authors` is the test of the paper's authors.
+    `success` is strict: all placements centred and in contact, no other object moved, the hand empty, and
+    unchanged two seconds later. `success_authors` is the test of the paper's authors.
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
@@ -67,7 +67,7 @@ def command(
     disturbances = Disturbances(slips, pushes, noise)
     ranges = varied(length, topology, semantics)
     if tasks and ranges:
-        raise NtpError(f"--{ranges[0][0]} is for goals that are drawn, and --tasks brings them: choose one")
+        raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
     plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges, arm=arm)
     done = []
     with progress("episodes", episodes) as bar:
@@ -82,12 +82,12 @@ def command(
         return 0
     low, high = figures["success_interval"]
     answers.print(f"success          {figures['success']:.3f}   (95 %: {low:.3f} to {high:.3f})")
-    answers.print(f"by the authors'  {figures['success_authors']:.3f}")
-    blamed = ", ".join(f"{kind} {count}" for kind, count in figures["failures"].items())
-    answers.print(f"failures         {blamed}")
+    answers.print(f"authors' test    {figures['success_authors']:.3f}")
+    failures = ", ".join(f"{kind} {count}" for kind, count in figures["failures"].items())
+    answers.print(f"failures         {failures}")
     answers.print(f"disturbances     {figures['disturbances']}")
     answers.print(
-        f"an episode       {figures['seconds_per_episode']:.2f} s, "
+        f"per episode      {figures['seconds_per_episode']:.2f} s, "
         f"simulated {figures['simulated_seconds_per_episode']:.1f} s, "
         f"{figures['placements_per_episode']:.1f} placements"
     )

@@ -1,4 +1,4 @@
-"""`ntp graph`: the hierarchy of a library, as a tree in the terminal or as a picture."""
+"""`ntp graph`: the call graph of a library, as a tree in the terminal or as a picture."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ STYLES = {"task": "bold yellow", "program": "bold blue", "api": "green"}
 
 def command(
     library: Library,
-    out: Annotated[Path | None, typer.Option(help="Write a picture: FILE.svg.")] = None,
-    program: Annotated[str | None, typer.Option(help="Only this program, and what it calls.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write a picture to FILE.svg.")] = None,
+    program: Annotated[str | None, typer.Option(help="Show only this program and what it calls.")] = None,
     list: Annotated[
-        bool, typer.Option("--list", help="Tasks, programs and apis, a line each, instead.")
+        bool, typer.Option("--list", help="List tasks, programs and apis instead, one per line.")
     ] = False,
 ) -> int:
-    """Show who calls whom in a library, what each requires and achieves, and what it is for.
+    """Show the call graph of a library, with the contracts and docstrings of its programs.
 
     Example: ntp graph block_stacking --out runs/block_stacking.svg
     """
@@ -48,18 +48,18 @@ def _print_tree(graph: CallGraph) -> None:
     from ntp_dsl.cli.display import answers
 
     tree = Tree(Text(graph.name, style="bold"))
-    shown: set[str] = set()
+    expanded: set[str] = set()
 
     def grow(branch: Tree, node: Node, label: str, above: tuple[str, ...]) -> None:
         line = Text(f"{label}: " if label else "", style="dim")
         line.append(node.signature, style=f"not dim {STYLES[node.kind]}")
         if node.key in above:
-            branch.add(line.append("  ↺ as above", style="not bold magenta"))
+            branch.add(line.append("  ↺ recursive", style="not bold magenta"))
             return
-        if node.key in shown:
-            branch.add(line.append("  as shown", style="not bold dim"))
+        if node.key in expanded:
+            branch.add(line.append("  see above", style="not bold dim"))
             return
-        shown.add(node.key)
+        expanded.add(node.key)
         if node.summary:
             line.append(f"\n{node.summary}", style="not bold italic default")
         for clause in node.contract:

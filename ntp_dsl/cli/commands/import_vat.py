@@ -1,4 +1,4 @@
-"""`ntp import-vat`: the task files of the paper's authors, as files of tasks of our own."""
+"""`ntp import-vat`: conversion of task files of the paper's authors."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ntp_dsl.tasks.task_files import as_file, read_tasks, write_tasks
 
 
 def command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The authors' JSON.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="JSON file of the authors.")],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where to write; else standard output.")
+        Path | None, typer.Option(metavar="FILE", help="File to write; by default standard output.")
     ] = None,
 ) -> None:
-    """Turn a task file of the paper's authors into our own format.
+    """Convert a task file of the paper's authors to the format of `ntp eval --tasks`.
 
     Example: ntp import-vat stack_unseen_500.json --out unseen.json
     """

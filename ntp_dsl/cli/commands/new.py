@@ -1,4 +1,4 @@
-"""`ntp new`: a domain to start from."""
+"""`ntp new`: a new domain from a template."""
 
 from __future__ import annotations
 
@@ -17,15 +17,13 @@ from ntp_dsl.language.parsing.term_builder import RESERVED
 
 
 def command(
-    name: Annotated[str, typer.Argument(help="Of the library: letters, digits and underscores.")],
-    out: Annotated[Path, typer.Option(help="The folder to put it in.")] = Path("."),
-    python: Annotated[
-        bool, typer.Option("--python", help="With an expert that is a function in Python.")
-    ] = False,
+    name: Annotated[str, typer.Argument(help="Name of the library: letters, digits and underscores.")],
+    out: Annotated[Path, typer.Option(help="Parent folder.")] = Path("."),
+    python: Annotated[bool, typer.Option("--python", help="Write the expert as a Python function.")] = False,
 ) -> int:
-    """Make a folder with a small domain that checks, records and trains as it stands.
+    """Create a folder with a small domain that can be checked, recorded and trained as it is.
 
-    Its README has the lines to type next. Nothing that exists is written over.
+    Its README lists the next commands. Existing files are not overwritten.
 
     Example: ntp new pairs --out domains
     """
@@ -46,10 +44,10 @@ def command(
 
 def _check_name(name: str) -> None:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-        meant = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_")
-        guess = f"; for example: {meant}" if re.fullmatch(r"[A-Za-z_]\w*", meant, re.ASCII) else ""
-        raise NtpError(f"'{name}' cannot be a library's name: letters, digits and underscores can{guess}")
+        valid = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_")
+        example = f"; for example: {valid}" if re.fullmatch(r"[A-Za-z_]\w*", valid, re.ASCII) else ""
+        raise NtpError(f"'{name}' is not a valid library name: use letters, digits and underscores{example}")
     if name in RESERVED:
-        raise NtpError(f"'{name}' is a word of the language; nothing else can be called that")
+        raise NtpError(f"'{name}' is a keyword of the language; choose another name")
     if (library_folder() / f"{name}.ntp").exists():
         raise NtpError(f"'{name}' is a standard library, which the new one uses; choose another name")

@@ -1,4 +1,4 @@
-"""`ntp record`: demonstrations and labelled traces from the expert."""
+"""`ntp record`: demonstrations and labelled traces of the expert."""
 
 from __future__ import annotations
 
@@ -33,19 +33,23 @@ from ntp_dsl.tasks.task_files import read_tasks
 def command(
     library: Library,
     task: Task,
-    episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="How many to record.")] = 100,
-    out: Annotated[Path, typer.Option(help="The folder to write.")] = Path("runs/data"),
+    episodes: Annotated[int, typer.Option("-n", "--episodes", min=1, help="Number of episodes.")] = 100,
+    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("runs/data"),
     world: WorldName = "kinematic",
     arm: Arm = None,
     seed: Seed = 0,
     workers: Workers = 1,
-    trouble: Annotated[
+    perturbation_rate: Annotated[
         float,
-        typer.Option(min=0, max=1, help="How often a labelled episode slips or is led astray."),
+        typer.Option(
+            min=0,
+            max=1,
+            help="Probability of slips, pushes and wrong subprograms, per primitive.",
+        ),
     ] = TROUBLE,
     exclude: Annotated[
         list[Path] | None,
-        typer.Option(help="A task file whose labelled end configurations are never drawn."),
+        typer.Option(help="A task file whose goal configurations are never drawn; may be repeated."),
     ] = None,
     length: Length = "",
     topology: Topology = "",
@@ -54,18 +58,27 @@ def command(
 ) -> int:
     """Record demonstrations and labelled traces from the scripted expert.
 
-    Each episode is a clean demonstration from one placement, and a labelled episode from another in which
-    objects slip, fall and are led astray, so that recoveries are learnt too. Failed ones are named in the
-    manifest.
+    Each episode has an undisturbed demonstration from one placement, and a labelled run from another with
+    slips, pushes and wrong subprograms, so that recovery is learnt too. The manifest lists failed episodes.
 
     Example: ntp record block_stacking block_stacking -n 300 --out runs/data
     """
     files = exclude or []
     hashes = tuple((path.name, sha256(path.read_bytes()).hexdigest()) for path in files)
-    words = "ntp " + " ".join(sys.argv[1:])
+    command_line = "ntp " + " ".join(sys.argv[1:])
     ranges = varied(length, topology, semantics)
     plan = RecordingPlan(
-        library, task, out, world, seed, trouble, _excluded(files), words, hashes, ranges, arm
+        library,
+        task,
+        out,
+        world,
+        seed,
+        perturbation_rate,
+        _excluded(files),
+        command_line,
+        hashes,
+        ranges,
+        arm,
     )
     failed = []
     with progress("recording", episodes) as bar:
@@ -81,7 +94,7 @@ def command(
     else:
         messages.print(f"{kept} of {episodes} episodes in {out}")
     if not kept:
-        raise TaskFailed("no episode went well: see the manifest for the reasons")
+        raise TaskFailed("no episode succeeded: see the manifest for the reasons")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`ntp run`: one task, carried out."""
+"""`ntp run`: one episode of a task."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def command(
     model: Model = None,
     demo: Annotated[
         Path | None,
-        typer.Option(help="A demonstration file; by default one is recorded from the seed."),
+        typer.Option(help="A demonstration file; by default the expert records one from the seed."),
     ] = None,
     expert: Scripted = False,
     world: WorldName = "bullet",
@@ -53,39 +53,39 @@ def command(
     noise: Noise = 0.0,
     arm: Arm = None,
     gui: Gui = False,
-    out: Annotated[Path | None, typer.Option(help="A folder for trace and pictures.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
     length: Length = "",
     topology: Topology = "",
     semantics: Semantics = "",
     json: Json = False,
 ) -> int:
-    """Carry out a task: learned from one demonstration, or by the scripted expert.
+    """Run a task: learned from one demonstration, or by the scripted expert.
 
-    What the demonstration shows is what gets built, whatever goal the seed would have drawn.
-    Exit status: 0 done, 1 the task failed, 2 misuse.
+    With --demo the goal is that of the demonstration, not one drawn from the seed. Exit status: 0 done, 1 the
+    task failed, 2 misuse.
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
     if expert and demo:
-        raise NtpError("--expert needs no --demo: the script decides")
+        raise NtpError("--expert needs no --demo: the scripted expert decides")
     path = model_or_expert(library, task, model, expert)
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
     evaluator = Evaluator(plan)
-    shown = Shown(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
-    if shown is None and not expert:
-        messages.print(f"no --demo: the expert shows the task once, from seed {seed}")
-    carry_out(evaluator, shown, out, json)
+    recorded = Shown(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
+    if recorded is None and not expert:
+        messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
+    run_episode(evaluator, recorded, out, json)
     return 0
 
 
-def carry_out(evaluator: Evaluator, shown: Shown | None, out: Path | None, json: bool) -> None:
-    """One episode, shown as it unfolds. Raises `TaskFailed` with the reason where it fails."""
+def run_episode(evaluator: Evaluator, recorded: Shown | None, out: Path | None, json: bool) -> None:
+    """Run one episode and show its calls. Raises `TaskFailed` with the reason where it fails."""
     camera = _camera(evaluator, out)
     episode = evaluator.episode(
         0,
-        shown,
+        recorded,
         watch=None if json else LiveTree(evaluator.registry),
         on_frame=camera.frame if camera else None,
     )
@@ -118,15 +118,15 @@ def carry_out(evaluator: Evaluator, shown: Shown | None, out: Path | None, json:
     if episode.success is False:
         raise TaskFailed(f"the task failed ({episode.attributed_to}): {episode.reason}")
     if episode.success is None and not json:
-        messages.print("the demonstration does not say what it shows, so nobody judged the result")
+        messages.print("the demonstration states no goal, so the result was not judged")
     if not json:
         answers.print(
             f"done: {episode.placements} placements, {episode.primitives} primitives, "
-            f"{episode.simulated_seconds:.1f} s on the robot's clock"
+            f"{episode.simulated_seconds:.1f} s of robot time"
         )
 
 
 def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:
-    """Pictures where they are wanted and the world can render itself."""
+    """Return a camera where there is a folder for pictures and the world can render itself."""
     render = getattr(evaluator.world, "render", None)
     return Camera(render, out) if out is not None and render is not None else None

@@ -32,18 +32,18 @@ SHOW_EVERY = 20
 
 def command(
     library: Library,
-    data: Annotated[list[Path], typer.Option(help="A folder of `ntp record`; may be repeated.")],
-    out: Annotated[Path, typer.Option(help="The folder to write.")] = Path("runs/model"),
+    data: Annotated[list[Path], typer.Option(help="Folder of `ntp record`; may be repeated.")],
+    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("runs/model"),
     iterations: Annotated[
-        int, typer.Option(min=1, help="Steps of the optimiser.")
+        int, typer.Option(min=1, help="Number of optimiser steps.")
     ] = TrainingConfig.iterations,
     seed: Seed = 0,
-    threads: Annotated[int, typer.Option(min=1, help="Of the processor.")] = 1,
+    threads: Annotated[int, typer.Option(min=1, help="Number of processor threads.")] = 1,
     json: Json = False,
 ) -> int:
-    """Train a core to dispatch over a library, from the traces of its expert.
+    """Train a core on the recorded traces of a library's expert.
 
-    Interrupted, it goes on from where it was when called again with the same words.
+    After an interruption, the same command continues from the last saved iteration.
 
     Example: ntp train block_stacking --data runs/data --out runs/model
     """
@@ -53,18 +53,18 @@ def command(
     manifests = [read_manifest(folder, registry) for folder in data]
     labelled = _labelled(registry, data, manifests, seed)
     if not labelled:
-        raise NtpError(f"{', '.join(map(str, data))}: no episode was kept, so there is nothing to learn")
+        raise NtpError(f"{', '.join(map(str, data))}: no episode was kept, so there is nothing to train on")
     memory = Memory.of(registry)
     corpus = Corpus(memory, labelled, lambda name: registry.programs[name].takes_list)
     config = TrainingConfig(seed=seed, iterations=iterations)
-    shown = {sample.query.demonstration for sample in labelled}
-    trainer = Trainer(sized(memory, shown), config, memory)
+    demonstrations = {sample.query.demonstration for sample in labelled}
+    trainer = Trainer(sized(memory, demonstrations), config, memory)
     out.mkdir(parents=True, exist_ok=True)
     partial = out / "training.safetensors"
     data_facts = [_provenance(manifest) for manifest in manifests]
     if partial.exists():
         resume_training(trainer, partial, data_facts)
-        messages.print(f"going on from iteration {trainer.iteration} of {partial}")
+        messages.print(f"continuing from iteration {trainer.iteration} of {partial}")
     parts = _train(trainer, corpus, partial, data_facts)
     recipe = {
         "command": "ntp " + " ".join(sys.argv[1:]),
@@ -117,7 +117,7 @@ def _train(trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str,
 
 
 def _provenance(manifest: Manifest) -> dict[str, Any]:
-    """Return what the data are and where they come from, so that they can be made again."""
+    """Return the origin of a data set, so that it can be recorded again."""
     keys = "command task world seed perturbation_rate excluded excluded_files registry versions".split()
     rows = manifest.episodes
     facts = {key: getattr(manifest, key) for key in keys}

@@ -1,4 +1,4 @@
-"""`ntp trace coverage`: a library's own source, with what many traces did at each line."""
+"""`ntp trace coverage`: a library's source, with figures from many traces at each line."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ TRACES = "*.trace.jsonl"
 
 
 def command(
-    library: Annotated[Path, typer.Argument(help="The library that the traces are of.")],
-    files: Annotated[list[Path], typer.Argument(metavar="TRACE…", help="Traces, or folders of them.")],
+    library: Annotated[Path, typer.Argument(help="The library of the traces.")],
+    files: Annotated[list[Path], typer.Argument(metavar="TRACE…", help="Traces, or folders of traces.")],
     against: Annotated[
         Path | None,
-        typer.Option(help="A folder with the script's traces of the same names: counts first divergences."),
+        typer.Option(help="Folder with the expert's traces of the same names, to count first divergences."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Show a library's source with what was done at each line: calls, how many went well, the mean
-    probability of the decisions, and what those are attributed to that did not go well.
+    """Show a library's source with figures from many traces at each line.
 
-    A statement is counted by the calls that it made, a program's own line by its returns.
+    These are the number of calls, the share that succeeded, the mean probability of the decisions, and what
+    failures are attributed to. For a program's header line they are of its returns.
 
     Example: ntp trace coverage block_stacking runs/learned --against runs/scripted
     """
@@ -42,7 +42,7 @@ def command(
     sources = _sources(registry)
     unknown = sorted({place.rpartition(":")[0] for place in covered.lines} - sources.keys())
     if unknown:
-        raise NtpError(f"the traces are of {', '.join(unknown)}, which '{registry.name}' does not use")
+        raise NtpError(f"the traces refer to {', '.join(unknown)}, which '{registry.name}' does not use")
     if json:
         rows = {place: _row(line) for place, line in sorted(covered.lines.items())}
         print_json({"library": registry.name, "traces": covered.traces, "lines": rows})
@@ -50,7 +50,7 @@ def command(
     statements = _statements(registry)
     for name, text in sources.items():
         answers.print(Text(name, style="bold"))
-        answers.print(Text("  calls   well     p  ", style="dim").append("attributed to, divergences"))
+        answers.print(Text("  calls     ok     p  ", style="dim").append("attributed to, divergences"))
         for row in _listing(name, text, covered, statements):
             answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
     answers.print(f"{covered.traces} traces")
@@ -60,7 +60,7 @@ def _found(files: list[Path]) -> Iterator[Path]:
     for file in files:
         inside = sorted(file.glob(TRACES)) if file.is_dir() else [file]
         if not inside:
-            raise NtpError(f"{file}: holds no traces ({TRACES}); `ntp eval … --out DIR` makes them")
+            raise NtpError(f"{file}: contains no traces ({TRACES}); `ntp eval … --out DIR` writes them")
         yield from inside
 
 
@@ -82,7 +82,7 @@ def _sources(registry: Registry) -> dict[str, str]:
 
 
 def _statements(registry: Registry) -> set[str]:
-    """Places of all that could have been counted."""
+    """Return the locations of all lines that can be counted."""
     programs = registry.programs.values()
     spans = [row.span for row in programs]
     spans += [each.span for row in programs for each in row.statements()]
@@ -102,19 +102,19 @@ def _listing(name: str, text: str, covered: Coverage, statements: set[str]) -> I
 
 
 def _counted(line: Line) -> Text:
-    well = f"{line.succeeded / line.calls:.0%}" if line.calls else "–"
-    sure = f"{line.probability:.2f}" if line.probability is not None else "–"
-    row = Text(f"{line.calls:7} {well:>6} {sure:>5}  ", style="default")
+    succeeded = f"{line.succeeded / line.calls:.0%}" if line.calls else "–"
+    probability = f"{line.probability:.2f}" if line.probability is not None else "–"
+    row = Text(f"{line.calls:7} {succeeded:>6} {probability:>5}  ", style="default")
     for counted, style in ((line.attributed_to, "red"), (line.divergences, "magenta")):
-        told = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
-        row.append(f"{told} " if told else "", style=style)
+        counts = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
+        row.append(f"{counts} " if counts else "", style=style)
     return row
 
 
 def _row(line: Line) -> dict[str, Any]:
     return {
         "calls": line.calls,
-        "well": line.succeeded,
+        "succeeded": line.succeeded,
         "probability": line.probability,
         "attributed_to": dict(sorted(line.attributed_to.items())),
         "divergences": dict(sorted(line.divergences.items())),

@@ -1,4 +1,4 @@
-"""`ntp trace diff`: where two traces part, and what that is attributed to."""
+"""`ntp trace diff`: where two traces diverge, and what it is attributed to."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from ntp_dsl.traces.schema import Call, Trace
 from ntp_dsl.traces.sources import statement
 
 SAME, DIFFERENT = 0, 1
-SHOWN = 20  # divergences that --all shows in full; of more, the first
+MAX_SHOWN = 20  # most divergences that --all shows in full
 
 
 def command(
-    first: Annotated[Path, typer.Argument(metavar="A", help="The trace that is right: the script's.")],
-    second: Annotated[Path, typer.Argument(metavar="B", help="The trace that is compared with it.")],
-    everywhere: Annotated[bool, typer.Option("--all", help="Every divergence, not the first alone.")] = False,
-    no_scopes: Annotated[
-        bool, typer.Option("--no-scopes", help="Compare what was done, not the scopes it was given.")
+    first: Annotated[Path, typer.Argument(metavar="A", help="The reference trace: the expert's.")],
+    second: Annotated[Path, typer.Argument(metavar="B", help="The trace to compare with it.")],
+    everywhere: Annotated[
+        bool, typer.Option("--all", help="Show all divergences, not only the first.")
     ] = False,
+    no_scopes: Annotated[bool, typer.Option("--no-scopes", help="Ignore the scopes of calls.")] = False,
     json: Json = False,
 ) -> int:
-    """Show where the second trace first leaves the first, how surely, and why.
+    """Show where the second trace first diverges from the first, its confidence, and the cause.
 
     Kinds: program, argument, scope, end too early, end too late, outcome. A divergence is attributed to the
-    decision where the two states were alike, else to what had made them differ. Exit status: 0 the same,
-    1 they differ, 2 misuse.
+    decision where the two states were the same, else to what made them differ. Exit status: 0 the same,
+    1 different, 2 misuse.
 
     Example: ntp trace diff scripted.trace.jsonl learned.trace.jsonl
     """
@@ -54,19 +54,19 @@ def command(
     return DIFFERENT if comparison.first else SAME
 
 
-# In words ----------------------------------------------------------------------------------------
+# As text ----------------------------------------------------------------------------------------
 
 
 def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
-    """The first divergence, or many of them, for people."""
+    """Yield the first divergence, or many of them, as lines of text."""
     yield from _warnings(comparison)
     if comparison.first is None:
         yield Text(f"the same: {len(comparison.a.calls)} calls", style="green")
         return
-    told = comparison.divergences[: SHOWN if everywhere else 1]
-    for number, divergence in enumerate(told):
+    listed = comparison.divergences[: MAX_SHOWN if everywhere else 1]
+    for number, divergence in enumerate(listed):
         yield from _paragraph(comparison, divergence, "first divergence" if not number else "then")
-    rest = Counter(str(each.kind) for each in comparison.divergences[len(told) :])
+    rest = Counter(str(each.kind) for each in comparison.divergences[len(listed) :])
     if rest:
         counted = ", ".join(f"{kind} {count}" for kind, count in sorted(rest.items()))
         hint = "" if everywhere else "  (--all shows them)"
@@ -74,52 +74,56 @@ def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
 
 
 def _warnings(comparison: Comparison) -> Iterator[Text]:
-    """What the headers say that makes a comparison mean less."""
+    """Yield warnings where the headers show that the traces are not comparable."""
     a, b = comparison.a.header, comparison.b.header
     for name, x, y in (("library", a.library, b.library), ("task", a.task, b.task), ("goal", a.goal, b.goal)):
         if x != y:
-            yield Text(f"not of one {name}: the traces are of different tasks", style="yellow")
+            yield Text(f"different {name}: the traces are not of the same task", style="yellow")
             return
     if a.registry != b.registry:
-        yield Text("the library was changed between the two traces", style="yellow")
+        yield Text("the library changed between the two traces", style="yellow")
 
 
-def _paragraph(comparison: Comparison, found: Divergence, title: str) -> Iterator[Text]:
-    kind = Text(f"{title}: ", style="bold").append(str(found.kind), style="red")
+def _paragraph(comparison: Comparison, divergence: Divergence, title: str) -> Iterator[Text]:
+    kind = Text(f"{title}: ", style="bold").append(str(divergence.kind), style="red")
     yield kind.append(
-        f", attributed to {found.attributed_to}" if found.attributed_to else "", style="default not bold"
+        f", attributed to {divergence.attributed_to}" if divergence.attributed_to else "",
+        style="default not bold",
     )
-    path = [format_call(call) for call in reversed(list(comparison.a.ancestors(found.caller_a)))]
+    path = [format_call(call) for call in reversed(list(comparison.a.ancestors(divergence.caller_a)))]
     yield Text(f"  in  {' > '.join(path) or 'the run'}")
-    yield Text("  A   " + _did(comparison.a, found, found.a)).append(_where(comparison, found), "dim")
-    yield Text("  B   " + (_did(comparison.b, found, found.b) if found.answer is None else _would(found)))
-    if sure := _confidence(found):
-        yield Text(f"      {sure}", style="dim")
-    if found.state_distance is not None:
-        yield Text(f"      {_states(found.state_distance)}", style="dim")
-    a, b = followed(comparison, found)
+    action_a = _action(comparison.a, divergence, divergence.a)
+    is_answer = divergence.answer is not None
+    action_b = _answered_action(divergence) if is_answer else _action(comparison.b, divergence, divergence.b)
+    yield Text(f"  A   {action_a}").append(_where(comparison, divergence), "dim")
+    yield Text(f"  B   {action_b}")
+    if confidence := _confidence(divergence):
+        yield Text(f"      {confidence}", style="dim")
+    if divergence.state_distance is not None:
+        yield Text(f"      {_states(divergence.state_distance)}", style="dim")
+    a, b = followed(comparison, divergence)
     if a or b:
-        yield Text(f"      what followed is folded away: {a} calls of A, {b} of B", style="dim")
+        yield Text(f"      not shown: the {a} following calls of A, {b} of B", style="dim")
 
 
-def _would(found: Divergence) -> str:
-    """What a policy answered that was only asked."""
-    answer = found.answer
+def _answered_action(divergence: Divergence) -> str:
+    """Return the answer of a replayed policy as text."""
+    answer = divergence.answer
     assert answer is not None
     if answer.callee is None:
         return "would return"
-    scope = f"  {format_scope(answer.scope)}" if found.kind is DivergenceKind.SCOPE else ""
+    scope = f"  {format_scope(answer.scope)}" if divergence.kind is DivergenceKind.SCOPE else ""
     return f"would call {format_invocation(answer.callee, answer.arguments)}{scope}"
 
 
-def _did(trace: Trace, found: Divergence, number: int | None) -> str:
+def _action(trace: Trace, divergence: Divergence, number: int | None) -> str:
     if number is None:
-        return "ends here" if found.kind is DivergenceKind.CUT_OFF else "returns"
+        return "ends here" if divergence.kind is DivergenceKind.CUT_OFF else "returns"
     call = trace.calls[number]
     words = format_call(call)
-    if found.kind is DivergenceKind.OUTCOME or found.kind is DivergenceKind.CUT_OFF:
+    if divergence.kind is DivergenceKind.OUTCOME or divergence.kind is DivergenceKind.CUT_OFF:
         return f"{words}  {call.outcome or 'cut off'}{_told(call)}"
-    if found.kind is DivergenceKind.SCOPE:
+    if divergence.kind is DivergenceKind.SCOPE:
         return f"{words}  {format_scope(call.scope)}"
     return words
 
@@ -128,40 +132,42 @@ def _told(call: Call) -> str:
     return "".join(f"  [{printable(each)}]" for each in call.execution.disturbances)
 
 
-def _where(comparison: Comparison, found: Divergence) -> str:
-    text = statement(comparison.a, found.source)
-    return f"   {printable(found.source)}{f':  {printable(text)}' if text else ''}" if found.source else ""
+def _where(comparison: Comparison, divergence: Divergence) -> str:
+    if not divergence.source:
+        return ""
+    text = statement(comparison.a, divergence.source)
+    return f"   {printable(divergence.source)}{f':  {printable(text)}' if text else ''}"
 
 
-def _confidence(found: Divergence) -> str:
-    sure = found.confidence
-    if sure.chosen is None:
+def _confidence(divergence: Divergence) -> str:
+    confidence = divergence.confidence
+    if confidence.chosen is None:
         return ""
     right = (
-        f"the right one is number {sure.rank} (p={sure.right:.2f})"
-        if sure.rank
-        else ("the right one is not among the likely ones")
+        f"the right one has rank {confidence.rank} (p={confidence.right:.2f})"
+        if confidence.rank
+        else "the right one is not among the alternatives"
     )
-    return f"p={sure.chosen:.2f}; {right}; margin {sure.margin:.2f}"
+    return f"p={confidence.chosen:.2f}; {right}; margin {confidence.margin:.2f}"
 
 
-def _states(apart: float) -> str:
-    if not isfinite(apart):
-        return "the states differ: an object is lost, or the hand is open in one and closed in the other"
-    return f"the states lie {1000 * apart:.1f} mm apart"
+def _states(distance: float) -> str:
+    if not isfinite(distance):
+        return "the states differ: an object is missing from one, or only one hand is closed"
+    return f"the states differ by {1000 * distance:.1f} mm"
 
 
-def followed(comparison: Comparison, found: Divergence) -> tuple[int, int]:
-    """How many calls either trace made after the moment; none where they went on alike."""
-    if found.kind in (DivergenceKind.SCOPE, DivergenceKind.OUTCOME) or found.answer is not None:
+def followed(comparison: Comparison, divergence: Divergence) -> tuple[int, int]:
+    """Return how many calls each trace made after a divergence; 0 where the traces continue in parallel."""
+    if divergence.kind in (DivergenceKind.SCOPE, DivergenceKind.OUTCOME) or divergence.answer is not None:
         return 0, 0
-    begin_a = _next(comparison.a, found.a, found.caller_a)
-    begin_b = _next(comparison.b, found.b, found.caller_b)
+    begin_a = _next(comparison.a, divergence.a, divergence.caller_a)
+    begin_b = _next(comparison.b, divergence.b, divergence.caller_b)
     return len(comparison.a.calls) - begin_a, len(comparison.b.calls) - begin_b
 
 
 def _next(trace: Trace, call: int | None, caller: int) -> int:
-    """The number of the first call from a moment on."""
+    """Return the number of the divergent call, or of the first one after the caller's return."""
     if call is not None:
         return call
     inside = {caller}
@@ -172,10 +178,11 @@ def _next(trace: Trace, call: int | None, caller: int) -> int:
     return len(trace.calls)
 
 
-# For machines ------------------------------------------------------------------------------------
+# As JSON -----------------------------------------------------------------------------------------
 
 
 def document(comparison: Comparison) -> dict[str, Any]:
+    """Return a comparison as a JSON document."""
     rows = [as_json(comparison, each) for each in comparison.divergences]
     return {
         "differ": bool(rows),
@@ -187,21 +194,22 @@ def document(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def as_json(comparison: Comparison, found: Divergence) -> dict[str, Any]:
-    apart = found.state_distance
+def as_json(comparison: Comparison, divergence: Divergence) -> dict[str, Any]:
+    """Return a divergence as a row of JSON."""
+    distance = divergence.state_distance
     return {
-        "kind": str(found.kind),
-        "attributed_to": found.attributed_to or "",
-        "path": [call.name for call in reversed(list(comparison.a.ancestors(found.caller_a)))],
-        "a": _call(comparison.a, found.a),
-        "b": _call(comparison.b, found.b) if found.answer is None else _answer(found.answer),
-        "source": found.source,
-        "statement": statement(comparison.a, found.source),
-        "probability": found.confidence.chosen,
-        "right_probability": found.confidence.right,
-        "right_rank": found.confidence.rank,
-        "margin": found.confidence.margin,
-        "state_distance": apart if apart is None or isfinite(apart) else None,
+        "kind": str(divergence.kind),
+        "attributed_to": divergence.attributed_to or "",
+        "path": [call.name for call in reversed(list(comparison.a.ancestors(divergence.caller_a)))],
+        "a": _call(comparison.a, divergence.a),
+        "b": _call(comparison.b, divergence.b) if divergence.answer is None else _answer(divergence.answer),
+        "source": divergence.source,
+        "statement": statement(comparison.a, divergence.source),
+        "probability": divergence.confidence.chosen,
+        "right_probability": divergence.confidence.right,
+        "right_rank": divergence.confidence.rank,
+        "margin": divergence.confidence.margin,
+        "state_distance": distance if distance is None or isfinite(distance) else None,
     }
 
 

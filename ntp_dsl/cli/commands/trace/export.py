@@ -1,4 +1,4 @@
-"""`ntp trace export`: traces for other people's viewers."""
+"""`ntp trace export`: traces for other viewers."""
 
 from __future__ import annotations
 
@@ -28,19 +28,21 @@ OPENED_BY = {Format.CHROME: "Perfetto or speedscope", Format.RERUN: "rerun"}
 
 def command(
     first: Annotated[Path, typer.Argument(metavar="A", help="A trace.")],
-    second: Annotated[Path | None, typer.Argument(metavar="[B]", help="Another, beside it.")] = None,
+    second: Annotated[
+        Path | None, typer.Argument(metavar="[B]", help="A second trace in the same file.")
+    ] = None,
     format: Annotated[
-        Format, typer.Option(help="chrome: trace events in JSON; rerun: a recording, with the extra 'viz'.")
+        Format, typer.Option(help="chrome: trace events in JSON; rerun: a recording (needs the extra 'viz').")
     ] = Format.CHROME,
     out: Annotated[
-        Path | None, typer.Option(help="The file to write; by default trace.json or trace.rrd.")
+        Path | None, typer.Option(help="File to write; by default trace.json or trace.rrd.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write one trace, or two in one file, for another viewer.
+    """Export one trace, or two in one file, for another viewer.
 
-    Chrome's format shows where the time went, call in call: Perfetto, speedscope and others open it. A rerun
-    recording has the scene, the calls, the probabilities and the camera's pictures over the frames.
+    Chrome's format shows the time spent in nested calls; Perfetto, speedscope and others open it. A rerun
+    recording shows the scene, the calls, the probabilities and the camera's pictures over time.
 
     Example: ntp trace export scripted.trace.jsonl learned.trace.jsonl --format rerun --out both.rrd
     """

@@ -1,4 +1,4 @@
-"""`ntp trace replay`: a policy asked at every state of a trace."""
+"""`ntp trace replay`: a policy's decisions at every state of a trace."""
 
 from __future__ import annotations
 
@@ -31,41 +31,41 @@ from ntp_dsl.user_code.loading import load_with_python
 
 
 def command(
-    file: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace, of a script most often.")],
+    file: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace, usually of the scripted expert.")],
     model: Model = None,
     expert: Scripted = False,
     library: Annotated[
-        Path | None, typer.Option(help="The trace's library; by default what it names, of the examples.")
+        Path | None, typer.Option(help="The library of the trace; by default the one that it names.")
     ] = None,
     demo: Annotated[
-        Path | None, typer.Option(help="Its demonstration; by default the one that lies beside it.")
+        Path | None, typer.Option(help="The demonstration; by default the file beside the trace.")
     ] = None,
-    everywhere: Annotated[bool, typer.Option("--all", help="Every wrong answer in full.")] = False,
-    out: Annotated[Path | None, typer.Option(help="A file for the answers, as a trace.")] = None,
+    everywhere: Annotated[bool, typer.Option("--all", help="Show every wrong answer in full.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Write the answers to a file, as a trace.")] = None,
     json: Json = False,
 ) -> int:
-    """Ask a policy at every state of a trace, and compare its answers with what was done there.
+    """Compare a policy's decisions at every state of a trace with those of the trace.
 
-    So each decision is judged by itself, whatever went wrong before. Exit status: 0 all as in the trace,
-    1 some not, 2 misuse.
+    Each decision is judged independently of earlier errors. Exit status: 0 all decisions as in the trace,
+    1 some differ, 2 misuse.
 
     Example: ntp trace replay runs/data/episode_00000.trace.jsonl
     """
     trace = read_trace(file)
     registry = _registry(trace, library, file)
     if expert and model is not None:
-        raise NtpError("--expert needs no --model: the script answers")
+        raise NtpError("--expert needs no --model: the scripted expert answers")
     path = None if expert else model_for(library or registry_path(trace), trace.header.task, model)
     policy = _policy(registry, trace, path, demo or _beside(trace, file))
-    replayed = _written(Replay(registry, policy, trace), path, out)
+    replayed = _replay(Replay(registry, policy, trace), path, out)
     comparison = compare(trace, replayed)
     count, wrong = count_answers(replayed), len(comparison.divergences)
     if json:
         print_json({"asked": count, "right": count - wrong} | document(comparison))
     else:
         kinds = Counter(str(each.kind) for each in comparison.divergences)
-        told = "".join(f", {kind} {number}" for kind, number in sorted(kinds.items()))
-        answers.print(f"{count - wrong} of {count} decisions as in the trace{told}")
+        counts = "".join(f", {kind} {number}" for kind, number in sorted(kinds.items()))
+        answers.print(f"{count - wrong} of {count} decisions as in the trace{counts}")
         for row in report(comparison, everywhere):
             answers.print(row)
     if out is not None:
@@ -74,39 +74,40 @@ def command(
 
 
 def registry_path(trace: Trace) -> Path:
+    """Return the library that a trace names, as a path or the name of an example."""
     return Path(trace.header.library)
 
 
 def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
     for field, value in (("library", trace.header.library), ("task", trace.header.task)):
         if not value:
-            raise NtpError(f"{file}: the trace does not say of which {field} it is; it cannot be replayed")
+            raise NtpError(f"{file}: the trace names no {field}, so it cannot be replayed")
     try:
         registry = load_with_python(library or registry_path(trace))
     except NtpError as error:
-        hint = "" if library else "; say where the library is with --library"
+        hint = "" if library else "; give its path with --library"
         raise NtpError(f"{error}{hint}") from error
     if registry.hash != trace.header.registry:
         raise NtpError(
-            f"{file}: was made with another version of library '{trace.header.library}' "
+            f"{file}: was recorded with another version of library '{trace.header.library}' "
             f"({trace.header.registry}); expected {registry.hash}"
         )
     return registry
 
 
 def _beside(trace: Trace, file: Path) -> Path | None:
-    shown = trace.header.demonstration
-    return file.parent / Path(shown.file).name if shown is not None and shown.file else None
+    reference = trace.header.demonstration
+    return file.parent / Path(reference.file).name if reference is not None and reference.file else None
 
 
 def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | None) -> Policy:
     if model is None:
-        shown = trace.header.demonstration
-        return ScriptedPolicy(Expert(registry), shown.calls if shown else None)
+        reference = trace.header.demonstration
+        return ScriptedPolicy(Expert(registry), reference.calls if reference else None)
     if demo is None:
         raise NtpError(
-            "the trace names no demonstration, and a learned program needs one: say --demo FILE, "
-            "or make the trace with --out"
+            "the trace names no demonstration, and a learned program needs one: give --demo FILE, "
+            "or record the trace with --out"
         )
     from ntp_dsl.core.checkpoint import load_core
     from ntp_dsl.core.policy import LearnedPolicy
@@ -114,7 +115,7 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
     return LearnedPolicy(load_core(model).core, read_demonstration(demo))
 
 
-def _written(replay: Replay, model: Path | None, out: Path | None) -> Trace:
+def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:
     stream = io.StringIO()
     replay.write(TraceWriter(stream), str(model) if model else None)
     text = stream.getvalue()

@@ -19,28 +19,28 @@ from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending, Trace
 from ntp_dsl.traces.times import Times, inclusive_times
 
-LINES = 160  # beyond so many, what goes well is folded away
-UNSURE = 0.5  # a decision below this is not folded away
-INDENTED = 40  # levels; what is deeper stands below one another
+LINES = 160  # beyond which successful calls are folded
+UNSURE = 0.5  # probability below which a decision is not folded
+INDENTED = 40  # levels; deeper ones are not indented further
 
 
 def command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, whole or cut off.")],
-    depth: Annotated[int | None, typer.Option(min=1, help="Show so many levels of calls.")] = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, complete or cut off.")],
+    depth: Annotated[int | None, typer.Option(min=1, help="Number of levels to show.")] = None,
     failed: Annotated[
-        bool, typer.Option("--failed", help="Only what failed, and what it was called by.")
+        bool, typer.Option("--failed", help="Show only failed calls and their callers.")
     ] = False,
     only: Annotated[
-        str | None, typer.Option(help="Only calls of this program or primitive, and their callers.")
+        str | None, typer.Option(help="Show only calls of this program or primitive, and their callers.")
     ] = None,
     everything: Annotated[
-        bool, typer.Option("--all", help="Fold nothing away, however long the trace is.")
+        bool, typer.Option("--all", help="Show all calls, however long the trace is.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show who called what, over which part of the demonstration, how surely, and what came of it.
+    """Show the call tree of a trace, with arguments, scopes, outcomes, probabilities and times.
 
-    A long trace is folded: what failed or was unsure stands, and as many levels as fit on a few pages.
+    Long traces are folded: failed and uncertain calls are shown, and as many levels as fit on a few pages.
 
     Example: ntp trace show runs/episode_00000.trace.jsonl --depth 2
     """
@@ -72,9 +72,10 @@ def _chosen(trace: Trace, failed: bool, only: str | None) -> set[int]:
     if only is not None:
         names = {call.name for call in trace.calls}
         if only not in names:
-            guess = f"; did you mean '{meant}'?" if (meant := nearest(only, names)) else ""
-            there = ", ".join(sorted(names))
-            raise NtpError(f"nothing in the trace is called '{only}'{guess} (there is: {there})")
+            hint = f"; did you mean '{match}'?" if (match := nearest(only, names)) else ""
+            raise NtpError(
+                f"no call in the trace is named '{only}'{hint} (available: {', '.join(sorted(names))})"
+            )
         calls = [call for call in calls if call.name == only]
     return _with_callers(trace, calls)
 
@@ -101,11 +102,11 @@ def _levels(trace: Trace, depth: int) -> set[int]:
 
 
 def _folded(trace: Trace, chosen: set[int]) -> set[int]:
-    """What failed or was unsure, and of the rest the upper levels, as many as fit."""
+    """Return the failed and uncertain calls, and of the others the upper levels, as many as fit."""
     if len(chosen) <= LINES:
         return chosen
-    doubtful = [c for c in trace.calls if not c.succeeded or (c.decision.probability or 1.0) < UNSURE]
-    kept = _with_callers(trace, doubtful)
+    uncertain = [c for c in trace.calls if not c.succeeded or (c.decision.probability or 1.0) < UNSURE]
+    kept = _with_callers(trace, uncertain)
     if len(kept) > LINES:
         kept = set()
     depths = _depths(trace)
@@ -120,7 +121,7 @@ def _folded(trace: Trace, chosen: set[int]) -> set[int]:
 
 
 def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -> Iterator[Text]:
-    """The tree, drawn without recursion: traces may be deeper than Python's stack."""
+    """Yield the lines of the tree, without recursion: traces may be deeper than Python's stack."""
     frames = demonstration_frames(trace)
     waiting = [(each, "") for each in reversed(_siblings(trace, ROOT, chosen, narrowed))]
     while waiting:
@@ -139,21 +140,21 @@ def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -
         waiting += [(each, below) for each in reversed(siblings)]
 
 
-Siblings = tuple[list[Call], int, bool]  # alike, one after another; or how many are folded away; last
+Siblings = tuple[list[Call], int, bool]  # equal consecutive calls, or how many are folded; whether last
 
 
 def _siblings(trace: Trace, parent: int, chosen: set[int], narrowed: bool) -> list[Siblings]:
     children = trace.children(parent)
     present = [call for call in children if call.id in chosen]
-    groups = [list(group) for _, group in groupby(present, lambda call: _alike(trace, call))]
+    groups = [list(group) for _, group in groupby(present, lambda call: _group_key(trace, call))]
     found: list[tuple[list[Call], int]] = [(group, 0) for group in groups]
     if not narrowed and len(present) < len(children):
         found.append(([], len(children) - len(present)))
     return [(group, hidden, n == len(found) - 1) for n, (group, hidden) in enumerate(found)]
 
 
-def _alike(trace: Trace, call: Call) -> object:
-    """Calls that made none themselves are one line where they are the same, one after another."""
+def _group_key(trace: Trace, call: Call) -> object:
+    """Return a key that is equal for calls that are shown as one line: leaves that repeat."""
     if trace.children(call.id):
         return call.id
     return format_call(call), call.scope, call.outcome, call.execution.disturbances
@@ -163,8 +164,8 @@ def _ending(trace: Trace) -> Text:
     end = trace.end
     if end is None:
         return Text("cut off: the trace ends here", style="yellow")
-    is_good = end.ending is Ending.DONE if end.success is None else end.success
+    succeeded = end.ending is Ending.DONE if end.success is None else end.success
     reason = f": {end.reason}" if end.reason else ""
     failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
-    told = printable(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
-    return Text(told, style="green" if is_good else "red")
+    text = printable(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
+    return Text(text, style="green" if succeeded else "red")

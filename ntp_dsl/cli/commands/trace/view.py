@@ -19,20 +19,20 @@ from ntp_dsl.traces.schema import Trace
 
 
 def command(
-    first: Annotated[Path, typer.Argument(metavar="A", help="A trace; of two, the one that is right.")],
+    first: Annotated[Path, typer.Argument(metavar="A", help="A trace; of two, the reference.")],
     second: Annotated[
-        Path | None, typer.Argument(metavar="[B]", help="The trace that is compared with it.")
+        Path | None, typer.Argument(metavar="[B]", help="The trace to compare with it.")
     ] = None,
-    out: Annotated[Path, typer.Option(help="The file to write.")] = Path("trace.html"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("trace.html"),
     demo: Annotated[
-        Path | None, typer.Option(help="The demonstration; by default the one that lies beside the trace.")
+        Path | None, typer.Option(help="The demonstration; by default the file beside the trace.")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Write one self-contained HTML file: both call trees aligned, scopes over the demonstration, the motion
-    of all objects, what else each decision might have been, and what the camera saw.
+    """Write a self-contained HTML page of one trace, or of two side by side.
 
-    It opens in any browser, fetches nothing and carries nothing of a trace out.
+    It shows the aligned call trees, scopes over the demonstration, the motion of all objects, the
+    alternatives of each decision, and the camera's pictures. It fetches nothing from the network.
 
     Example: ntp trace view scripted.trace.jsonl learned.trace.jsonl --out both.html
     """
@@ -51,6 +51,8 @@ def command(
 def _demonstration(trace: Trace, file: Path, given: Path | None) -> Demonstration | None:
     if given is not None:
         return read_demonstration(given)
-    shown = trace.header.demonstration
-    beside = file.parent / Path(shown.file).name if shown is not None and shown.file else None
-    return read_demonstration(beside) if beside is not None and beside.is_file() else None
+    reference = trace.header.demonstration
+    if reference is None or not reference.file:
+        return None
+    path = file.parent / Path(reference.file).name
+    return read_demonstration(path) if path.is_file() else None

@@ -1,10 +1,10 @@
-"""An expert that stands still, or that the world refuses, is told apart from one that goes in a circle."""
+"""Deadlocks and refused calls of an expert are distinguished from livelocks."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from checked_libraries import ALL_ON, PLACING, STACKING, found, written
+from checked_libraries import ALL_ON, PLACING, STACKING, diagnostics, written
 
 SWAPPING = """
 type Plate is Place
@@ -54,12 +54,12 @@ task filling:
 )
 
 
-def test_a_program_that_gives_up_in_a_circle_is_told_with_its_reason(tmp_path: Path) -> None:
-    (livelock,) = [each for each in found(written(tmp_path, SWAPPING)) if each.code == "E605"]
-    told = "lacks not on(block_0, plate_0), and no statement is due"
-    assert livelock.message.startswith("'exchanging' comes no further") and told in livelock.message
+def test_a_program_that_repeatedly_ends_unfinished_is_a_deadlock_with_its_reason(tmp_path: Path) -> None:
+    (livelock,) = [each for each in diagnostics(written(tmp_path, SWAPPING)) if each.code == "E605"]
+    reason = "has not achieved not on(block_0, plate_0), but no statement is due"
+    assert livelock.message.startswith("'exchanging' is in a deadlock") and reason in livelock.message
     assert [note.message for note in livelock.notes] == [
-        "1. passed over: no element meets the conditions of the loop"
+        "1. skipped: no element meets the conditions of the loop"
     ]
     assert "undoes" not in livelock.help and "'vacate'" in livelock.help
 
@@ -82,18 +82,18 @@ program lift(item: Movable, support: Place):
 """
 
 
-def test_where_nothing_is_due_the_statements_that_hold_already_are_named(tmp_path: Path) -> None:
+def test_in_a_deadlock_the_statements_that_already_hold_are_named(tmp_path: Path) -> None:
     path = written(tmp_path, HALF_WAY + STACKING.format(run="fill(goal)", success=ALL_ON))
-    stuck = next(each for each in found(path) if each.code == "E605")
-    assert stuck.message.startswith("'tower' comes no further")
-    assert "lacks on(block_" in stuck.message and "no statement is due" in stuck.message
+    stuck = next(each for each in diagnostics(path) if each.code == "E605")
+    assert stuck.message.startswith("'tower' is in a deadlock")
+    assert "has not achieved on(block_" in stuck.message and "no statement is due" in stuck.message
     (note,) = stuck.notes
-    assert note.message == "1. passed over: what it achieves holds already"
+    assert note.message == "1. skipped: what it achieves already holds"
     assert path.read_text().split("\n")[note.span.line - 1].strip() == "pick(item)"
 
 
-def test_an_expert_that_the_world_refuses_is_not_blamed_for_a_circle(tmp_path: Path) -> None:
-    diagnostics = found(written(tmp_path, OVERFULL))
-    assert [each.code for each in diagnostics if each.severity == "error"] == []
-    (stuck,) = [each for each in diagnostics if each.code == "W603"]
+def test_an_expert_whose_calls_are_refused_is_not_reported_as_a_livelock(tmp_path: Path) -> None:
+    found = diagnostics(written(tmp_path, OVERFULL))
+    assert [each.code for each in found if each.severity == "error"] == []
+    (stuck,) = [each for each in found if each.code == "W603"]
     assert "the world refuses move_to(pad_0): no path" in stuck.message

@@ -1,4 +1,4 @@
-"""Whatever a user's Python does wrong is a sentence with its place, in a check and in a run."""
+"""Errors of a user's Python are reported in a sentence with their location, by a check and in a run."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ LINK = "record Link(item: Movable, after: Place, gap: length)"
 GOAL = "rows(marks, blocks, length=2..3) -> list[Link] by python"
 OUTCOME, TRUTH = "expected an Outcome: return what world.call", "expected True or False"
 CALLS = "expected call(...), several of them in a list, or None"
-MISTAKES = {
-    # what is wrong: what stands there, what stood there, where it is shown, the code, and what is said
+ERRORS = {
+    # error: original text, replacement, excerpt at its location, code, and message
     "a skill that returns nothing": (RELEASED, RELEASED.replace("return ", ""), SET_DOWN, "E607",
         f"'set_down' answered None; {OUTCOME}"),
     "a skill that returns a bool": (RELEASED, f"{RELEASED}.achieved", SET_DOWN, "E607",
@@ -113,25 +113,25 @@ def test_numpys_answers_and_other_callables_are_as_good(tmp_path: Path, old: str
     assert run(["eval", str(path), "in_a_row", *EVAL]) == 0
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_by_a_check_at_its_place(tmp_path: Path, mistake: str) -> None:
-    old, new, place, code, said = MISTAKES[mistake]
+@pytest.mark.parametrize("case", ERRORS)
+def test_an_error_is_reported_by_a_check_at_its_location(tmp_path: Path, case: str) -> None:
+    old, new, place, code, message = ERRORS[case]
     path = written(tmp_path, old, new)
     error, *others = [each for each in checked(path) if each.severity == "error"]
-    assert error.code == code and said in error.message and excerpt(path, error) == place
+    assert error.code == code and message in error.message and excerpt(path, error) == place
     assert {each.code for each in others} <= {code}
     assert f"{path.stem}.py:" in error.message or f"{path.name}:" in error.message
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_a_sentence_in_a_run(
-    tmp_path: Path, mistake: str, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("case", ERRORS)
+def test_an_error_is_a_sentence_in_a_run(
+    tmp_path: Path, case: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    old, new, _, _, said = MISTAKES[mistake]
+    old, new, _, _, message = ERRORS[case]
     path = written(tmp_path, old, new)
     assert run(["eval", str(path), "in_a_row", *EVAL]) == 2
-    told = capsys.readouterr().err
-    assert said in " ".join(told.split()) and "Traceback" not in told
+    output = capsys.readouterr().err
+    assert message in " ".join(output.split()) and "Traceback" not in output
 
 
 @pytest.mark.parametrize("name", WORLDS)
