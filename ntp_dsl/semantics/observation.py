@@ -105,14 +105,6 @@ class SceneObject:
         is_round = self.shape in ("cylinder", "bowl")
         return self.size[0] / 2 if is_round else hypot(*self.size[:2]) / 2
 
-    def has_room_for(self, item: SceneObject) -> bool:
-        """Whether the item goes into its hollow: what is wider rests on the rim."""
-        return self.cavity is not None and item.reach < self.reach - 1e-6
-
-    def takes(self, item: SceneObject) -> bool:
-        """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
-        return item.cavity is None and self.has_room_for(item)
-
 
 @dataclass(frozen=True)
 class Observation:

@@ -7,6 +7,7 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.containers import contents, is_over_hollow, lies_in, takes
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 
@@ -16,7 +17,6 @@ ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
 OVERLAP = 0.9  # of an object's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
-HEAPED = 0.02  # of an object's middle above the rim, at which it still lies in a heaped bin [m]
 FREE_GAP = 0.015  # room around a held object for the table below to count as free
 
 
@@ -83,7 +83,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     if in_hand == target:
         return False
     surface = observation.by_name[target]
-    if surface.takes(observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
+    if takes(surface, observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
         return _over_container(observation, in_hand, target)
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
@@ -106,34 +106,22 @@ def _over_container(observation: Observation, in_hand: str | None, target: str) 
     rise = observation.gripper[2] - (tz + obj.size[2] / 2)
     if in_hand is None:  # a bowl is grasped by its wall
         return abs(hypot(x - tx, y - ty) - obj.size[0] / 2) < OVER and 0.03 < rise < 0.2
-    assert obj.cavity is not None
-    within = abs(x - tx) < obj.cavity.half_x and abs(y - ty) < obj.cavity.half_y
-    return within and z > tz and rise < 0.25
+    return is_over_hollow(obj, (tx, ty, tz), x, y) and z > tz and rise < 0.25
 
 
 def inside(observation: Observation, item: str, container: str) -> bool:
     """`item` lies in the hollow of `container`, or heaped on what is there."""
     both = present(observation, item) and present(observation, container) and item != container
-    cavity = observation.by_name[container].cavity
-    if not both or cavity is None or item == held(observation):
+    if not both or item == held(observation):
         return False
-    x, y, z = observation.positions[item]
-    cx, cy, cz = observation.positions[container]
-    bottom = cz - observation.by_name[container].size[2] / 2
-    rim = bottom + observation.by_name[container].size[2]
-    if not observation.by_name[container].has_room_for(observation.by_name[item]):
-        return False  # it lies or leans on the rim
-    if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
-        return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
-    within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
-    return within and bottom < z <= rim + HEAPED
+    objects, positions = observation.by_name, observation.positions
+    return lies_in(objects[item], positions[item], objects[container], positions[container])
 
 
 def load(observation: Observation, container: str | None) -> list[str]:
-    """What goes along where a bowl goes."""
-    if container is None or observation.by_name[container].cavity is None:
-        return []
-    return [obj.name for obj in observation.objects if inside(observation, obj.name, container)]
+    """Return what goes along where a bowl goes."""
+    objects = observation.by_name
+    return contents(objects[container], objects.values(), observation.positions) if container else []
 
 
 def hollow(observation: Observation, item: str) -> bool:

@@ -128,7 +128,7 @@ class BulletWorld:
         if self._cell.contacts(item, below):
             return True
         seen = self.truth()
-        heap = {each for each in self._cell.bodies if predicates.inside(seen, each, support)}
+        heap = set(predicates.load(seen, support))
         touched, reached = set(), {item} & heap
         while reached:
             touched |= reached

@@ -9,6 +9,7 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.geometry import Vector, about_vertical
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
 from ntp_dsl.semantics.predicates import FREE_GAP
@@ -227,7 +228,7 @@ class KinematicWorld(RestingObjects):
         surface = self._by_name[target]
         if surface.cavity is not None and self._held is None:
             return self._over_rim(target)
-        if self._takes(target) or surface.flat:
+        if surface.flat or (self._held is not None and takes(surface, self._items[self._held])):
             x, y, _ = self._clearest_place(self._held, surface)
             ox, oy = self._offset_in_hand()
             return (x + ox, y + oy, self._top(target) + HOVER)

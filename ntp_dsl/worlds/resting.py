@@ -8,11 +8,12 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.containers import container_below, contents, floor_in, top_for
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
 from ntp_dsl.semantics.predicates import FREE_GAP
 from ntp_dsl.worlds.scenes import CUBE, Region
-from ntp_dsl.worlds.starts import CENTRE, NESTED
+from ntp_dsl.worlds.starts import CENTRE
 
 BESIDE = 0.06  # from an edge's object to where what falls off it lands, beside half its width [m]
 HEAP = 0.1  # of its height, by which an object lies higher for each that is in the bin before it
@@ -63,14 +64,11 @@ class RestingObjects:
         height = self._items[item].size[2]
         container = self._container_below(item, x, y)
         if container is not None:
-            cavity = self._by_name[container].cavity
-            assert cavity is not None
-            floor = self._top(container) - self._by_name[container].size[2] + cavity.floor
-            heap = HEAP * height * len([n for n in self._contents(container) if n != item])
-            return min(floor + height / 2 + heap, self._top(container))
-        nested = NESTED if self._items[item].shape == "bowl" else 0.0
+            floor = self._positions[container.name][2] + floor_in(container)
+            heap = HEAP * height * len([n for n in self._contents(container.name) if n != item])
+            return min(floor + height / 2 + heap, self._top(container.name))
         tops = (
-            self._top(name) - (nested if self._by_name[name].shape == "bowl" else 0.0)
+            self._positions[name][2] + top_for(self._by_name[name], self._items[item])
             for name in self._below(item, x, y)
         )
         return max(tops, default=0.0) + height / 2
@@ -84,29 +82,12 @@ class RestingObjects:
         a, b = self._solid[item].size, self._solid[other].size
         return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
 
-    def _container_below(self, item: str, x: float, y: float) -> str | None:
-        """The bin or bowl that an item falls into when it is let go there: the highest."""
-        found = [
-            name
-            for name, (px, py, _) in self._others(item)
-            if (cavity := self._by_name[name].cavity) is not None
-            if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y and self._takes(name, item)
-        ]
-        return max(found, key=self._top, default=None)
-
-    def _takes(self, target: str, item: str | None = None) -> bool:
-        """Whether what is held (or an item) would be dropped into the target, rather than put on it."""
-        item = item or self._held
-        return item is not None and self._by_name[target].takes(self._items[item])
+    def _container_below(self, item: str, x: float, y: float) -> SceneObject | None:
+        others = ((self._by_name[name], at) for name, at in self._others(item))
+        return container_below(self._items[item], x, y, others)
 
     def _contents(self, container: str) -> list[str]:
-        """What goes along where a bowl goes."""
-        if self._by_name[container].cavity is None:
-            return []
-        seen = self.truth()
-        return [
-            name for name in self._items if name != container and predicates.inside(seen, name, container)
-        ]
+        return contents(self._by_name[container], self._items.values(), self._positions)
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
         """The topmost object below that overlaps, where what is as high does not carry the item together."""

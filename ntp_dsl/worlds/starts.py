@@ -8,6 +8,7 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.containers import floor_in, takes, top_for
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
@@ -25,7 +26,6 @@ TIGHT = 0.007  # between objects on a grid, at least [m]
 CROWDED = 0.4  # of a region's free part that is covered, from which objects stand on a grid
 MOST_CELLS = 4  # of a grid, for each of them: more is no use
 TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
-NESTED = 0.008  # of a bowl in the one below it [m]
 STRAIGHT = 0.6  # of what stands on something, right in its middle
 TOPPLES = 1.6  # times as wide as what is below: such an object is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
@@ -281,7 +281,7 @@ def scrambled(
             place = _stacked(item, below, positions, rng, straight)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
-            elif below.takes(item):
+            elif takes(below, item):
                 positions[name] = place  # in the bowl, which others may still be put on
                 into[name] = below.name, _moved(place, positions[below.name], -1)
             elif below.roomy or item.size[0] > below.size[0]:  # it needs room beside what is below
@@ -318,7 +318,7 @@ def _stacked(
     """On top; centred, or as far off as just carries: where decisions are closest."""
     x, y, z = positions[below.name]
     height = z + _floor(below, item) + item.size[2] / 2
-    if below.cavity is not None and below.takes(item):
+    if below.cavity is not None and takes(below, item):
         dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
         return (x + dx, y + dy, height)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
@@ -329,9 +329,9 @@ def _stacked(
 
 def _floor(below: SceneObject, item: SceneObject) -> float:
     """Where an item's bottom is on what is below, or in it, from the middle of that [m]."""
-    if below.cavity is not None and below.takes(item):
-        return below.cavity.floor - below.size[2] / 2
-    return below.size[2] / 2 - (NESTED if item.shape == below.shape == "bowl" else 0.0)
+    if takes(below, item):
+        return floor_in(below)
+    return top_for(below, item)
 
 
 def in_hand_at(obj: SceneObject, gripper: Vector) -> Vector:
