@@ -31,7 +31,7 @@ IN_HAND = 0.035  # from the tool's point to where an object is held [m]
 ROOMY = 0.12  # what never moves and is wider than this has room for several objects [m]
 
 
-WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
+BIN_WALL, BOWL_WALL, BOWL_FLOOR = 0.005, 0.004, 0.014  # thicknesses [m]
 
 
 def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
@@ -93,9 +93,9 @@ class SceneObject:
     def cavity(self) -> Cavity | None:
         """The hollow of a bin or bowl."""
         if self.shape == "bin":
-            return Cavity(self.size[0] / 2 - WALL, self.size[1] / 2 - WALL, WALL)
+            return Cavity(self.size[0] / 2 - BIN_WALL, self.size[1] / 2 - BIN_WALL, BIN_WALL)
         if self.shape == "bowl":  # a round hollow holds what fits its inscribed square
-            inner = (self.size[0] / 2 - WALL) / sqrt(2)
+            inner = (self.size[0] / 2 - BOWL_WALL) / sqrt(2)
             return Cavity(inner, inner, BOWL_FLOOR)
         return None
 

@@ -11,13 +11,12 @@ from kinematics.shapes.bodies import Body, Colour
 from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import about_vertical
-from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
+from ntp_dsl.semantics.observation import BIN_WALL, BOWL_WALL, TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
 LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]
 MASSES = {"fork": 0.02, "bowl": 0.12}  # [kg]
-BIN_WALL, BOWL_WALL = 0.005, 0.004  # [m]
 ALIKE = 0.01  # of the extents of a file and what the scene says of them [m]
 NARROWEST_BOWL, LOWEST_BOWL, SHORTEST_FORK = 0.05, 0.025, 0.05  # [m]
 COLOUR = "colour"  # the trait that says what an object looks like
