@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable
 from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.containers import contents, is_over_hollow, lies_in, takes
-from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation
+from ntp_dsl.semantics.containers import is_over_hollow, lies_in, takes
+from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
+from ntp_dsl.semantics.observation import Observation
 
 ANY = "any"
 CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
@@ -17,7 +17,6 @@ ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
 OVERLAP = 0.9  # of an object's width: nearer centres than this overlap, seen from above
 TOUCHING = 0.012  # gap up to which something counts as resting on what is below
-FREE_GAP = 0.015  # room around a held object for the table below to count as free
 
 
 def held(observation: Observation) -> str | None:
@@ -88,11 +87,11 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
     if surface.flat:
-        width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
-        return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
-            abs(x - ox) > (width + size[0]) / 2 + FREE_GAP or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
-            for (ox, oy, _), size in footprints(observation, {in_hand, target, *load(observation, in_hand)})
-        )
+        if max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) >= 0:
+            return False
+        size = observation.by_name[in_hand].size if in_hand else (0.0, 0.0)
+        others = footprints(observation, {in_hand, target, *load(observation, in_hand)})
+        return bool(clearance((x, y), size, others) > FREE_GAP)
     rise = observation.gripper[2] - (tz + surface.size[2] / 2)
     within = CENTRED if in_hand else OVER
     return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
@@ -118,12 +117,6 @@ def inside(observation: Observation, item: str, container: str) -> bool:
     return lies_in(objects[item], positions[item], objects[container], positions[container])
 
 
-def load(observation: Observation, container: str | None) -> list[str]:
-    """Return what goes along where a bowl goes."""
-    objects = observation.by_name
-    return contents(objects[container], objects.values(), observation.positions) if container else []
-
-
 def hollow(observation: Observation, item: str) -> bool:
     """`item` is a bin or a bowl: what is let go over it falls in, if it is no wider."""
     return observation.by_name[item].cavity is not None
@@ -138,16 +131,6 @@ def _gap(observation: Observation, item: str, support: str) -> float:
     """From the support's top to the item's bottom [m]."""
     bottom = observation.positions[item][2] - observation.by_name[item].size[2] / 2
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
-
-
-def footprints(
-    observation: Observation, except_for: Container[str | None]
-) -> Iterator[tuple[Vector, Vector]]:
-    """Where what stands on the table is, and its size: all but the widest furniture."""
-    for obj in observation.by_name.values():
-        if obj.name not in except_for and obj.size[0] <= TOO_WIDE:
-            if obj.name in observation.positions:
-                yield observation.positions[obj.name], obj.size
 
 
 def trait(name: str) -> Callable[[Observation, str], str | float]:

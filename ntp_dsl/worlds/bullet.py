@@ -16,16 +16,18 @@ from numpy.typing import NDArray
 
 from kinematics.errors import NoDisplay, Reason, UnusableRobot
 from kinematics.geometry.transforms import Pose
-from kinematics.robot.robot import Robot, load, standing
+from kinematics.robot.robot import Robot, standing
+from kinematics.robot.robot import load as load_robot
 from kinematics.simulation.workcell import TABLE, Workcell
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.worlds.bullet_bodies import bodies_of
-from ntp_dsl.worlds.places import free_places, height_below
+from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
@@ -86,6 +88,7 @@ class BulletWorld:
         self._cell.on_frame = self._emit
         self._objects = scene.objects
         self._furniture = furniture_positions(scene.objects)
+        self._regions = table_regions(scene)
         self._disturbances = disturbances
         self._seed, self._calls = seed, 0
         self._noise_rng = np.random.default_rng((seed, 1))
@@ -128,7 +131,7 @@ class BulletWorld:
         if self._cell.contacts(item, below):
             return True
         seen = self.truth()
-        heap = set(predicates.load(seen, support))
+        heap = set(load(seen, support))
         touched, reached = set(), {item} & heap
         while reached:
             touched |= reached
@@ -167,7 +170,8 @@ class BulletWorld:
         seen = self.truth()
         surface = seen.by_name.get(target)
         if surface is not None and surface.flat:
-            places, top = free_places(seen, target)
+            places = free_places(seen, target, self._regions)
+            top = seen.positions[target][2] + surface.size[2] / 2
             return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, top, seed, slip))
         return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))
 
@@ -268,6 +272,6 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
 
 def _standing(arm: str | None) -> Robot:
     """An arm, placed so that the middle of where it works is the middle of where objects start."""
-    robot = load(arm or "panda")
+    robot = load_robot(arm or "panda")
     (x0, x1), (y0, y1) = workspace_of(robot).region
     return standing(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)

@@ -10,14 +10,13 @@ import numpy as np
 
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
+from ntp_dsl.semantics.free_space import free_places, height_below, place_in
 from ntp_dsl.semantics.geometry import Vector, about_vertical
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
-from ntp_dsl.semantics.predicates import FREE_GAP
-from ntp_dsl.worlds.places import height_below
+from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingObjects
-from ntp_dsl.worlds.scenes import Region, movable
-from ntp_dsl.worlds.starts import REGION, WIDE
+from ntp_dsl.worlds.scenes import movable
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
@@ -50,8 +49,7 @@ class KinematicWorld(RestingObjects):
         self._by_name = scene.by_name
         self._items: dict[str, SceneObject] = {obj.name: obj for obj in movable(scene.objects)}
         self._solid = {t.name: t for t in scene.objects if t.size[0] <= TOO_WIDE}  # on the table
-        self._region = _region(REGION if len(self._solid) == len(self._items) else WIDE, scene)
-        self._bounds = _bounds(self._region, scene)
+        self._regions = table_regions(scene)
         self._positions = dict(scene.positions)
         self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
         self._disturbances = disturbances
@@ -110,10 +108,12 @@ class KinematicWorld(RestingObjects):
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
-        surface = self._by_name[target]
-        if surface.flat and self._room_on(target) <= FREE_GAP:
+        if not self._by_name[target].flat:
+            return self._go(self._hover(target))
+        places = free_places(self.truth(), target, self._regions)
+        if not places:
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
-        return self._go(self._hover(target))
+        return self._go(self._above(*places[0], self._top(target)))
 
     def move_over(self, x: float, y: float) -> Outcome:
         outcome = self._go(self._over_point(x, y))
@@ -121,8 +121,7 @@ class KinematicWorld(RestingObjects):
         return outcome
 
     def _over_point(self, x: float, y: float) -> Vector:
-        ox, oy = self._offset_in_hand()
-        return (x + ox, y + oy, height_below(self.truth(), x, y) + HOVER)
+        return self._above(x, y, height_below(self.truth(), x, y))
 
     def _go(self, place: Vector) -> Outcome:
         """The tool to a place, if what it holds does not slip on the way."""
@@ -228,23 +227,22 @@ class KinematicWorld(RestingObjects):
         surface = self._by_name[target]
         if surface.cavity is not None and self._held is None:
             return self._over_rim(target)
-        if surface.flat or (self._held is not None and takes(surface, self._items[self._held])):
-            x, y, _ = self._clearest_place(self._held, surface)
-            ox, oy = self._offset_in_hand()
-            return (x + ox, y + oy, self._top(target) + HOVER)
-        x, y, z = self._positions[target]
-        ox, oy = self._offset_in_hand()  # the held object, not the tool, is to be over the target
-        return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
+        held = self._held
+        if held is not None and takes(surface, self._items[held]):
+            return self._above(*place_in(self.truth(), target, self._items[held]), self._top(target))
+        x, y, _ = self._positions[target]
+        return self._above(x, y, self._top(target))
+
+    def _above(self, x: float, y: float, height: float) -> Vector:
+        """Return where the tool is when the held object, or else the tool, hovers over a point [m]."""
+        ox, oy = self._offset_in_hand()
+        return (x + ox, y + oy, height + HOVER)
 
     def _over_rim(self, target: str) -> Vector:
         """Above the wall of a bowl, on the side of the robot's base."""
         x, y, _ = self._positions[target]
         reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
         return (x - reach * x, y - reach * y, self._top(target) + HOVER)
-
-    def _room_on(self, target: str) -> float:
-        """How far what is held would be from everything else on a table or tray [m]."""
-        return self._clearest_place(self._held, self._by_name[target])[2]
 
     def _offset_in_hand(self) -> tuple[float, float]:
         """From the held object to the tool, seen from above."""
@@ -268,28 +266,6 @@ class KinematicWorld(RestingObjects):
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
-
-
-def _region(region: Region, scene: Scene) -> Region:
-    """Return where objects may be put on the table: the arm's region, and where something stood at the start."""
-    (x0, x1), (y0, y1) = region
-    names = {obj.name for obj in movable(scene.objects)} - {scene.held}
-    standing = [place for name, place in scene.positions.items() if name in names]
-    xs, ys = ([place[axis] for place in standing] for axis in (0, 1))
-    return (min([x0, *xs]), max([x1, *xs])), (min([y0, *ys]), max([y1, *ys]))
-
-
-def _bounds(region: Region, scene: Scene) -> Region:
-    """The arm's region and a little more, and all that bins and trays take up."""
-    fixed = [obj for obj in scene.objects if not obj.movable and obj.size[0] <= TOO_WIDE]
-    sides = []
-    for axis in (0, 1):
-        ends = [
-            scene.positions[obj.name][axis] + side * obj.size[axis] / 2 for obj in fixed for side in (-1, 1)
-        ]
-        low, high = region[axis]
-        sides.append((min([low - 0.05, *ends]), max([high + 0.05, *ends])))
-    return sides[0], sides[1]
 
 
 def _moved(position: Vector, shift: np.ndarray) -> Vector:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from math import hypot
 
 import numpy as np
 
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import container_below, contents, floor_in, top_for
+from ntp_dsl.semantics.free_space import FREE_GAP, Region, clearance, rank_places
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
-from ntp_dsl.semantics.predicates import FREE_GAP
-from ntp_dsl.worlds.scenes import CUBE, Region
-from ntp_dsl.worlds.starts import CENTRE
+from ntp_dsl.semantics.observation import Observation, SceneObject
+from ntp_dsl.worlds.scenes import CUBE
 
 BESIDE = 0.06  # from an edge's object to where what falls off it lands, beside half its width [m]
 HEAP = 0.1  # of its height, by which an object lies higher for each that is in the bin before it
@@ -27,8 +26,7 @@ class RestingObjects:
     _items: dict[str, SceneObject]  # what can be moved
     _solid: dict[str, SceneObject]  # what stands on the table, movable or not
     _by_name: Mapping[str, SceneObject]
-    _region: Region
-    _bounds: Region  # beyond which nothing falls
+    _regions: tuple[Region, ...]  # where objects may be put down; nothing falls beyond the last
     _held: str | None
     _load: list[str]  # what is in the bowl that is held
     _gripper: Vector
@@ -52,11 +50,11 @@ class RestingObjects:
             reach = BESIDE + max(self._solid[edge].size[:2]) / 2
             x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
         else:
-            x, y, _ = self._clearest_place(item)
+            x, y = self._clearest_on_table(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
 
     def _within_reach(self, x: float, y: float) -> tuple[float, float]:
-        (x0, x1), (y0, y1) = self._bounds
+        (x0, x1), (y0, y1) = self._regions[-1]
         return min(max(x, x0), x1), min(max(y, y0), y1)
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
@@ -78,9 +76,8 @@ class RestingObjects:
 
     def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
         """How far two objects overlap seen from above, along the axis where they do least [m]."""
-        px, py, _ = self._positions[other]
-        a, b = self._solid[item].size, self._solid[other].size
-        return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
+        beside = [(self._positions[other], self._solid[other].size)]
+        return -float(clearance(place, self._solid[item].size, beside))
 
     def _container_below(self, item: str, x: float, y: float) -> SceneObject | None:
         others = ((self._by_name[name], at) for name, at in self._others(item))
@@ -139,55 +136,15 @@ class RestingObjects:
         below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
         return self._is_balanced(item, place[0], place[1], below)
 
-    def _clearest_place(
-        self, item: str | None, surface: SceneObject | None = None
-    ) -> tuple[float, float, float]:
-        """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
-
-        On a tray it lies within the tray; on the table, within the arm's region, and at its border if
-        that is full.
-        """
-        size = self._items[item].size if item else (CUBE, CUBE, CUBE)
-        on_table = surface is None or surface.size[0] > TOO_WIDE
-        except_for = {item, surface.name if surface else None}
-        others = []
-        for name, (x, y, _) in self._others(item):
-            if name not in except_for:
-                width, depth, _ = self._solid[name].size
-                others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
-        if on_table:
-            found = self._clearest_of(self._region, others, CENTRE)
-            return found if found[2] > FREE_GAP else self._clearest_of(self._bounds, others, CENTRE)
-        assert surface is not None
-        x, y, _ = self._positions[surface.name]
-        if surface.cavity is not None:
-            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
-        else:
-            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
-        return self._clearest_of(((x - dx, x + dx), (y - dy, y + dy)), others, None)
-
-    def _clearest_of(
-        self,
-        region: Region,
-        others: Sequence[tuple[float, float, float, float]],
-        middle: tuple[float, float] | None,
-    ) -> tuple[float, float, float]:
-        """As `_clearest_place`; where there is nothing else it is the middle.
-
-        Args:
-            others: of each its place, and how far off along x and y is just beside it [m].
-        """
-        axes = [np.arange(low, high, 0.02) for low, high in region]
-        lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        if not others:
-            x, y = middle or lattice.mean(0)
-            return float(x), float(y), np.inf
-        table = np.array(others)
-        apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
-        room = apart.max(-1).min(1)
-        liked = np.minimum(room + CUBE, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
-        best = int(liked.argmax())
-        return float(lattice[best, 0]), float(lattice[best, 1]), float(room[best])
+    def _clearest_on_table(self, item: str) -> tuple[float, float]:
+        """Return where an item is farthest from all others; at the region's border if that is full."""
+        others = [(at, self._solid[name].size) for name, at in self._others(item)]
+        for region in self._regions:
+            places, room = rank_places(region, self._items[item].size, others)
+            if room[0] > FREE_GAP:
+                break
+        x, y = places[0].tolist()
+        return x, y
 
     def _on_top_of(self, item: str, support: str) -> bool:
         if item in (support, self._held):

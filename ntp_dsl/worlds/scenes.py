@@ -14,6 +14,7 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
+from ntp_dsl.semantics.free_space import Interval
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import SceneObject
 
@@ -23,9 +24,6 @@ TABLE = "table"
 TABLE_SIZE = (1.5, 1.5, 0.04)
 TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the table
 LIFTED, SURFACE = "Movable", "Table"  # types of the standard library that worlds know by name
-
-Interval = tuple[float, float]
-Region = tuple[Interval, Interval]  # of x and of y, world frame [m]
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,11 @@ import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.containers import floor_in, takes, top_for
+from ntp_dsl.semantics.free_space import Footprint, Interval, clearance, region_within
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
-from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
+from ntp_dsl.worlds.scenes import CUBE, TABLE, Start, movable
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
@@ -31,7 +32,6 @@ TOPPLES = 1.6  # times as wide as what is below: such an object is not put on to
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 Spot = tuple[float, float]
-Footprint = tuple[Spot, Vector]  # of an object: where its middle is, and its size
 
 
 def scattered(
@@ -112,16 +112,16 @@ def _spread(
 
 def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[str, Spot]:
     """Places for the trays of which the scene says nothing: off those that it tells exactly."""
-    told: list[tuple[Spot, SceneObject]] = []
+    told: list[Footprint] = []
     for obj in items:
         start = starts.get(obj.name, Start())
         if start.surface == TABLE and start.x and start.y and start.x[0] == start.x[1]:
-            told.append(((start.x[0], start.y[0]), obj))
+            told.append(((start.x[0], start.y[0]), obj.size))
     found: dict[str, Spot] = {}
     for tray in (t for t in items if t.fixed and t.name not in starts and t.roomy):
-        free = [spot for spot in ASIDE if all(_apart(spot, tray, place, obj) for place, obj in told)]
+        free = [spot for spot in ASIDE if clearance(spot, tray.size, told) > GAP]
         found[tray.name] = free[0] if free else ASIDE[-1]
-        told.append((found[tray.name], tray))
+        told.append((found[tray.name], tray.size))
     return found
 
 
@@ -175,18 +175,14 @@ def _free_cells(
             for column in range(columns)
             for row in range(rows)
         ]
-        free = [m for m in middles if not any(_overlaps(m, pitch, spot, size) for spot, size in in_place)]
+        clear = clearance(middles, (pitch, pitch), in_place) >= 0
+        free = [middle for middle, is_clear in zip(middles, clear, strict=True) if is_clear]
         if len(free) >= count:
             return free, pitch
     return None
 
 
-def _overlaps(middle: Spot, width: float, spot: Spot, size: Vector) -> bool:
-    """Whether a square and an object's footprint do."""
-    return all(abs(middle[axis] - spot[axis]) < (width + size[axis]) / 2 for axis in (0, 1))
-
-
-def _covered(region: tuple[Interval, Interval], spot: Spot, size: Vector) -> float:
+def _covered(region: tuple[Interval, Interval], spot: Sequence[float], size: Sequence[float]) -> float:
     """How much of a region an object's footprint takes up [m2]."""
     sides = [
         min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
@@ -211,22 +207,14 @@ def _free_spot(
 ) -> Spot | None:
     default = REGION if obj.movable else WIDE
     (x0, x1), (y0, y1) = start.x or default[0], start.y or default[1]
+    others = [(spots[name], by_name[name].size) for name in spots]
+    spacings = {name: max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0) for name in spots}
     for _ in range(TRIES):
         x, y = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
-        if all(
-            _apart((x, y), obj, spots[name], by_name[name])
-            and hypot(x - spots[name][0], y - spots[name][1])
-            >= max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0)
-            for name in spots
-        ):
+        spaced = all(hypot(x - spots[name][0], y - spots[name][1]) >= spacings[name] for name in spots)
+        if spaced and clearance((x, y), obj.size, others) > GAP:
             return x, y
     return None
-
-
-def _apart(spot: Sequence[float], obj: SceneObject, other_spot: Sequence[float], other: SceneObject) -> bool:
-    return any(
-        abs(spot[axis] - other_spot[axis]) - (obj.size[axis] + other.size[axis]) / 2 > GAP for axis in (0, 1)
-    )
 
 
 def _stacked_starts(
@@ -245,9 +233,7 @@ def _stacked_starts(
         below = by_name[start.surface]
         x, y = {**spots, **found}[start.surface]
         if below.roomy:
-            inner = below.cavity or (below.size[0] / 2, below.size[1] / 2)
-            dx, dy = (max(0.0, inner[axis] - obj.size[axis] / 2) for axis in (0, 1))
-            region = Start(start.surface, (x - dx, x + dx), (y - dy, y + dy), start.spacing)
+            region = Start(start.surface, *region_within(below, (x, y), obj.size), start.spacing)
             there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
             spot = _free_spot(obj, region, there, by_name, starts, rng)
             if spot is None:
@@ -343,12 +329,13 @@ def in_hand_at(obj: SceneObject, gripper: Vector) -> Vector:
 def _is_free(item: SceneObject, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
     """Whether nothing on the same tray stands there."""
     bottom = place[2] - item.size[2] / 2
-    return all(
-        _apart(place, item, positions[other.name], other)
+    others = [
+        (positions[other.name], other.size)
         for other in movable(scene.objects)
         if other.name != item.name
         and abs(positions[other.name][2] - other.size[2] / 2 - bottom) < min(item.size[2], other.size[2])
-    )
+    ]
+    return bool(clearance(place[:2], item.size, others) > GAP)
 
 
 def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:

@@ -43,7 +43,7 @@ def test_what_stays_has_no_mass_and_a_colour_is_what_the_scene_says() -> None:
 
 
 @pytest.mark.parametrize(
-    "object, told",
+    "obj, told",
     [
         (
             SceneObject("dish", "Bowl", (0.03, 0.03, 0.02), "bowl"),
