@@ -19,7 +19,6 @@ from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import SceneObject
 
 CUBE = 0.05  # what an object is where the scene does not say [m]
-FORK_THICKNESS = 0.006  # [m]
 TABLE = "table"
 TABLE_SIZE = (1.5, 1.5, 0.04)
 TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the table
@@ -97,8 +96,6 @@ def _size(detail: nodes.Detail) -> Vector:
     lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, nodes.Number)]
     if detail.name == "cube":
         return (lengths[0],) * 3
-    if detail.name == "fork":
-        return lengths[0], 0.18 * lengths[0], FORK_THICKNESS
     if len(lengths) == 2:  # diameter and height
         return lengths[0], lengths[0], lengths[1]
     return lengths[0], lengths[1], lengths[2]
