@@ -17,7 +17,7 @@ from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import shown
 from ntp_dsl.worlds.protocol import World
 
-WALKS, STEPS = 40, 14  # from scrambled states, so many apis at random
+WALKS, STEPS = 40, 14  # from perturbed states, so many apis at random
 TRIES = 12  # at arguments for which an api is ready
 FEWEST = 5  # calls, before an api is judged
 BROKEN = 0.15  # of its calls; an awkward corner is not a lie
@@ -38,7 +38,7 @@ def check_honesty(
     for walk in range(WALKS):
         rng = np.random.default_rng((seed, walk))
         instance = instances[walk % len(instances)]
-        world.reset(instance.scrambled(rng, straight=1.0), walk)
+        world.reset(instance.perturbed_start(rng, straight=1.0), walk)
         for _ in range(STEPS):
             _step(registry, world, records, rng)
     for name, record in records.items():

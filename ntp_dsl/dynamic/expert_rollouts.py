@@ -51,7 +51,7 @@ class Rehearsal:
     def check_task(self, task: TaskDeclaration) -> Iterator[Diagnostic]:
         """What is wrong with the task or its expert; the first livelock or impurity ends it."""
         trials: list[Trial] = []
-        shown: list[bool] = []  # for each scattered start, whether anything is left to be done
+        shown: list[bool] = []  # for each nominal start, whether anything is left to be done
         untold: set[str] = set()  # what of the goals holds before anything is done
         objects = len(self._instance(task, 0)[0].objects)
         for start, (_, count) in STARTS.items():
@@ -73,7 +73,7 @@ class Rehearsal:
             message = f"part of the goal of '{task.name}' holds before anything is done: {told}"
             help = "a demonstration shows only what is not so from the start"
             yield Diagnostic("W602", message, _success_span(task), (), help)
-        elif not any(trial.lacking for trial in trials if trial.start == "scattered"):
+        elif not any(trial.lacking for trial in trials if trial.start == "nominal"):
             yield from self._check_broken(task, trials)
 
     def _instance(self, task: TaskDeclaration, number: int) -> tuple[Instance, np.random.Generator]:
@@ -92,7 +92,7 @@ class Rehearsal:
         instance, rng = self._instance(task, number)
         self.world.reset(STARTS[start][0](instance, rng), number)
         scene = told(self.world.truth())
-        if start == "scattered":
+        if start == "nominal":
             lacking = self._lacking(instance)
             shown.append(bool(lacking))
             untold |= {
@@ -116,9 +116,9 @@ class Rehearsal:
 
     def _check_broken(self, task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnostic]:
         """A success test that an expert passes who stops half-way asks for too little."""
-        tidy = [trial for trial in trials if trial.start == "scattered" and trial.run.primitives > 1]
+        tidy = [trial for trial in trials if trial.start == "nominal" and trial.run.primitives > 1]
         halves = [
-            self._trial(task, "scattered", trial.seed, set(), [], trial.run.primitives // 2) for trial in tidy
+            self._trial(task, "nominal", trial.seed, set(), [], trial.run.primitives // 2) for trial in tidy
         ]
         if halves and not any(trial.lacking for trial in halves):
             message = f"'{task.name}' counts as done when its expert has only come half-way"
@@ -134,7 +134,7 @@ class Rehearsal:
         for number in range(PROGRAM_TRIES):
             rng = np.random.default_rng((self.seed, 1, number))
             instance = instances[number % len(instances)]
-            self.world.reset(instance.scrambled(rng, straight=1.0), number)
+            self.world.reset(instance.perturbed_start(rng, straight=1.0), number)
             state = State(self.registry, self.world.truth())
             arguments = random_arguments(program.parameters, state, rng)
             if arguments is None:
@@ -160,9 +160,9 @@ class Rehearsal:
             elif able:
                 return
         if len(livelocks) > 1:
-            yield _livelock(livelocks[0], self.registry.apis, program.name, "scrambled", program.span, "W604")
+            yield _livelock(livelocks[0], self.registry.apis, program.name, "perturbed", program.span, "W604")
         elif len(reasons) > 1:
-            tried = f"{len(reasons)} scrambled states"
+            tried = f"{len(reasons)} perturbed states"
             message = f"'{program.name}' did not achieve its contract in any of {tried}"
             note = Note(f"the last one ended so: {reasons[-1]}", program.span)
             yield Diagnostic("W605", message, program.span, (note,))
@@ -171,7 +171,7 @@ class Rehearsal:
 def _affordable(count: int, start: str, objects: int) -> int:
     """Fewer trials of scenes with many objects, which take the longer."""
     if objects > CROWD:
-        return int(start == "scrambled")
+        return int(start == "perturbed")
     return max(1, round(count * min(1.0, (USUAL / objects) ** 2)))
 
 

@@ -21,24 +21,24 @@ HAND_HEIGHT = 0.3  # of an object that is in the hand at the start [m]
 Start = Callable[[Instance, np.random.Generator], Scene]
 
 
-def scattered(instance: Instance, rng: np.random.Generator) -> Scene:
+def nominal(instance: Instance, rng: np.random.Generator) -> Scene:
     """As demonstrations begin: everything apart from everything else."""
-    return instance.scattered(rng)
+    return instance.nominal_start(rng)
 
 
-def scrambled(instance: Instance, rng: np.random.Generator) -> Scene:
+def perturbed(instance: Instance, rng: np.random.Generator) -> Scene:
     """Partial and wrong towers, and now and then something in the hand."""
-    return instance.scrambled(rng, straight=1.0)
+    return instance.perturbed_start(rng, straight=1.0)
 
 
 def leaning(instance: Instance, rng: np.random.Generator) -> Scene:
     """The same, but nothing stands in the middle of what is below it: what has slipped lies so."""
-    return instance.scrambled(rng, straight=0.0)
+    return instance.perturbed_start(rng, straight=0.0)
 
 
 def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something is in the hand that nobody asked to be there."""
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     items = [obj.name for obj in movable(scene.objects)]
     held = str(rng.choice(items))
     hand: Vector = (0.5, 0.0, HAND_HEIGHT)
@@ -48,7 +48,7 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def buried(instance: Instance, rng: np.random.Generator) -> Scene:
     """A few piles, so that most of what is needed has something on it."""
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     items = movable(scene.objects)
     order = [items[index] for index in rng.permutation(len(items))]
     positions = dict(scene.positions)
@@ -63,7 +63,7 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
     """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
-    scene = instance.scrambled(rng, in_hand=False, straight=1.0)
+    scene = instance.perturbed_start(rng, in_hand=False, straight=1.0)
     solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
     order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
     missing = str(max(order, key=lambda name: scene.positions[name][2]))
@@ -100,8 +100,8 @@ def whereabouts(seen: Observation, names: Iterable[object]) -> str:
 
 
 STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> how to make one, and how many are tried
-    "scattered": (scattered, 6),
-    "scrambled": (scrambled, 10),
+    "nominal": (nominal, 6),
+    "perturbed": (perturbed, 10),
     "leaning": (leaning, 6),
     "wrong in hand": (wrong_in_hand, 4),
     "buried": (buried, 6),

@@ -16,7 +16,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
-from ntp_dsl.datasets.recording import Shown, demonstrate, header
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.success import Verdict, judge
@@ -120,9 +120,9 @@ class Evaluator:
         raise NtpError(f"all of {REDRAWS} goals that were drawn for '{self.plan.task}' hold from the start")
 
     def scene(self, instance: Instance, number: int) -> Scene:
-        return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))
+        return instance.nominal_start(np.random.default_rng((self.plan.seed, number, 1)))
 
-    def demonstration(self, instance: Instance, number: int) -> tuple[Shown, int]:
+    def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """By the expert, in the same world, from another placement; tried again where it fails.
 
         Raises `NoDemonstration` where it fails again and again.
@@ -131,12 +131,12 @@ class Evaluator:
         for attempt in range(ATTEMPTS):
             seed = derived(self.plan.seed, number, 2, attempt)
             shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
-            if isinstance(shown, Shown):
+            if isinstance(shown, RecordedDemonstration):
                 return shown, attempt + 1
             reason = shown.reason
         raise NoDemonstration(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}")
 
-    def policy(self, shown: Shown | None) -> Policy:
+    def policy(self, shown: RecordedDemonstration | None) -> Policy:
         """Of a learned program, by a demonstration; else of the script, which takes its scopes from one."""
         if shown is None or self._core is None:
             return ScriptedPolicy(self.expert, shown.calls if shown else None)
@@ -147,7 +147,7 @@ class Evaluator:
     def episode(
         self,
         number: int,
-        shown: Shown | None = None,
+        shown: RecordedDemonstration | None = None,
         watch: Watcher | None = None,
         on_frame: OnFrame | None = None,
     ) -> Episode:
@@ -195,14 +195,14 @@ class Evaluator:
         paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
         return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
-    def _header(self, instance: Instance, number: int, shown: Shown | None) -> Header:
+    def _header(self, instance: Instance, number: int, shown: RecordedDemonstration | None) -> Header:
         """Return what the trace says first. The demonstration is written beside it."""
         kind = PolicyKind.LEARNED if self.is_learned else PolicyKind.SCRIPTED
         told = None
         if shown is not None and self.plan.traces is not None:
             _, path = episode_files(self.plan.traces, number)
             write_demonstration(shown.demonstration, path)
-            told = shown.told(path.name)
+            told = shown.trace_record(path.name)
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
             demonstration=told,

@@ -1,4 +1,4 @@
-"""What lies in what: the hollows of bins and bowls, from objects and where they are."""
+"""Containment: which objects lie in bins and bowls, from their shapes and positions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def is_over_hollow(container: SceneObject, at: Vector, x: float, y: float) -> bo
 
 
 def lies_in(item: SceneObject, at: Vector, container: SceneObject, container_at: Vector) -> bool:
-    """Return whether the item lies in the hollow of the container, or heaped on what is there."""
+    """Return whether the item lies in the hollow of the container, or heaped on its contents."""
     if not has_room_for(container, item):
         return False  # it lies or leans on the rim
     bottom, rim = (container_at[2] + side * container.size[2] / 2 for side in (-1, 1))

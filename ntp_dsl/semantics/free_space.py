@@ -1,4 +1,4 @@
-"""Where there is free room: how far objects stand apart, seen from above, and the places for one more."""
+"""Free space on surfaces and in containers: clearances seen from above, and places for one more object."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def free_places(seen: Observation, surface: str, table: Sequence[Region]) -> lis
 
 
 def place_in(seen: Observation, container: str, item: SceneObject) -> tuple[float, float]:
-    """Return where to release an item over a container: farthest from what lies in there."""
+    """Return where to release an item over a container: farthest from its contents."""
     by_name = seen.by_name
     others = [(seen.positions[name], by_name[name].size) for name in load(seen, container)]
     region = region_within(by_name[container], seen.positions[container], item.size)
@@ -99,7 +99,7 @@ def place_in(seen: Observation, container: str, item: SceneObject) -> tuple[floa
 
 
 def load(observation: Observation, container: str | None) -> list[str]:
-    """Return what goes along where a bowl goes."""
+    """Return the contents of a container, which move with it."""
     objects = observation.by_name
     return contents(objects[container], objects.values(), observation.positions) if container else []
 

@@ -12,15 +12,15 @@ from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
 from ntp_dsl.semantics.observation import Observation
 
 ANY = "any"
-CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
+CENTRED = 0.015  # the target of programs; success tests accept more, so that no choice is borderline
 ACCEPTED = 0.025  # half a cube
-OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
-OVERLAP = 0.9  # of an object's width: nearer centres than this overlap, seen from above
-TOUCHING = 0.012  # gap up to which something counts as resting on what is below
+OVER = 0.025  # of an empty hand from the object to grasp, seen from above
+OVERLAP = 0.9  # of an object's width: centres nearer than this overlap, seen from above
+TOUCHING = 0.012  # gap up to which an object counts as resting on the one below
 
 
 def held(observation: Observation) -> str | None:
-    """The object between the closed fingers, if there is one."""
+    """Return the object between the closed fingers, or None."""
     return observation.held
 
 
@@ -42,7 +42,7 @@ def empty(observation: Observation, gripper: str) -> bool:
 
 
 def on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
-    """`item` rests on `support`, its centre within so much of the support's, seen from above."""
+    """Return whether `item` rests on `support`, its centre within that distance of the support's."""
     if not _resting(observation, item, support):
         return False
     x, y, _ = observation.positions[item]
@@ -55,7 +55,7 @@ def on(observation: Observation, item: str, support: str, within: float = CENTRE
 
 
 def covers(observation: Observation, item: str, support: str) -> bool:
-    """`item` stands on or leans over `support`, centred or not: it is in the way."""
+    """Return whether `item` stands on or leans over `support`, centred or not: it is in the way."""
     if not _resting(observation, item, support) or observation.by_name[support].roomy:
         return False
     x, y, _ = observation.positions[item]
@@ -68,14 +68,14 @@ def covers(observation: Observation, item: str, support: str) -> bool:
 
 
 def clear(observation: Observation, item: str) -> bool:
-    """Nothing covers `item`."""
+    """Return whether nothing covers `item`."""
     return present(observation, item) and not any(
         covers(observation, obj.name, item) for obj in observation.objects
     )
 
 
 def above(observation: Observation, gripper: str, target: str) -> bool:
-    """What the gripper holds, or else the gripper, is over `target`; over the table: over a free place."""
+    """Return whether the held object, or else the gripper, is over `target` (a table: a free place of it)."""
     if not present(observation, target):
         return False
     in_hand = held(observation)
@@ -98,7 +98,7 @@ def above(observation: Observation, gripper: str, target: str) -> bool:
 
 
 def _over_container(observation: Observation, in_hand: str | None, target: str) -> bool:
-    """What is held is over the hollow, ready to fall in; an empty hand is over the object, ready to grasp."""
+    """Return whether the held object can drop into the hollow, or an empty hand can grasp the rim."""
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
     obj = observation.by_name[target]
@@ -109,7 +109,7 @@ def _over_container(observation: Observation, in_hand: str | None, target: str) 
 
 
 def inside(observation: Observation, item: str, container: str) -> bool:
-    """`item` lies in the hollow of `container`, or heaped on what is there."""
+    """Return whether `item` lies in the hollow of `container`, or heaped on its contents."""
     both = present(observation, item) and present(observation, container) and item != container
     if not both or item == held(observation):
         return False
@@ -118,7 +118,7 @@ def inside(observation: Observation, item: str, container: str) -> bool:
 
 
 def hollow(observation: Observation, item: str) -> bool:
-    """`item` is a bin or a bowl: what is let go over it falls in, if it is no wider."""
+    """Return whether `item` is a bin or a bowl: narrower objects released over it fall in."""
     return observation.by_name[item].cavity is not None
 
 
@@ -128,21 +128,21 @@ def _resting(observation: Observation, item: str, support: str) -> bool:
 
 
 def _gap(observation: Observation, item: str, support: str) -> float:
-    """From the support's top to the item's bottom [m]."""
+    """Return the gap from the support's top to the item's bottom [m]."""
     bottom = observation.positions[item][2] - observation.by_name[item].size[2] / 2
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
 
 
 def trait(name: str) -> Callable[[Observation, str], str | float]:
-    """A reading of what the task's scene says of an object.
+    """Return a reading of a trait that the task's scene gives its objects.
 
-    Raises `NtpError` for an object of which it says nothing.
+    The reading raises `NtpError` for an object without that trait.
     """
 
     def read(observation: Observation, obj: str) -> str | float:
         traits = dict(observation.by_name[obj].traits)
         if name not in traits:
-            raise NtpError(f"the scene says no {name} of '{obj}'; write: ... with {name}(...)")
+            raise NtpError(f"the scene gives '{obj}' no {name}; write: ... with {name}(...)")
         return traits[name]
 
     return read

@@ -16,11 +16,11 @@ from ntp_dsl.semantics.observation import BIN_WALL, BOWL_WALL, TOO_WIDE, SceneOb
 from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
-LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]
+LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: lighter ones jump in the fingers [kg]
 BOWL_MASS = 0.12  # [kg]
-ALIKE = 0.01  # of the extents of a file and what the scene says of them [m]
+ALIKE = 0.01  # difference between the extents of a file and of the scene [m]
 NARROWEST_BOWL, LOWEST_BOWL = 0.05, 0.025  # [m]
-COLOUR = "colour"  # the trait that says what an object looks like
+COLOUR = "colour"  # the trait that decides an object's colour
 PALETTE = (
     (0.86, 0.24, 0.22),
     (0.20, 0.48, 0.78),
@@ -42,9 +42,9 @@ T = TypeVar("T")
 
 
 def bodies_of(scene: Scene) -> list[Body]:
-    """Everything but the table. What stays has no mass.
+    """Return the bodies of all objects but the table. Fixed ones have no mass.
 
-    Raises `NtpError` for what cannot be made.
+    Raises `NtpError` for shapes that cannot be made.
     """
     objects = [obj for obj in scene.objects if obj.size[0] <= TOO_WIDE]
     shapes = [shape_of(obj) for obj in objects]
@@ -58,7 +58,7 @@ def bodies_of(scene: Scene) -> list[Body]:
 
 
 def shape_of(obj: SceneObject) -> Shape:
-    """Raises `NtpError` for what cannot be made."""
+    """Return an object's shape. Raises `NtpError` where it cannot be made."""
     x, y, z = obj.size
     match obj.shape:
         case "box":
@@ -80,7 +80,7 @@ def shape_of(obj: SceneObject) -> Shape:
 
 
 def _from_file(obj: SceneObject) -> Shape:
-    """A mesh is stretched to the extents that the scene says; a URDF has its own, which must be those."""
+    """Return a mesh scaled to the scene's extents, or a URDF's shape, whose extents must be the scene's."""
     path = Path(obj.file)
     if not path.is_file():
         raise NtpError(f"{obj.name} is made of {path}, and there is no such file")
@@ -92,8 +92,8 @@ def _from_file(obj: SceneObject) -> Shape:
         raise NtpError(f"{obj.name} cannot be made of {path}: {unexpected}") from unexpected
     extents = [2 * half for half in half_extents_of(shape)]
     if any(abs(a - b) > ALIKE for a, b in zip(extents, obj.size, strict=True)):
-        found, said = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, obj.size))
-        raise NtpError(f"{obj.name}: {path} measures {found}, and the scene says {said}; take the first")
+        found, given = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, obj.size))
+        raise NtpError(f"{obj.name}: {path} measures {found}, and the scene gives {given}; take the first")
     return shape
 
 
@@ -112,12 +112,12 @@ def _colours(objects: list[SceneObject]) -> Mapping[str, Colour]:
     plain = [obj.name for obj in objects if obj.movable and not obj.traits and obj.name not in own]
     found: dict[str, Colour] = {}
     for obj in objects:
-        said = NAMED.get(str(dict(obj.traits).get(COLOUR)))
-        if said is None and obj.traits:
-            said = PALETTE[values.index(obj.traits[0]) % len(PALETTE)]
-        elif said is None and obj.name in plain:
-            said = PALETTE[plain.index(obj.name) % len(PALETTE)]
-        found[obj.name] = (*said, 1.0) if said else own.get(obj.name, (*FIXED_COLOUR, 1.0))
+        named = NAMED.get(str(dict(obj.traits).get(COLOUR)))
+        if named is None and obj.traits:
+            named = PALETTE[values.index(obj.traits[0]) % len(PALETTE)]
+        elif named is None and obj.name in plain:
+            named = PALETTE[plain.index(obj.name) % len(PALETTE)]
+        found[obj.name] = (*named, 1.0) if named else own.get(obj.name, (*FIXED_COLOUR, 1.0))
     return found
 
 
@@ -128,7 +128,7 @@ def _own_colour(obj: SceneObject) -> Colour | None:
 
 
 def _from_urdf(obj: SceneObject, read: Callable[[Path], T | None]) -> T | None:
-    """Return what a URDF says of an object, or None for one of another kind."""
+    """Return what `read` finds in an object's URDF; None for other shapes."""
     try:
         return read(Path(obj.file)) if obj.shape == "urdf" else None
     except (UnusableShape, ValueError) as unexpected:

@@ -28,7 +28,7 @@ BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
 
 
 class KinematicWorld(RestingObjects):
-    """Positions only. A held object follows the tool; an object let go falls on what is below it."""
+    """Positions only. A held object follows the tool; a released one falls onto what is below."""
 
     starts_holding = True
 
@@ -55,14 +55,14 @@ class KinematicWorld(RestingObjects):
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
-        self._load: list[str] = []  # what is in the bowl that is held
+        self._load: list[str] = []  # the contents of the held bowl
         if scene.held is not None:
             self._load = self._contents(scene.held)
         self._time = 0.0
         self._speed = float(self._rng.uniform(0.2, 0.6))  # of the tool [m/s]
         self.disturbed = set()
 
-    # What is seen -------------------------------------------------------------------------------
+    # Observations -------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -124,7 +124,7 @@ class KinematicWorld(RestingObjects):
         return self._above(x, y, height_below(self.truth(), x, y))
 
     def _go(self, place: Vector) -> Outcome:
-        """The tool to a place, if what it holds does not slip on the way."""
+        """Move the tool to a place; the held object may slip on the way."""
         goal = self._off(place)
         lost = self._held
         if lost is None or self._rng.random() >= self._disturbances.slips:
@@ -155,7 +155,7 @@ class KinematicWorld(RestingObjects):
         return ACHIEVED
 
     def _grip(self, target: str) -> Vector:
-        """Where the hand closes: around the middle, or at the nearest place of a bowl's wall."""
+        """Return where the hand closes: around the middle, or at the nearest point of a bowl's wall."""
         x, y, z = self._positions[target]
         obj = self._items[target]
         if obj.cavity is None:
@@ -179,7 +179,7 @@ class KinematicWorld(RestingObjects):
         return self._push(item)
 
     def _push(self, item: str) -> Outcome:
-        """After a placement, perhaps, an impulse that topples what was built."""
+        """Topple, at random, the upper part of a tower after a placement."""
         tower = self._tower_below(item)
         if len(tower) < 2 or self._rng.random() >= self._disturbances.pushes:
             return ACHIEVED
@@ -196,7 +196,7 @@ class KinematicWorld(RestingObjects):
     # Motion and falling -------------------------------------------------------------------------
 
     def _travel(self, goal: Vector) -> None:
-        """Straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
+        """Move straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
         start = np.array(self._gripper)
         way = np.array(goal) - start
         duration = 0.15 + float(np.linalg.norm(way)) / self._speed
@@ -210,7 +210,7 @@ class KinematicWorld(RestingObjects):
         self._move_tool(np.array(goal))
 
     def _off(self, goal: Vector) -> Vector:
-        """The goal, or where a clumsy arm ends instead."""
+        """Return the goal, or where a clumsy arm ends instead."""
         if self._rng.random() >= self._disturbances.clumsiness:
             return goal
         dx, dy = self._rng.uniform(-OFF, OFF, 2)
@@ -239,20 +239,20 @@ class KinematicWorld(RestingObjects):
         return (x + ox, y + oy, height + HOVER)
 
     def _over_rim(self, target: str) -> Vector:
-        """Above the wall of a bowl, on the side of the robot's base."""
+        """Return a point above a bowl's wall, on the side of the robot's base."""
         x, y, _ = self._positions[target]
         reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
         return (x - reach * x, y - reach * y, self._top(target) + HOVER)
 
     def _offset_in_hand(self) -> tuple[float, float]:
-        """From the held object to the tool, seen from above."""
+        """Return the offset from the held object to the tool, seen from above [m]."""
         if self._held is None:
             return 0.0, 0.0
         x, y, _ = self._positions[self._held]
         return self._gripper[0] - x, self._gripper[1] - y
 
     def _drop_held(self, spread: float) -> None:
-        """Let go; the object comes down within `spread` [m] of where it is."""
+        """Release the object; it comes down within `spread` [m] of where it is."""
         item = self._held
         assert item is not None
         self._held, self._closed = None, False

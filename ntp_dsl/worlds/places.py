@@ -1,4 +1,4 @@
-"""Where on the table objects may be put down, in every world."""
+"""The regions of the table where objects may be put down, in every world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How objects rest in the kinematic world: on the table, on each other, in bowls; and what carries them."""
+"""How objects rest in the kinematic world: on the table, on each other, in bowls; and when they fall."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.worlds.scenes import CUBE
 
-BESIDE = 0.06  # from an edge's object to where what falls off it lands, beside half its width [m]
-HEAP = 0.1  # of its height, by which an object lies higher for each that is in the bin before it
-SLIVER = 0.008  # of an overlap that neither carries an object nor keeps it from going down [m]
+BESIDE = 0.06  # from the edge of an object to where an item that falls off it lands [m]
+HEAP = 0.1  # of its height, by which an object lies higher for each one already in the bin
+SLIVER = 0.008  # overlap that neither supports an object nor stops its fall [m]
 
 
 class RestingObjects:
-    """Positions, and the rules by which objects come to rest. The hand's doings are the world's."""
+    """Positions, and the rules by which objects come to rest. The world moves the hand."""
 
     _positions: dict[str, Vector]
-    _items: dict[str, SceneObject]  # what can be moved
-    _solid: dict[str, SceneObject]  # what stands on the table, movable or not
+    _items: dict[str, SceneObject]  # movable objects
+    _solid: dict[str, SceneObject]  # all objects on the table, movable or fixed
     _by_name: Mapping[str, SceneObject]
     _regions: tuple[Region, ...]  # where objects may be put down; nothing falls beyond the last
     _held: str | None
-    _load: list[str]  # what is in the bowl that is held
+    _load: list[str]  # the contents of the held bowl
     _gripper: Vector
     _rng: np.random.Generator
     disturbed: set[str]
@@ -37,7 +37,7 @@ class RestingObjects:
         raise NotImplementedError
 
     def _fall(self, item: str, x: float, y: float) -> None:
-        """Down to what is below; off the edge of what does not carry its centre."""
+        """Let an item fall onto what is below, or off the edge of what does not support its centre."""
         if self._unsteady_edge(item, x, y) is not None:
             self.disturbed.add(item)
         for _ in range(20):
@@ -58,7 +58,7 @@ class RestingObjects:
         return min(max(x, x0), x1), min(max(y, y0), y1)
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
-        """Of the item's middle: on what is below, or on the heap in a container."""
+        """Return the height of the item's centre on what is below, or on the heap in a container [m]."""
         height = self._items[item].size[2]
         container = self._container_below(item, x, y)
         if container is not None:
@@ -75,7 +75,7 @@ class RestingObjects:
         return [name for name, _ in self._others(item) if self._overlap(item, (x, y), name) > SLIVER]
 
     def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
-        """How far two objects overlap seen from above, along the axis where they do least [m]."""
+        """Return the overlap of two objects seen from above, along the axis of least overlap [m]."""
         beside = [(self._positions[other], self._solid[other].size)]
         return -float(clearance(place, self._solid[item].size, beside))
 
@@ -87,7 +87,7 @@ class RestingObjects:
         return contents(self._by_name[container], self._items.values(), self._positions)
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
-        """The topmost object below that overlaps, where what is as high does not carry the item together."""
+        """Return the topmost object below, or None where the objects of that height support the item."""
         below = self._below(item, x, y)
         if not below or self._container_below(item, x, y) is not None:
             return None
@@ -96,7 +96,7 @@ class RestingObjects:
         return None if self._is_balanced(item, x, y, tops) else tops[0]
 
     def _is_balanced(self, item: str, x: float, y: float, supports: Iterable[str]) -> bool:
-        """Whether the item's centre lies within the convex hull of where it touches what is below.
+        """Return whether the item's centre lies within the convex hull of its contacts with the supports.
 
         It does if no half of the plane around the centre is free of the touching parts' corners.
         """
@@ -107,7 +107,7 @@ class RestingObjects:
         return float(np.diff(angles, append=angles[0] + 2 * np.pi).max()) < np.pi
 
     def _touching(self, item: str, x: float, y: float, other: str) -> list[tuple[float, float]]:
-        """Corners of the rectangle in which two objects overlap seen from above; none where they do not."""
+        """Return the corners of the rectangle in which two objects overlap, seen from above, if any."""
         sides = []
         for axis, place in enumerate((x, y)):
             half, its = self._solid[item].size[axis] / 2, self._solid[other].size[axis] / 2
@@ -117,7 +117,7 @@ class RestingObjects:
         return [(cx, cy) for cx in (x0, x1) for cy in (y0, y1)] if x0 < x1 and y0 < y1 else []
 
     def _drop_unsupported(self) -> None:
-        """What leant on something that is gone comes down as well, the lowest first."""
+        """Let objects fall whose support is gone, the lowest first."""
         standing: list[tuple[str, Vector]] = []
         loose: dict[str, Vector] = {}
         for name, place in sorted(self._others(None), key=lambda each: each[1][2]):
@@ -132,7 +132,7 @@ class RestingObjects:
     def _carried(self, item: str, place: Vector, standing: list[tuple[str, Vector]]) -> bool:
         bottom = place[2] - self._items[item].size[2] / 2
         if bottom < 0.005 or self._container_below(item, place[0], place[1]) is not None:
-            return True  # by the table, or in a bowl
+            return True  # on the table, or in a bowl
         below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
         return self._is_balanced(item, place[0], place[1], below)
 
@@ -152,7 +152,7 @@ class RestingObjects:
         return predicates.covers(self.truth(), item, support)
 
     def _tower_below(self, item: str) -> list[str]:
-        """The item and what it stands on, from the top down."""
+        """Return the item and the objects below it, from the top down."""
         x, y, z = self._positions[item]
         tower = [
             (pz, name)

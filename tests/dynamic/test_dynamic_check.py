@@ -110,7 +110,7 @@ def test_a_livelock_is_told_as_a_circle_of_source_lines(tmp_path: Path) -> None:
 def test_a_goal_that_is_not_reached_is_told_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
     (failed,) = found(written(tmp_path, FOUND["E603 an expert that forgets half of the goal"][0]))
     start = failed.notes[1].message
-    assert start.startswith("it began (scattered) with everything by itself; the goal was (block_")
+    assert start.startswith("it began (nominal) with everything by itself; the goal was (block_")
     assert "--seed" not in failed.help
 
 

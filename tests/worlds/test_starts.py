@@ -55,7 +55,7 @@ def starts(folder: Path, scene: str, seed: int) -> Scene:
     path.write_text(LIBRARY.format(scene=scene))
     registry = load(path)
     rng = np.random.default_rng(seed)
-    return draw(registry, find_task(registry, "filling"), rng).scattered(rng)
+    return draw(registry, find_task(registry, "filling"), rng).nominal_start(rng)
 
 
 def test_a_tray_that_is_a_constant_carries_what_starts_on_it(tmp_path: Path) -> None:

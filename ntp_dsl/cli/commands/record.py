@@ -24,7 +24,7 @@ from ntp_dsl.cli.options import (
     varied,
 )
 from ntp_dsl.datasets.dataset import RecordingPlan, record
-from ntp_dsl.datasets.recording import TROUBLE
+from ntp_dsl.datasets.recording import PERTURBATION_RATE
 from ntp_dsl.language.diagnostics.diagnostics import TaskFailed
 from ntp_dsl.tasks.instances import Configuration, configuration
 from ntp_dsl.tasks.task_files import read_tasks
@@ -39,10 +39,10 @@ def command(
     arm: Arm = None,
     seed: Seed = 0,
     workers: Workers = 1,
-    trouble: Annotated[
+    perturbation_rate: Annotated[
         float,
-        typer.Option(min=0, max=1, help="How often a labelled episode slips or is led astray."),
-    ] = TROUBLE,
+        typer.Option(min=0, max=1, help="How often an object slips or a wrong subprogram runs."),
+    ] = PERTURBATION_RATE,
     exclude: Annotated[
         list[Path] | None,
         typer.Option(help="A task file whose labelled end configurations are never drawn."),
@@ -54,8 +54,8 @@ def command(
 ) -> int:
     """Record demonstrations and labelled traces from the scripted expert.
 
-    Each episode is a clean demonstration from one placement, and a labelled episode from another in which
-    objects slip, fall and are led astray, so that recoveries are learnt too. Failed ones are named in the
+    Each episode is a clean demonstration from one start, and a labelled episode from another in which objects
+    slip and fall and wrong subprograms run, so that recoveries are learnt too. Failed ones are named in the
     manifest.
 
     Example: ntp record block_stacking block_stacking -n 300 --out runs/data
@@ -65,7 +65,7 @@ def command(
     words = "ntp " + " ".join(sys.argv[1:])
     ranges = varied(length, topology, semantics)
     plan = RecordingPlan(
-        library, task, out, world, seed, trouble, _excluded(files), words, hashes, ranges, arm
+        library, task, out, world, seed, perturbation_rate, _excluded(files), words, hashes, ranges, arm
     )
     failed = []
     with progress("recording", episodes) as bar:
