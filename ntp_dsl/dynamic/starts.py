@@ -1,4 +1,4 @@
-"""The states that experts are tried from: not only tidy ones."""
+"""The starts that experts are tried from: nominal and perturbed ones."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Start = Callable[[Instance, np.random.Generator], Scene]
 
 
 def nominal(instance: Instance, rng: np.random.Generator) -> Scene:
-    """As demonstrations begin: everything apart from everything else."""
+    """Return a start with all objects apart, as demonstrations begin."""
     return instance.nominal_start(rng)
 
 
 def perturbed(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Partial and wrong towers, and now and then something in the hand."""
+    """Return a start with partial and wrong towers and, at random, an object in the hand."""
     return instance.perturbed_start(rng, straight=1.0)
 
 
 def leaning(instance: Instance, rng: np.random.Generator) -> Scene:
-    """The same, but nothing stands in the middle of what is below it: what has slipped lies so."""
+    """Return a perturbed start in which no object is centred on its support, as after slips."""
     return instance.perturbed_start(rng, straight=0.0)
 
 
 def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Something is in the hand that nobody asked to be there."""
+    """Return a start with an object in the hand that no program asked for."""
     scene = instance.nominal_start(rng)
     items = [obj.name for obj in movable(scene.objects)]
     held = str(rng.choice(items))
@@ -47,7 +47,7 @@ def wrong_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 
 
 def buried(instance: Instance, rng: np.random.Generator) -> Scene:
-    """A few piles, so that most of what is needed has something on it."""
+    """Return a few piles, so that most of the needed objects are covered."""
     scene = instance.nominal_start(rng)
     items = movable(scene.objects)
     order = [items[index] for index in rng.permutation(len(items))]
@@ -62,7 +62,7 @@ def buried(instance: Instance, rng: np.random.Generator) -> Scene:
 
 
 def lost(instance: Instance, rng: np.random.Generator) -> Scene:
-    """Something that carries nothing has left the scene: the expert may fail, and must come to an end."""
+    """Return a start that lacks an object without a load: the expert may fail, but must end."""
     scene = instance.perturbed_start(rng, in_hand=False, straight=1.0)
     solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
     order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
@@ -72,7 +72,7 @@ def lost(instance: Instance, rng: np.random.Generator) -> Scene:
 
 
 def told(seen: Observation) -> str:
-    """What stands on what, and what is in the hand; what is not named stands by itself."""
+    """Describe which objects are on, in or under others or in the hand; the rest stand by themselves."""
     said = []
     for obj in seen.by_name.values():
         if not obj.movable:
@@ -93,7 +93,7 @@ def _below(seen: Observation, item: str) -> list[str]:
 
 
 def whereabouts(seen: Observation, names: Iterable[object]) -> str:
-    """Where the middles of objects are [m]."""
+    """Describe the positions of objects [m]."""
     known = [name for name in dict.fromkeys(names) if isinstance(name, str) and name in seen.positions]
     places = (", ".join(f"{value:.3f}" for value in seen.positions[name]) for name in known)
     return "; ".join(f"{name} at ({place}) m" for name, place in zip(known, places, strict=True))

@@ -20,7 +20,7 @@ from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 
 
 class Stubborn:
-    """A policy that wants the same call for ever, unless it is told that it may not have it."""
+    """A policy that makes the same call for ever, unless it is barred."""
 
     def __init__(self, wanted: dict[str, tuple[str, tuple[Argument, ...]]]) -> None:
         self.wanted = wanted
@@ -51,7 +51,7 @@ def run(registry: Registry, policy: Stubborn, change: Callable[[KinematicWorld],
 
 
 class Alternating(Stubborn):
-    """Wants one of several calls, the first that it may have; returns where it may have none."""
+    """Makes the first of several calls that is not barred; returns where all are."""
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         self.asked.append(barred)

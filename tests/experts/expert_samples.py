@@ -21,7 +21,7 @@ PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement f
 
 
 def stack_in_python(view: ExpertContext, goal: Iterable[Record]) -> list[NextCall]:
-    """What the body of `stack` says, as a function."""
+    """Do in Python what the body of `stack` declares."""
     return first(
         call("pick_and_place", p["item"], p["support"]) for p in goal if not view.on(p["item"], p["support"])
     )
@@ -39,7 +39,7 @@ def experts(registry: Registry) -> dict[str, Expert]:
 
 
 def drawn(registry: Registry, seed: int, task: str = "") -> tuple[Instance, KinematicWorld]:
-    """A goal, and a world in a perturbed start."""
+    """Return a goal, and a world in a perturbed start."""
     rng = np.random.default_rng(seed)
     name = task or ("block_stacking", "tall_towers")[seed % 2]
     instance = draw(registry, find_task(registry, name), rng)
@@ -51,7 +51,7 @@ def drawn(registry: Registry, seed: int, task: str = "") -> tuple[Instance, Kine
 def run_from_anywhere(
     expert: Expert, seed: int, disturbances: Disturbances, primitives: int = PRIMITIVES
 ) -> tuple[Run, bool]:
-    """A run from a perturbed start, and whether the goal holds in truth at its end."""
+    """Return a run from a perturbed start, and whether the goal holds in truth at its end."""
     rng = np.random.default_rng(seed)
     instance, world = drawn(expert.registry, seed)
     world.reset(perturbed_start(instance.objects, rng), seed, disturbances)

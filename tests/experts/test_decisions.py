@@ -35,7 +35,7 @@ Question = tuple[str, tuple[Argument, ...], Observation]
 
 
 def questions(registry: Registry, seed: int) -> Iterator[Question]:
-    """The root and a few programs that nobody runs, in one perturbed start."""
+    """Return the root call and calls of a few other programs, in one perturbed start."""
     instance, world = drawn(registry, seed)
     yield instance.program, instance.arguments, world.truth()
     rng = np.random.default_rng((seed, 7))

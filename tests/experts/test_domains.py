@@ -25,7 +25,7 @@ EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_d
 
 
 def starts(objects: int, soak: bool) -> int:
-    """How many, which is fewer where a run takes longer."""
+    """Return a number of runs, fewer where a run takes longer."""
     if objects < 30:
         return SOAKED if soak else STARTS
     return (100 if objects < 60 else 10) if soak else int(objects < 60)

@@ -41,7 +41,7 @@ def objects() -> tuple[SceneObject, ...]:
 
 
 def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
-    """Primitives at random from a perturbed start; what is seen after each and meanwhile."""
+    """Carry out random primitives from a perturbed start; yield the observations after each and meanwhile."""
     rng = np.random.default_rng(seed)
     made = KinematicWorld()
     made.reset(perturbed_start(objects(), rng), seed, DISTURBED)
@@ -58,7 +58,7 @@ def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
 
 
 def assert_nothing_floats(seen: Observation) -> None:
-    """What is not in hand rests on the table or on something right below it."""
+    """Assert that every object but the held one rests on the table or on an object right below it."""
     items = {obj.name: seen.positions[obj.name] for obj in movable(seen.objects)}
     tool = np.array(seen.gripper)
     for name, place in items.items():

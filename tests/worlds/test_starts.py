@@ -85,7 +85,7 @@ def test_a_long_tray_stands_where_it_is_told_to(tmp_path: Path, size: str) -> No
 
 
 def overlap(scene: Scene, a: str, b: str) -> bool:
-    """Whether two objects take up some of the same room."""
+    """Return whether two objects overlap."""
     gaps = [
         abs(scene.positions[a][axis] - scene.positions[b][axis])
         - (scene.by_name[a].size[axis] + scene.by_name[b].size[axis]) / 2
