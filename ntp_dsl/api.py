@@ -21,7 +21,7 @@ from typing import Any
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.datasets.recording import Shown, header
+from ntp_dsl.datasets.recording import RecordedDemonstration, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation import episode_parts
 from ntp_dsl.evaluation.success import Verdict
@@ -102,7 +102,7 @@ def draw(registry: Registry, task: str, seed: int = 0) -> Task:
     return Task(registry, episode_parts.drawn_instance(registry, declared, seed, FIRST), seed)
 
 
-def demonstrate(task: Task, world: World | None = None) -> Shown:
+def demonstrate(task: Task, world: World | None = None) -> RecordedDemonstration:
     """Let the expert show a task once, from another placement than the one in which it starts.
 
     Args:
@@ -116,7 +116,7 @@ def demonstrate(task: Task, world: World | None = None) -> Shown:
     return shown
 
 
-def expert_policy(task: Task, shown: Shown | None = None) -> Policy:
+def expert_policy(task: Task, shown: RecordedDemonstration | None = None) -> Policy:
     """Return the scripted expert.
 
     Args:
@@ -125,7 +125,9 @@ def expert_policy(task: Task, shown: Shown | None = None) -> Policy:
     return ScriptedPolicy(Expert(task.registry), shown.calls if shown else None)
 
 
-def learned_policy(task: Task, shown: Shown | Demonstration, model: Path | str | None = None) -> Policy:
+def learned_policy(
+    task: Task, shown: RecordedDemonstration | Demonstration, model: Path | str | None = None
+) -> Policy:
     """Return the learned program of one demonstration.
 
     Args:
@@ -143,7 +145,7 @@ def learned_policy(task: Task, shown: Shown | Demonstration, model: Path | str |
         raise NtpError(f"no shipped checkpoint knows '{program}' as '{task.registry.name}' declares it")
     core = load_core(path).core
     check_fits(core.memory, task.registry, program, path)
-    return LearnedPolicy(core, shown.demonstration if isinstance(shown, Shown) else shown)
+    return LearnedPolicy(core, shown.demonstration if isinstance(shown, RecordedDemonstration) else shown)
 
 
 @dataclass(frozen=True)

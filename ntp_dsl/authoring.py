@@ -1,6 +1,6 @@
-"""What a user's Python imports: marks for what a library leaves to it, and the words of experts.
+"""What a user's Python imports: decorators for the functions that a library leaves to it.
 
-`kitchen.ntp` says `by python` of what the functions of `kitchen.py`, beside it, decide. Each is marked:
+Declarations `by python` in `kitchen.ntp` are implemented in `kitchen.py`, beside it:
 
     from ntp_dsl.authoring import call, expert, first
 
@@ -8,7 +8,7 @@
     def sort(world, goal):
         return first(call("put_in", m["item"], m["bin"]) for m in goal if not world.on(m["item"], m["bin"]))
 
-A mark may say another name than the function's: `@expert("sort")`.
+A decorator may give another name than the function's: `@expert("sort")`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def expert(function: F) -> F: ...
 @overload
 def expert(function: str) -> Callable[[F], F]: ...
 def expert(function: Any) -> Any:
-    """Marks an expert: `(world, *arguments)` to a call, several in the order of preference, or None.
+    """Mark an expert: `(world, *arguments)` to a call, several in the order of preference, or None.
 
     `world` has the declared predicates as methods, `objects(type)`, and nothing that could change.
     """
@@ -45,7 +45,7 @@ def predicate(function: F) -> F: ...
 @overload
 def predicate(function: str) -> Callable[[F], F]: ...
 def predicate(function: Any) -> Any:
-    """Marks a predicate: `(observation, *arguments)` to True or False, a reading to a number or member."""
+    """Mark a predicate: `(observation, *arguments)` to True or False, a reading to a number or member."""
     return _mark("predicate", function)
 
 
@@ -54,7 +54,7 @@ def skill(function: F) -> F: ...
 @overload
 def skill(function: str) -> Callable[[F], F]: ...
 def skill(function: Any) -> Any:
-    """Marks a skill: `(world, *arguments)` to an `Outcome`; `world.call(...)` makes the world's own."""
+    """Mark a skill: `(world, *arguments)` to an `Outcome`; `world.call(...)` makes the world's own."""
     return _mark("skill", function)
 
 
@@ -63,11 +63,11 @@ def sampler(function: F) -> F: ...
 @overload
 def sampler(function: str) -> Callable[[F], F]: ...
 def sampler(function: Any) -> Any:
-    """Marks a sampler: `(rng, *groups, **knobs)` to rows of names, one for each element of the goal.
+    """Mark a sampler: `(rng, *groups, **parameters)` to rows of names, one for each element of the goal.
 
-    Knobs are numbers, but for `topology` and `semantics`: where the function takes these, each is a
-    generator for what hangs together how, and for which objects take part. Fewer elements than `length`
-    asks for are an error: else what is said of goals of ten would be of whatever there was.
+    Parameters are numbers, but for `topology` and `semantics`: where the function takes these, each is a
+    generator, for how objects are related and for which objects take part. Fewer elements than `length`
+    are an error: figures for goals of ten would be about shorter ones.
     """
     return _mark("sampler", function)
 

@@ -1,11 +1,11 @@
-"""What `blueprint.ntp` leaves to Python."""
+"""The functions in Python of `blueprint.ntp`."""
 
 from ntp_dsl.authoring import call, expert, first, sampler
 
 
 @expert
 def build(world, plan):
-    """Whatever stands on something settled can come next."""
+    """Place next any object whose support is settled."""
     supports = {p["item"]: p["support"] for p in plan}
 
     def settled(obj):
@@ -20,7 +20,7 @@ def build(world, plan):
 
 @sampler
 def shuffled_towers(rng, blocks, height):
-    """Two towers of `height` and three blocks, or what is left, in any order of the placements."""
+    """Draw two towers of `height` and three blocks, or those left, with the placements in any order."""
     names = list(rng.permutation(blocks))
     towers = names[:height], names[height : height + 3]
     pairs = [pair for tower in towers for pair in zip(tower[1:], tower, strict=False)]

@@ -1,4 +1,4 @@
-"""What `set_the_table.ntp` leaves to Python."""
+"""The functions in Python of `set_the_table.ntp`."""
 
 from itertools import product
 from math import dist, hypot
@@ -9,7 +9,7 @@ WAYS = {"left": (0, 1), "right": (0, -1), "ahead": (1, 0)}  # x leads away from 
 
 
 def _from_place(observation, item, plate, side):
-    """From where a piece belongs on that side, 12 cm from the plate's middle [m]."""
+    """Return the distance from a piece's place on that side, 12 cm from the plate's middle [m]."""
     (x, y, _), (px, py, _) = observation.positions[item], observation.positions[plate]
     return hypot(x - px - 0.12 * WAYS[side][0], y - py - 0.12 * WAYS[side][1])
 

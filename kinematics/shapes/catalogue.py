@@ -8,6 +8,7 @@ from kinematics.errors import UnusableShape
 from kinematics.geometry import urdf
 from kinematics.geometry.meshes import mesh_points
 from kinematics.geometry.transforms import Vector, pose_of
+from kinematics.shapes.bodies import Colour
 from kinematics.shapes.shapes import (
     Box,
     Cavity,
@@ -19,6 +20,8 @@ from kinematics.shapes.shapes import (
     Sphere,
     half_extents_of,
 )
+
+HANDLE = "handle"  # how the name of a collision begins that a hand closes on
 
 
 def hull_from_mesh(path: Path, scale: float = 1.0) -> Hull:
@@ -36,15 +39,41 @@ def hull_of_size(path: Path, size: Vector) -> Hull:
 
 
 def compound_from_urdf(path: Path) -> Compound:
-    """Return the collision geometry of a URDF with one link, about the link's origin."""
+    """Return the collision geometry of a URDF of one link, about the link's origin.
+
+    A hand closes on the collisions whose names begin with `handle`, or on any where none does.
+    """
     description = urdf.read(path)
-    pieces = []
+    pieces: list[Piece] = []
+    handles: list[int] = []
     for collision in description.root.iterfind("link/collision"):
         at = pose_of(urdf.origin_of(collision))
+        if collision.get("name", "").startswith(HANDLE):
+            handles.append(len(pieces))
         pieces.append(Piece(_urdf_shape(collision, path), at.position, at.quaternion_xyzw))
     if not pieces or description.joints:
         raise UnusableShape(f"{path}: expected one link with collision geometry and no joints")
-    return Compound(tuple(pieces))
+    return Compound(tuple(pieces), tuple(handles))
+
+
+def mass_from_urdf(path: Path) -> float | None:
+    """The mass of a URDF of one link [kg], where it has one. Raises `UnusableShape` for none that can be."""
+    element = urdf.read(path).root.find("link/inertial/mass")
+    if element is None:
+        return None
+    mass = float(element.get("value", "nan"))
+    if not 0 < mass < math.inf:
+        raise UnusableShape(f"{path}: a mass is a positive number [kg]")
+    return mass
+
+
+def colour_from_urdf(path: Path) -> Colour | None:
+    """The colour that a URDF of one link has, where it has one."""
+    element = urdf.read(path).root.find("link/visual/material/color")
+    if element is None:
+        return None
+    red, green, blue, alpha = (float(word) for word in element.get("rgba", "").split())
+    return red, green, blue, alpha
 
 
 def _urdf_shape(collision: ElementTree.Element, path: Path) -> Convex:

@@ -1,4 +1,4 @@
-"""What files are called, and that they appear under their final name only when whole."""
+"""File names, and writing files so that they appear under their names only when whole."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """A path beside the final one, which takes its place on success and is removed on failure."""
+    """Yield a path beside the final one, which replaces it on success and is removed on failure."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
@@ -22,7 +22,7 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 
 def rewrite(path: Path, text: str) -> None:
-    """Put a text in the place of a file's; links and permissions stay, and so do line endings."""
+    """Replace the text of a file, keeping links, permissions and line endings."""
     target = path.resolve()
     with written_whole(target) as partial:
         partial.write_bytes(text.encode())
@@ -30,6 +30,6 @@ def rewrite(path: Path, text: str) -> None:
 
 
 def episode_files(folder: Path, number: int) -> tuple[Path, Path]:
-    """An episode's trace, and the demonstration that it was shown."""
+    """Return the paths of an episode's trace and of its demonstration."""
     stem = f"episode_{number:05d}"
     return folder / f"{stem}.trace.jsonl", folder / f"{stem}.demo.parquet"

@@ -8,26 +8,26 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def grammar_folder() -> Path:
-    """`ntp.lark` and the language reference."""
+    """Return the folder of `ntp.lark` and the language reference."""
     return PACKAGE.parent / "grammar"
 
 
 def library_folder() -> Path:
-    """The standard library, where `use` looks last."""
+    """Return the folder of the standard library, where `use` looks last."""
     return PACKAGE / "library"
 
 
 def examples_folder() -> Path:
-    """One folder a domain; a wheel carries them inside the package, a checkout beside it."""
+    """Return the folder of the examples: inside the package in a wheel, beside it in a checkout."""
     inside = PACKAGE / "examples"
     return inside if inside.is_dir() else PACKAGE.parent / "examples"
 
 
 def checkpoints_folder() -> Path:
-    """The trained weights that ship with the package."""
+    """Return the folder of the trained weights that ship with the package."""
     return PACKAGE / "checkpoints"
 
 
 def templates_folder() -> Path:
-    """What `ntp new` begins a domain with: a folder for each kind."""
+    """Return the folder of the templates of `ntp new`, one folder for each kind."""
     return PACKAGE / "templates"

@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 def in_order(
     open_worker: Callable[[], Callable[[int], Result]], count: int, workers: int
 ) -> Iterator[Result]:
-    """Results for 0, 1, …, each a function of its number alone; `open_worker` runs once a process."""
+    """Yield results for 0, 1, …, each a function of its number alone; `open_worker` runs once a process."""
     if workers == 1:
         work = open_worker()
         yield from (work(number) for number in range(count))
@@ -26,7 +26,7 @@ _worker: Callable[[int], Any] | Exception
 
 
 def _start(open_worker: Callable[[], Callable[[int], Any]]) -> None:
-    """A worker that cannot open says why when it is asked; raised here, it would only break the pool."""
+    """Open the worker. An error is kept until the first task: raised here, it would break the pool."""
     global _worker
     try:
         _worker = open_worker()

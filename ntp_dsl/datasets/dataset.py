@@ -23,7 +23,7 @@ from ntp_dsl.datasets.manifest import (
     RecordedEpisode,
     write_manifest,
 )
-from ntp_dsl.datasets.recording import TROUBLE, Shown, demonstrate, record_episode
+from ntp_dsl.datasets.recording import PERTURBATION_RATE, RecordedDemonstration, demonstrate, record_episode
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -40,29 +40,29 @@ from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import World
 
 REDRAWS = 1000  # of a goal that is excluded
-NEW_STATES = 3000  # that queries are about as well, in all,
-MOST_NEW_STATES = 60  # and for an episode
+NEW_STATES = 3000  # for more queries, in all
+MOST_NEW_STATES = 60  # the same, for an episode
 
 
 @dataclass(frozen=True)
 class RecordingPlan:
-    """What is recorded, in a form that every worker understands."""
+    """The settings of a recording, which can be sent to workers."""
 
     library: Path
     task: str
     out: Path
     world: str = "kinematic"
     seed: int = 0
-    trouble: float = TROUBLE
+    perturbation_rate: float = PERTURBATION_RATE
     excluded: frozenset[Configuration] = frozenset()
     command: str = ""  # as it was typed, for the manifest
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
-    arm: str | None = None  # of the bullet world; the Panda if none is told
+    arm: str | None = None  # of the bullet world; the Panda by default
 
 
-class RecordingStudio:
-    """One process's library, expert and world. Episode n depends on the plan and n alone."""
+class EpisodeRecorder:
+    """Records episodes in one process. Episode n depends on the plan and n alone."""
 
     def __init__(self, plan: RecordingPlan) -> None:
         self.plan = plan
@@ -72,7 +72,7 @@ class RecordingStudio:
         self.world: World = make_world(plan.world, self.registry, arm=plan.arm)
 
     def instance(self, number: int) -> Instance:
-        """A goal drawn from the seed that is not among the excluded ones."""
+        """Return an instance drawn from the seed, with a goal that is not excluded."""
         for attempt in range(REDRAWS):
             rng = np.random.default_rng((self.plan.seed, number, attempt))
             drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
@@ -81,12 +81,12 @@ class RecordingStudio:
         raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
 
     def record(self, number: int) -> RecordedEpisode:
-        """Write an episode's two files; a failed one leaves only its row of the manifest."""
+        """Record an episode's two files; a failed one leaves only its row of the manifest."""
         instance = self.instance(number)
         seed = derived(self.plan.seed, number)
         row = partial(RecordedEpisode, number=number, seed=seed, goal=instance.goal)
         shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
-        if not isinstance(shown, Shown):
+        if not isinstance(shown, RecordedDemonstration):
             return row(outcome=Recorded.NO_DEMONSTRATION, reason=shown.reason)
         trace, shown_in = episode_files(self.plan.out, number)
         try:
@@ -99,7 +99,7 @@ class RecordingStudio:
                     shown,
                     seed,
                     TraceWriter(stream),
-                    self.plan.trouble,
+                    self.plan.perturbation_rate,
                     shown_in.name,
                 )
                 if not run.done:
@@ -146,7 +146,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode]) -> None:
         world=plan.world,
         arm=plan.arm,
         seed=plan.seed,
-        perturbation_rate=plan.trouble,
+        perturbation_rate=plan.perturbation_rate,
         command=plan.command,
         excluded=len(plan.excluded),
         excluded_files=dict(plan.excluded_files),
@@ -157,7 +157,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode]) -> None:
 
 
 def _open(plan: RecordingPlan) -> Callable[[int], RecordedEpisode]:
-    return RecordingStudio(plan).record
+    return EpisodeRecorder(plan).record
 
 
 def samples(registry: Registry, folder: Path, manifest: Manifest, seed: int) -> Iterator[list[Sample]]:
@@ -183,9 +183,9 @@ def samples(registry: Registry, folder: Path, manifest: Manifest, seed: int) -> 
 def _new_states(
     registry: Registry, task: TaskDeclaration, count: int, rng: np.random.Generator
 ) -> Iterator[Observation]:
-    """Of scenes that the task draws, scrambled: an expert can tell what to do in any of them."""
+    """Yield perturbed starts of the task's scenes: an expert can decide in any state."""
     world = make_world("kinematic", registry)
     for _ in range(count):
-        scene = draw(registry, task, rng).scrambled(rng, world.starts_holding)
+        scene = draw(registry, task, rng).perturbed_start(rng, world.starts_holding)
         world.reset(scene, int(rng.integers(2**31)))
         yield world.truth()

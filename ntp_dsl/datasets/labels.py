@@ -18,11 +18,11 @@ from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall, Trace
 
-OFF_STACK = 2  # queries about other programs, for each state
-NEW_OFF_STACK = 8  # the same, for each state that no episode went through
-BYSTANDERS = 0.5  # how often one more object stands there, which is for the most part of no account
-NAMED = "bystander"
-ASIDE = 0.2  # from everything else, seen from above [m]
+OFF_STACK = 2  # queries about programs off the stack, for each state
+NEW_OFF_STACK = 8  # the same, for each new state
+DISTRACTORS = 0.5  # how often a distractor, one more object, is added
+DISTRACTOR = "distractor"
+ASIDE = 0.2  # from all other objects, seen from above [m]
 TABLE = ((0.15, 0.95), (-0.5, 0.5))  # where it may stand [m]
 DRAWS = 20  # of its place
 
@@ -35,7 +35,7 @@ def labelled(
     new_states: Iterable[Observation],
     rng: np.random.Generator,
 ) -> Iterator[Sample]:
-    """Decisions of the trace, and for each of its states the expert's word on programs drawn at random.
+    """Yield the trace's decisions, and the expert's on programs drawn at random, for each of its states.
 
     Args:
         new_states: of any scenes, with whatever objects; nothing in the demonstration is about them.
@@ -75,8 +75,8 @@ def _off_stack(
     rng: np.random.Generator,
 ) -> Sample:
     program, arguments = random_call(expert, observation, shown, rng)
-    if rng.random() < BYSTANDERS:
-        observation = with_bystander(observation, rng)
+    if rng.random() < DISTRACTORS:
+        observation = with_distractor(observation, rng)
     node = shown_anywhere(shown, program.name, arguments) if shown else None
     scope = node.scope if node else None
     query = Query(program.name, without_lists(arguments), scope, observation, demonstration)
@@ -94,7 +94,7 @@ def random_call(
     shown: DemonstratedCall | None,
     rng: np.random.Generator,
 ) -> tuple[Program, tuple[Argument, ...]]:
-    """A program without lists on random objects, or (half of the time) one that the demonstration shows."""
+    """Return a program without lists on random objects, or (half of the time) a demonstrated call."""
     programs = [p for p in expert.registry.programs.values() if not p.takes_list]
     program = programs[int(rng.integers(len(programs)))]
     if shown is not None and rng.random() < 0.5:
@@ -108,8 +108,8 @@ def random_call(
     return program, arguments
 
 
-def with_bystander(observation: Observation, rng: np.random.Generator) -> Observation:
-    """The same moment with one more object, like one of those there, and far from them if there is room."""
+def with_distractor(observation: Observation, rng: np.random.Generator) -> Observation:
+    """Return the observation with one more object, a copy of another, far from all if there is room."""
     movable = [obj for obj in observation.objects if obj.movable]
     if not movable:
         return observation
@@ -119,7 +119,7 @@ def with_bystander(observation: Observation, rng: np.random.Generator) -> Observ
     for _ in range(DRAWS):
         x, y = (float(rng.uniform(*bounds)) for bounds in TABLE)
         if all(hypot(x - other[0], y - other[1]) > ASIDE for other in taken):
-            extra = replace(like, name=NAMED)
-            places = {**observation.positions, NAMED: (x, y, like.size[2] / 2)}
+            extra = replace(like, name=DISTRACTOR)
+            places = {**observation.positions, DISTRACTOR: (x, y, like.size[2] / 2)}
             return replace(observation, objects=(*observation.objects, extra), positions=places)
     return observation

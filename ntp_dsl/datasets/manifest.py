@@ -1,4 +1,4 @@
-"""The manifest of a folder of recorded episodes: how it was recorded, and what came of each episode."""
+"""The manifest of a folder of recorded episodes: its settings, and the outcome of each episode."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MANIFEST = "manifest.json"
 
 
 class Recorded(StrEnum):
-    """What came of recording an episode; only what is done is kept."""
+    """The outcome of recording an episode; only `DONE` ones are kept."""
 
     DONE = "done"
     NO_DEMONSTRATION = "the demonstration failed"
@@ -99,7 +99,7 @@ def _decoded(text: bytes, path: Path) -> Manifest:
 
 
 def _upgraded(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a manifest of the first version as the present one is: outcomes were sentences."""
+    """Return a manifest of the first version, whose outcomes were sentences, in the present one."""
     episodes = []
     for each in row["episodes"]:
         outcome, _, reason = each["outcome"].partition(": ")

@@ -33,28 +33,28 @@ from ntp_dsl.traces.schema import (
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, World
 
-TROUBLE = 0.15  # how often, per primitive, a recorded episode slips, is pushed, or is led astray
-LED_ASTRAY = 4  # primitives of a wrong program, at most
+PERTURBATION_RATE = 0.15  # per primitive: slips, pushes, misses and wrong subprograms
+WRONG_PRIMITIVES = 4  # primitives of a wrong program, at most
 
 
 @dataclass(frozen=True)
-class Shown:
+class RecordedDemonstration:
     """A demonstration, and the calls that made it."""
 
     demonstration: Demonstration
     calls: DemonstratedCall | None = None  # None where it was brought from elsewhere
 
-    def told(self, file: str) -> DemonstrationReference:
-        """Return what a trace says of the demonstration; the file lies beside the trace."""
+    def trace_record(self, file: str) -> DemonstrationReference:
+        """Return the trace's record of the demonstration; the file lies beside the trace."""
         return DemonstrationReference(file=file, frames=len(self.demonstration), calls=self.calls)
 
 
 def demonstrate(
     registry: Registry, expert: Expert, world: World, instance: Instance, seed: int
-) -> Shown | Run:
-    """The expert, undisturbed, from a scattered placement; what went wrong if it fails."""
+) -> RecordedDemonstration | Run:
+    """Record the expert, undisturbed, from a nominal start. Return the failed run instead if it fails."""
     rng = np.random.default_rng((seed, 0))
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     world.reset(scene, seed)
     recorder = Recorder(world)
     stream = io.StringIO()
@@ -76,7 +76,7 @@ def demonstrate(
         return run
     origin = Origin(library=registry.name, task=instance.name, seed=seed, goal=instance.goal)
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
-    return Shown(recorder.demonstration(origin), demonstrated(trace))
+    return RecordedDemonstration(recorder.demonstration(origin), demonstrated(trace))
 
 
 def record_episode(
@@ -84,21 +84,21 @@ def record_episode(
     expert: Expert,
     world: World,
     instance: Instance,
-    shown: Shown,
+    shown: RecordedDemonstration,
     seed: int,
     writer: TraceWriter,
-    trouble: float = TROUBLE,
+    perturbation_rate: float = PERTURBATION_RATE,
     demonstration_file: str = "",
 ) -> Run:
-    """A labelled episode from another placement, with the trouble that recoveries are learnt from."""
+    """Record a labelled episode from another start, with perturbations, so that recoveries are learnt."""
     rng = np.random.default_rng((seed, 1))
-    if trouble > 0 and rng.random() < 0.5:
-        scene = instance.scrambled(rng, world.starts_holding)
+    if perturbation_rate > 0 and rng.random() < 0.5:
+        scene = instance.perturbed_start(rng, world.starts_holding)
     else:
-        scene = instance.scattered(rng)
-    world.reset(scene, derived(seed, 1), _troubles(trouble))
-    told = header(registry, instance, seed, PolicyKind.SCRIPTED)
-    writer.header(with_fields(told, demonstration=shown.told(demonstration_file)))
+        scene = instance.nominal_start(rng)
+    world.reset(scene, derived(seed, 1), _disturbances(perturbation_rate))
+    own = header(registry, instance, seed, PolicyKind.SCRIPTED)
+    writer.header(with_fields(own, demonstration=shown.trace_record(demonstration_file)))
     recorder = Recorder(world)
     policy = ScriptedPolicy(expert, shown.calls)
     interpreter = Interpreter(
@@ -108,7 +108,7 @@ def record_episode(
         writer,
         limits=Limits(primitives=enough_primitives(instance)),
         frame_number=lambda: len(recorder),
-        interfere=_leader_astray(registry, expert, shown, rng, trouble),
+        interfere=_inject_wrong_subprogram(registry, expert, shown, rng, perturbation_rate),
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
@@ -116,28 +116,32 @@ def record_episode(
     return run
 
 
-def _troubles(trouble: float) -> Disturbances:
-    return Disturbances(slips=trouble, pushes=trouble, clumsiness=trouble)
+def _disturbances(rate: float) -> Disturbances:
+    return Disturbances(slips=rate, pushes=rate, clumsiness=rate)
 
 
-def _leader_astray(
-    registry: Registry, expert: Expert, shown: Shown, rng: np.random.Generator, trouble: float
+def _inject_wrong_subprogram(
+    registry: Registry,
+    expert: Expert,
+    shown: RecordedDemonstration,
+    rng: np.random.Generator,
+    perturbation_rate: float,
 ) -> Callable[[World], None]:
-    """Now and then runs a few primitives of a program that nobody asked for: wrong grasps, wrong towers."""
+    """Return an interference that runs, at random, a few primitives of a wrong program."""
 
     def interfere(world: World) -> None:
-        if rng.random() >= trouble:
+        if rng.random() >= perturbation_rate:
             return
         program, arguments = random_call(expert, world.truth(), shown.calls, rng)
-        limits = Limits(primitives=int(rng.integers(1, LED_ASTRAY + 1)), retries=0)
-        with suppress(OutOfRange):  # a number at random, where a program says no range of its own
+        limits = Limits(primitives=int(rng.integers(1, WRONG_PRIMITIVES + 1)), retries=0)
+        with suppress(OutOfRange):  # by a random number, where a program declares no range
             Interpreter(registry, ScriptedPolicy(expert), world, limits=limits).run(program.name, arguments)
 
     return interfere
 
 
 def header(registry: Registry, instance: Instance, seed: int, policy: PolicyKind) -> Header:
-    """Return what a trace says of itself before the first call."""
+    """Return the header of a trace."""
     return Header(
         format=FORMAT,
         version=VERSION,

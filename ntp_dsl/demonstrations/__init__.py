@@ -1,1 +1,1 @@
-"""What a learned program is shown."""
+"""Demonstrations: what a learned program is shown."""

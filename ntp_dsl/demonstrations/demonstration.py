@@ -29,12 +29,12 @@ class Specification(Protocol):
 
 
 class Origin(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """Where a demonstration comes from. A learned program sees nothing of it."""
+    """Where a demonstration comes from. Learned programs do not see it."""
 
     library: str = ""
     task: str = ""
     seed: int | None = None
-    goal: tuple[Record, ...] = ()  # empty where nobody says what is shown
+    goal: tuple[Record, ...] = ()  # empty where it is unknown
 
 
 UNKNOWN = Origin()

@@ -1,6 +1,6 @@
 """Demonstrations as Parquet files, one row a frame: docs/demonstrations.md has the columns.
 
-A file that was made elsewhere needs the columns alone; what it does not say of its objects the scene does.
+A file made elsewhere needs only the columns; the scene describes its objects then.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POSITION, ORIENTATION, DEVIATION = "position.", "orientation.", "deviation."  # 
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True):
-    """What a file says of itself."""
+    """The header of a file."""
 
     format: str
     version: int
@@ -33,7 +33,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class _HeaderOfVersion1(msgspec.Struct, frozen=True):
-    """The first version: places were relative to the gripper, which it did not tell."""
+    """The first version: positions were relative to the gripper, which was not stored."""
 
     things: tuple[SceneObject, ...]
     notes: dict[str, Any] = {}
@@ -130,7 +130,7 @@ def _header(table: Any, path: Path) -> Header | _HeaderOfVersion1 | None:
 
 
 def _named(table: Any, scene: Sequence[SceneObject], path: Path) -> tuple[SceneObject, ...]:
-    """Return the objects that the columns of a file without a header are about."""
+    """Return the objects that the columns of a file without a header refer to."""
     names = [each.removeprefix(POSITION) for each in table.column_names if each.startswith(POSITION)]
     if not names:
         found = ", ".join(table.column_names[:4])
@@ -141,12 +141,12 @@ def _named(table: Any, scene: Sequence[SceneObject], path: Path) -> tuple[SceneO
     known = {each.name: each for each in scene}
     if unknown := [name for name in names if name not in known]:
         there = f"the scene has {', '.join(known)}" if known else "and the file has no header"
-        raise NtpError(f"{path}: nothing says what {', '.join(unknown)} is: {there}")
+        raise NtpError(f"{path}: unknown objects {', '.join(unknown)}: {there}")
     return tuple(known[name] for name in names)
 
 
 def _version_1(table: Any, header: _HeaderOfVersion1, path: Path) -> Demonstration:
-    """With the gripper at the origin in every frame: places relative to it are all that is known."""
+    """Return it with the gripper at the origin in every frame: only relative positions are known."""
     try:
         goal = tuple(Record("", tuple(row.items())) for row in header.notes.get("goal", ()))
         times = table["time"].to_numpy().astype(np.float32)

@@ -1,4 +1,4 @@
-"""What a learned program is asked and what the right answer is: the border between labels and core."""
+"""Queries to a learned program and their right answers: the interface between labels and core."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ntp_dsl.semantics.observation import Observation
 
 @dataclass(frozen=True)
 class Query:
-    """All that a learned program is given: what is observed, which program runs, its scope and arguments."""
+    """The input of a learned program: the observation, the running program, its scope and arguments."""
 
     program: str
     arguments: tuple[str | float, ...]  # that its caller predicted; lists are never given

@@ -38,7 +38,7 @@ def check_contracts(
     for walk in range(WALKS):
         rng = np.random.default_rng((seed, walk))
         instance = instances[walk % len(instances)]
-        world.reset(instance.scrambled(rng, straight=1.0), walk)
+        world.reset(instance.perturbed_start(rng, straight=1.0), walk)
         for _ in range(STEPS):
             _step(registry, world, records, rng)
     for name, record in records.items():

@@ -59,7 +59,7 @@ def check_dynamically(
             complete = replace(task, scene=_with_all_readings(task.scene, runnable))
             drawn = [draw(runnable, complete, np.random.default_rng((seed, n))) for n in range(3)]
             for each in drawn:
-                each.scattered(np.random.default_rng(seed))
+                each.nominal_start(np.random.default_rng(seed))
         except NtpError as error:
             found.append(_impossible(task, error))
         else:

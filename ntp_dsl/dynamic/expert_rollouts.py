@@ -135,7 +135,7 @@ class ExpertRollouts:
         for number in range(PROGRAM_TRIALS):
             rng = np.random.default_rng((self.seed, 1, number))
             instance = instances[number % len(instances)]
-            self.world.reset(instance.scrambled(rng, straight=1.0), number)
+            self.world.reset(instance.perturbed_start(rng, straight=1.0), number)
             state = State(self.registry, self.world.truth())
             arguments = random_arguments(program.parameters, state, rng)
             if arguments is None:

@@ -23,22 +23,22 @@ Start = Callable[[Instance, np.random.Generator], Scene]
 
 def nominal(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start of demonstrations: all objects apart from each other."""
-    return instance.scattered(rng)
+    return instance.nominal_start(rng)
 
 
 def perturbed(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start with partial and wrong towers, and sometimes an object in the hand."""
-    return instance.scrambled(rng, straight=1.0)
+    return instance.perturbed_start(rng, straight=1.0)
 
 
 def off_centre(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a perturbed start in which no object is centred on the one below, as after a slip."""
-    return instance.scrambled(rng, straight=0.0)
+    return instance.perturbed_start(rng, straight=0.0)
 
 
 def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start with an arbitrary object in the hand."""
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     items = [obj.name for obj in movable(scene.objects)]
     held = str(rng.choice(items))
     hand: Vector = (0.5, 0.0, HAND_HEIGHT)
@@ -48,7 +48,7 @@ def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def piles(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start of a few piles, in which most objects have another on top."""
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     items = movable(scene.objects)
     order = [items[index] for index in rng.permutation(len(items))]
     positions = dict(scene.positions)
@@ -63,7 +63,7 @@ def piles(instance: Instance, rng: np.random.Generator) -> Scene:
 
 def missing_object(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start without one of the top objects: the expert may fail, but must end."""
-    scene = instance.scrambled(rng, in_hand=False, straight=1.0)
+    scene = instance.perturbed_start(rng, in_hand=False, straight=1.0)
     solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
     order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
     name = str(max(order, key=lambda each: scene.positions[each][2]))

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.seeds import derived
-from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
 from ntp_dsl.evaluation.success import Verdict, judge
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
@@ -48,12 +48,12 @@ def drawn_instance(
 
 def starting_scene(instance: Instance, seed: int, number: int) -> Scene:
     """Return where everything starts."""
-    return instance.scattered(np.random.default_rng((seed, number, 1)))
+    return instance.nominal_start(np.random.default_rng((seed, number, 1)))
 
 
 def demonstration(
     registry: Registry, expert: Expert, world: World, instance: Instance, seed: int, number: int
-) -> tuple[Shown, int]:
+) -> tuple[RecordedDemonstration, int]:
     """Return a demonstration by the expert, from another placement, and how many attempts it took.
 
     Raises `NoDemonstration` where the expert fails again and again.
@@ -61,7 +61,7 @@ def demonstration(
     reason = ""
     for attempt in range(ATTEMPTS):
         shown = demonstrate(registry, expert, world, instance, derived(seed, number, 2, attempt))
-        if isinstance(shown, Shown):
+        if isinstance(shown, RecordedDemonstration):
             return shown, attempt + 1
         reason = shown.reason
     raise NoDemonstration(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}")

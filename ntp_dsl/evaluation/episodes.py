@@ -16,7 +16,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
-from ntp_dsl.datasets.recording import Shown, demonstrate, header
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.success import Verdict, judge
@@ -121,9 +121,9 @@ class Evaluator:
 
     def scene(self, instance: Instance, number: int) -> Scene:
         """Return the start of an episode."""
-        return instance.scattered(np.random.default_rng((self.plan.seed, number, 1)))
+        return instance.nominal_start(np.random.default_rng((self.plan.seed, number, 1)))
 
-    def demonstration(self, instance: Instance, number: int) -> tuple[Shown, int]:
+    def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """Return the expert's demonstration from another placement, and the number of attempts.
 
         Raises `NoDemonstration` where all attempts fail.
@@ -132,12 +132,12 @@ class Evaluator:
         for attempt in range(ATTEMPTS):
             seed = derived(self.plan.seed, number, 2, attempt)
             recorded = demonstrate(self.registry, self.expert, self.world, instance, seed)
-            if isinstance(recorded, Shown):
+            if isinstance(recorded, RecordedDemonstration):
                 return recorded, attempt + 1
             reason = recorded.reason
         raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
 
-    def policy(self, recorded: Shown | None) -> Policy:
+    def policy(self, recorded: RecordedDemonstration | None) -> Policy:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
         if recorded is None or self._core is None:
             return ScriptedPolicy(self.expert, recorded.calls if recorded else None)
@@ -148,7 +148,7 @@ class Evaluator:
     def episode(
         self,
         number: int,
-        recorded: Shown | None = None,
+        recorded: RecordedDemonstration | None = None,
         watch: Watcher | None = None,
         on_frame: OnFrame | None = None,
     ) -> Episode:
@@ -203,14 +203,14 @@ class Evaluator:
         paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
         return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
-    def _header(self, instance: Instance, number: int, recorded: Shown | None) -> Header:
+    def _header(self, instance: Instance, number: int, recorded: RecordedDemonstration | None) -> Header:
         """Return the header of a trace, and write the demonstration beside the trace."""
         kind = PolicyKind.LEARNED if self.is_learned else PolicyKind.SCRIPTED
         reference = None
         if recorded is not None and self.plan.traces is not None:
             _, path = episode_files(self.plan.traces, number)
             write_demonstration(recorded.demonstration, path)
-            reference = recorded.told(path.name)
+            reference = recorded.trace_record(path.name)
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
             demonstration=reference,

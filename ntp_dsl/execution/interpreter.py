@@ -19,14 +19,14 @@ from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
 
 MAX_DEPTH = 48
-CONFIRMATIONS = 2  # a root must say «done» of so many observations in a row
+CONFIRMATIONS = 2  # a root must say «done» for that many observations in a row
 NOTHING_HELPS = "nothing that the program knows helps"
-SECOND_LOOK = 0.5  # [s] between them: what is falling has fallen
+SECOND_LOOK = 0.5  # between them, so that falling objects come to rest [s]
 
 
 @dataclass
 class Limits:
-    """A run ends after so many primitives, or so many decisions between two of them."""
+    """When a run is stopped: a number of primitives, or of decisions between two of them."""
 
     primitives: int = 150
     idle_decisions: int = 60
@@ -36,7 +36,7 @@ class Limits:
 
 @dataclass
 class Run:
-    """What came of running a program to its end."""
+    """The result of running a program to its end."""
 
     ending: Ending | None = None  # None while it runs
     reason: str = ""  # of the ending, for people
@@ -47,23 +47,23 @@ class Run:
     disturbances: int = 0
     failures: list[Outcome] = field(default_factory=list)
     failing: int = 0  # the same failure so often in a row
-    handled: set[Argument] = field(default_factory=set)  # what primitives were called on
+    handled: set[Argument] = field(default_factory=set)  # arguments of primitives
     changes: int = 0  # of the world, by primitives
     in_vain: Refusals = field(default_factory=Refusals)
 
     @property
     def done(self) -> bool:
-        """Return whether the program achieved what it should, as far as it can tell."""
+        """Return whether the program says that it is done."""
         return self.ending is Ending.DONE
 
     def end(self) -> End:
-        """Return how it ended, for a trace."""
+        """Return the trace's record of its end."""
         assert self.ending is not None, "the run is not over"
         return End(ending=self.ending, reason=self.reason, primitives=self.primitives)
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
-Interference = Callable[[World], None]  # after a primitive: what a recorder does to make trouble
+Interference = Callable[[World], None]  # a recorder's perturbation after a primitive
 
 
 class Interpreter:
@@ -107,7 +107,7 @@ class Interpreter:
         return run
 
     def _run_root(self, root: Frame, run: Run) -> bool:
-        """One pass from the root to its return; true where it says «done»."""
+        """Run one pass from the root to its return; return whether it says «done»."""
         stack = [(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
@@ -138,7 +138,7 @@ class Interpreter:
                 fresh = True
 
     def _stop(self, idle: int, depth: int, run: Run) -> str:
-        """Return why a run that gets nowhere is stopped, or nothing."""
+        """Return why a run without progress is stopped, or an empty string."""
         last = run.failures[-self.limits.like_failures :]
         if len(last) == self.limits.like_failures and run.failing == len(last):
             return f"{last[-1].failure} {len(last)} times in a row"
@@ -151,9 +151,9 @@ class Interpreter:
         return ""
 
     def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
-        """What the language forbids is not chosen: a return at the first step, a call in vain.
+        """Ask the policy, barring what the language forbids: a return at the first step, a call in vain.
 
-        A program to which nothing is left because calls failed is unfinished.
+        A program that has no option left because calls failed is unfinished.
         """
         start = perf_counter()
         barred: Barred = frozenset({None} if fresh else ())
@@ -199,7 +199,7 @@ class Interpreter:
         return self.writer.call(parent, kind, name, given.arguments, given.scope, frame, state, decision)
 
     def _state(self, seen: Observation | None) -> int:
-        """What was decided by; for a policy that does not say, what is there."""
+        """Write the state behind a decision; the true one, if the policy does not give it."""
         return self.writer.state(self.world.truth() if seen is None else seen)
 
     def _leave(self, number: int, depth: int, frame: Frame, choice: Choice) -> None:

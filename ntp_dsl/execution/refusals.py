@@ -1,4 +1,4 @@
-"""Calls that came to nothing, each with the states in which they did, so that none is repeated for ever."""
+"""Calls in vain, each with the states in which it was made, so that none is repeated for ever."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ class _Vain:
 
 
 class Refusals:
-    """What was called in vain, by call and state.
+    """The calls in vain, by call and state.
 
-    A state that comes round again is the same state: a circle of calls, of which one always fails, ends as
-    a call that fails in place does.
+    A state that recurs is the same state: a cycle of calls, of which one always fails, ends as a call that
+    fails in place does.
     """
 
     def __init__(self) -> None:
         self._by_call: dict[Call, list[_Vain]] = {}
 
     def __contains__(self, call: Call) -> bool:
-        """Whether it was made in vain in any state: for most calls that answers all."""
+        """Return whether a call was in vain in any state: a quick test."""
         return call in self._by_call
 
     def add(self, call: Call, state: Observation, failed: bool, by_chance: bool = False) -> None:
-        """A call that changed nothing; one that failed `by_chance` may be tried `TRIES` times."""
+        """Add a call that changed nothing; one that failed `by_chance` may be tried `TRIES` times."""
         tries = 1 if by_chance else TRIES
         known = self._find(call, state)
         if known is None:
@@ -46,12 +46,12 @@ class Refusals:
             known.tries, known.failed = known.tries + tries, failed
 
     def bars(self, call: Call, state: Observation) -> bool:
-        """Whether the call is not to be made in this state."""
+        """Return whether the call must not be made in this state."""
         known = self._find(call, state)
         return known is not None and known.tries >= TRIES
 
     def failed(self, call: Call, state: Observation) -> bool:
-        """Whether it is barred because it failed, not because it had nothing to do."""
+        """Return whether it is barred because it failed, not because it had nothing to do."""
         known = self._find(call, state)
         return known is not None and known.failed
 
@@ -60,7 +60,7 @@ class Refusals:
 
 
 def differ(a: Observation, b: Observation) -> bool:
-    """Whether the hand or anything else is elsewhere."""
+    """Return whether the hand or any object has moved."""
     if a.closed != b.closed or a.unreachable != b.unreachable or a.positions.keys() != b.positions.keys():
         return True
     moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)

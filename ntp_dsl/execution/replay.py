@@ -1,4 +1,4 @@
-"""Asks a policy at every state of a trace what it would do, and writes its answers down as a trace."""
+"""Asks a policy what it would do at every state of a trace, and writes its answers as a trace."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ntp_dsl.worlds.protocol import World
 
 
 class StillWorld:
-    """A moment of a trace: can be looked at, and nothing else."""
+    """A moment of a trace, which can only be observed."""
 
     def __init__(self, seen: Observation) -> None:
         self._seen = seen
@@ -82,7 +82,7 @@ class Replay:
         writer.returned(call.id, call.outcome, end_frame, writer.state(seen), decision)
 
     def _is_first(self, call: Call) -> bool:
-        """A callee may not return at its first step; a root may."""
+        """Return whether this is the first step of a callee, which may not be a return."""
         caller = self.trace.calls[call.parent]
         return caller.parent != ROOT and call.id == caller.id + 1
 
@@ -100,7 +100,7 @@ class Replay:
         return with_fields(choice.decision, source=followed.source, answer=answer)
 
     def _arguments(self, caller: Call) -> tuple[Argument, ...] | None:
-        """Return them as the policy takes them; None where a script needs lists that the trace lacks."""
+        """Return the caller's arguments; None where a script needs lists that the trace lacks."""
         if len(caller.arguments) == len(self.registry.programs[caller.name].parameters):
             return caller.arguments
         if caller.parent == ROOT and self.trace.header.arguments:
@@ -108,7 +108,7 @@ class Replay:
         return None if isinstance(self.policy, ScriptedPolicy) else caller.arguments
 
     def _match(self, call: Call) -> None:
-        """The demonstration's call that a script takes its scopes from."""
+        """Find the demonstrated call that a script takes its scopes from."""
         if not isinstance(self.policy, ScriptedPolicy):
             return
         above = self._matched.get(call.parent)

@@ -1,1 +1,1 @@
-"""What decides: the protocol, the expert and its scripted policy."""
+"""Policies: the protocol, the expert and its scripted policy."""

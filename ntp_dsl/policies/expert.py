@@ -1,7 +1,7 @@
 """Experts: pure functions from (program, arguments, state) to the next call, or to a return.
 
-The rules are the language's own: a program returns when what it achieves holds, or when what it requires
-does not; else it calls the first due statement of its body. See "Apis and programs" in `grammar/README.md`.
+A program returns when its `achieves` holds, or its `requires` does not; else it calls the first due
+statement of its body. See "Apis and programs" in `grammar/README.md`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
 
 @dataclass(frozen=True)
 class NextCall:
-    """The call that a program makes now, and the statement that says so."""
+    """The call that a program makes now, and the statement that makes it."""
 
     callee: str
     arguments: tuple[Argument, ...]
@@ -29,7 +29,7 @@ class NextCall:
 
 @dataclass(frozen=True)
 class Return:
-    """The end of a program: done, or unfinished and in need of another look."""
+    """The end of a program: done, or unfinished and to be asked again."""
 
     done: bool
     reason: str = field(default="", compare=False)
@@ -41,7 +41,7 @@ PythonExpert = Callable[..., "NextCall | Iterable[NextCall] | None"]
 
 @dataclass
 class Instance:
-    """A statement in a state: the call it stands for, what it provides, and what it lacks."""
+    """A statement in a state: its call, the facts it provides, and those it lacks."""
 
     call: NextCall | None
     achieved: bool
@@ -54,7 +54,7 @@ class Expert:
     """The scripted policy of a registry: declared bodies, and functions where it leaves them to Python.
 
     Args:
-        functions: experts by program, in place of what the registry has; for tests.
+        functions: experts by program, in place of the registry's; for tests.
     """
 
     def __init__(self, registry: Registry, functions: Mapping[str, PythonExpert] | None = None):
@@ -62,7 +62,7 @@ class Expert:
         self._functions = dict(functions or {})
 
     def decide(self, program: str, arguments: tuple[Argument, ...], state: State) -> Decision:
-        """The first due call, or a return. Asking twice gives the same answer."""
+        """Return the first due call, or a return. Asking twice gives the same answer."""
         row = self.registry.programs[program]
         answer = self._step(row, arguments, state)
         if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
@@ -92,7 +92,7 @@ class Expert:
     def read_body(
         self, row: Program, scope: Bindings, needed: set[Fact], state: State
     ) -> Iterator[tuple[nodes.Statement, Instance | None, bool]]:
-        """Each statement from the last, what it stands for, and whether it is due; adds to what is needed."""
+        """Yield each statement from the last, its instance, and whether it is due; extends `needed`."""
         named = set(state.literals(row.achieves, scope))
         for index in range(len(row.body) - 1, -1, -1):
             instance = self._instantiate(row.body[index], row.body[:index], scope, state)
@@ -172,11 +172,11 @@ class Expert:
     # Calls that would return at once ------------------------------------------------------------
 
     def _is_empty(self, call: NextCall | None, state: State) -> bool:
-        """Whether the callee's own first step would be a return."""
+        """Return whether the callee's own first step would be a return."""
         return call is not None and self._end_at_once(call, state) is not None
 
     def _end_at_once(self, call: NextCall, state: State) -> Return | None:
-        """The callee's own first step, if that is a return."""
+        """Return the callee's own first step, if that is a return."""
         callee = self.registry[call.callee]
         if isinstance(callee, Api):
             inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
@@ -187,7 +187,7 @@ class Expert:
 
     def _ask_python(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
         function = self._functions.get(row.name) or self.registry.python.get("expert", row.name)
-        answer = function(View(self.registry, state), *arguments)
+        answer = function(ExpertContext(self.registry, state), *arguments)
         offers = [answer] if isinstance(answer, NextCall) else list(answer or ())
         types = types_of(self.registry, state.observation) if offers else {}
         for offer in offers:
@@ -202,7 +202,7 @@ class Expert:
 
 
 class UndeclaredCall(NtpError):
-    """A Python expert calls something that its program does not declare, or not as it is declared.
+    """A Python expert makes a call that its program does not declare, or not as declared.
 
     `name` is the program's.
     """
@@ -212,14 +212,14 @@ class UndeclaredCall(NtpError):
         super().__init__(f"{place_of(function)}: the expert of '{name}' calls {called}")
 
 
-class View:
-    """The read-only state of a Python expert: declared predicates as methods, objects by type."""
+class ExpertContext:
+    """The read-only state for a Python expert: declared predicates as methods, objects by type."""
 
     def __init__(self, registry: Registry, state: State) -> None:
         self._registry, self._state = registry, state
 
     def objects(self, type_name: str) -> list[str]:
-        """Raises `NtpError` for a type that the library does not have."""
+        """Return the names of the objects of a type. Raises `NtpError` for an unknown type."""
         if type_name not in self._registry.parents:
             raise NtpError(f"no type is called '{type_name}'{guess(type_name, self._registry.parents)}")
         return self._state.objects(type_name)
@@ -240,17 +240,17 @@ class View:
 
 
 def call(callee: str, *arguments: Argument) -> NextCall:
-    """For Python experts: the call of an api or program by name."""
+    """Return the call of an api or program by name; for Python experts."""
     return NextCall(callee, plain(arguments))
 
 
 def first(calls: Iterable[NextCall]) -> list[NextCall]:
-    """For Python experts: candidates in order; the first that would not return at once is made."""
+    """Return candidate calls; the first that would not return at once is made. For Python experts."""
     return list(calls)
 
 
 def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
-    """Of what it requires, the first that does not hold."""
+    """Return the first requirement that does not hold, or None."""
     return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
 
 

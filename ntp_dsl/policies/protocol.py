@@ -1,4 +1,4 @@
-"""What decides: a policy is asked about one running program at a time."""
+"""The interface of policies, which decide for one running program at a time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ntp_dsl.worlds.protocol import World
 
 @dataclass(frozen=True)
 class Frame:
-    """A running program: what its caller gave it. `matched` is the policy's own."""
+    """A running program with its caller's arguments and scope. `matched` belongs to the policy."""
 
     program: str
     arguments: tuple[Argument, ...]
@@ -23,24 +23,24 @@ class Frame:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a policy decided: a call, or a return where `callee` is None."""
+    """A policy's decision: a call, or a return where `callee` is None."""
 
     callee: str | None
     arguments: tuple[Argument, ...] = ()
     scope: Scope | None = None
-    done: bool = True  # of a return; a learned program cannot tell done from unfinished, so it says done
+    done: bool = True  # of a return; True for learned programs, which cannot tell done from unfinished
     matched: Any = None
     decision: Decision = NO_DECISION  # probabilities, alternatives and source: for the trace
-    seen: Observation | None = None  # what it was decided by
+    seen: Observation | None = None  # the observation behind the decision
 
 
 Barred = frozenset[str | None]
 
 
 class Policy(Protocol):
-    """Decides for one running program at a time, from what it is given and what it can see."""
+    """Decides for one running program at a time, from its frame and the world's observation."""
 
     def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame: ...
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
-        """The next call, or a return; not one of the `barred` callees, None among them for a return."""
+        """Return the next call, or a return; never one of the `barred` callees (None bars a return)."""

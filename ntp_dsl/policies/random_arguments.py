@@ -14,7 +14,7 @@ from ntp_dsl.semantics.state import State
 def random_arguments(
     parameters: Sequence[Parameter], state: State, rng: np.random.Generator
 ) -> tuple[Argument, ...] | None:
-    """One for each parameter, no object twice; None for a list, or where the scene has none."""
+    """Return an argument for each parameter, no object twice; None for a list or without candidates."""
     chosen: list[Argument] = []
     for parameter in parameters:
         argument = _argument(parameter, state, without_lists(tuple(chosen)), rng)

@@ -1,4 +1,4 @@
-"""The scripted policy: an expert that also says which part of a demonstration each call corresponds to."""
+"""The scripted policy: an expert that also gives each call its part of the demonstration."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ntp_dsl.worlds.protocol import World
 
 
 def demonstrated(trace: Trace) -> DemonstratedCall:
-    """The tree of a demonstration's own trace: its last root, over all of its frames."""
+    """Return the call tree of a demonstration's own trace: its busiest root, over all frames."""
     nodes: dict[int, DemonstratedCall] = {}
     roots = []
     for call in trace.calls:
@@ -40,7 +40,7 @@ def _node(call: Call) -> DemonstratedCall:
 def counterpart(
     caller: DemonstratedCall | None, callee: str, arguments: tuple[Argument, ...]
 ) -> DemonstratedCall | None:
-    """The caller's last child of the same program and the same objects that returned done."""
+    """Return the caller's last child of the same program and objects that returned done."""
     if caller is None:
         return None
     same = [c for c in caller.children if c.name == callee and alike(c.arguments, arguments) and c.done]
@@ -48,12 +48,12 @@ def counterpart(
 
 
 def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
-    """The same but for numbers, which depend on where objects are."""
+    """Return whether arguments agree, ignoring numbers, which depend on where objects are."""
     return _named(some) == _named(others)
 
 
 def _named(arguments: tuple[Argument, ...]) -> list[Argument]:
-    """Objects and members, those of records too, and lists as they are."""
+    """Return objects and members, those of records too, and lists unchanged."""
     flat = [argument for argument in arguments if isinstance(argument, tuple)]
     return [*flat, *(value for value in without_lists(arguments) if not isinstance(value, float))]
 
@@ -61,13 +61,13 @@ def _named(arguments: tuple[Argument, ...]) -> list[Argument]:
 def shown_anywhere(
     root: DemonstratedCall, program: str, arguments: tuple[Argument, ...]
 ) -> DemonstratedCall | None:
-    """For a program that is not on the stack: the last done call of it, wherever it was made."""
+    """Return the last call of a program that returned done, anywhere in the tree."""
     same = [c for c in root.walk() if c.name == program and alike(c.arguments, arguments) and c.done]
     return same[-1] if same else None
 
 
 def _hull(caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]) -> DemonstratedCall | None:
-    """For a callee that takes a list: all frames in which its elements were dealt with."""
+    """Return, for a callee that takes a list, a call over all frames in which its elements were handled."""
     elements = [e for a in arguments if isinstance(a, tuple) for e in a]
     wanted = {tuple(v for _, v in e.fields) for e in elements if isinstance(e, Record)}
     calls = [call for call in caller.walk() if without_lists(call.arguments) in wanted and call.done]
@@ -78,7 +78,7 @@ def _hull(caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]
 
 
 def check_numbers(registry: Registry, decision: NextCall) -> None:
-    """Raises `OutOfRange` where an api would be called with a number that it does not take."""
+    """Raise `OutOfRange` where an api would be called with a number outside of its range."""
     if decision.callee in registry.apis:
         check_ranges(registry.apis[decision.callee], decision.arguments, decision.span)
 
@@ -97,7 +97,7 @@ class ScriptedPolicy:
         return Frame(program, arguments, shown.scope if shown else None, shown)
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
-        """An expert makes no call that the language forbids, so it need not be told."""
+        """Return the expert's choice; it never makes a forbidden call, so `barred` is not needed."""
         seen = world.truth()
         state = State(self.expert.registry, seen)
         decision = self.expert.decide(frame.program, frame.arguments, state)

@@ -1,4 +1,4 @@
-"""Vectors and quaternions, and how objects lie."""
+"""Vectors, quaternions, and the extents of turned objects."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def about_vertical(yaw: float) -> Quaternion:
 def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
     """Return an object's extents along the world's axes, to the nearest quarter turn [m].
 
-    What stands upright keeps its size, however it is turned about the vertical.
+    An upright object keeps its size, whatever its yaw.
     """
     x, y, z, w = orientation
     upward = (abs(2 * (x * z - w * y)), abs(2 * (y * z + w * x)), abs(1 - 2 * (x * x + y * y)))

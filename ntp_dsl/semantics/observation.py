@@ -1,4 +1,4 @@
-"""What can be observed at one moment: the objects of a scene, their poses and the hand."""
+"""An observation: the objects of a scene, their poses and the hand at one moment."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Record:
 
 
 Argument = str | float | Record | tuple[Record | str, ...]
-TOO_WIDE = 0.8  # to be anything but a table, which never moves and whose top is the ground [m]
+TOO_WIDE = 0.8  # for anything but a table, which never moves and whose top is at height zero [m]
 IN_HAND = 0.035  # from the tool's point to where an object is held [m]
-ROOMY = 0.12  # what never moves and is wider than this has room for several objects [m]
+ROOMY = 0.12  # a fixed object wider than this has room for several objects [m]
 
 
-WALL, BOWL_FLOOR = 0.005, 0.014  # of bins and bowls [m]
+BIN_WALL, BOWL_WALL, BOWL_FLOOR = 0.005, 0.004, 0.014  # thicknesses [m]
 
 
 def without_lists(arguments: tuple[Argument, ...]) -> tuple[str | float, ...]:
-    """The objects, members and numbers among arguments; those of a record stand in its place."""
+    """Return the objects, members and numbers among arguments, records replaced by their fields."""
     flat: list[str | float] = []
     for argument in arguments:
         if isinstance(argument, Record):
@@ -53,7 +53,7 @@ class DeclaredFact(NamedTuple):
 
 
 class Cavity(NamedTuple):
-    """What is inside: half of its extent along x and y, and its floor above the object's bottom [m]."""
+    """A hollow: half of its extent along x and y, and its floor above the object's bottom [m]."""
 
     half_x: float
     half_y: float
@@ -62,9 +62,9 @@ class Cavity(NamedTuple):
 
 @dataclass(frozen=True)
 class SceneObject:
-    """Something of the scene that arguments may point at. `size` is its full extent [m].
+    """An object of the scene, which arguments may refer to. `size` is its full extent [m].
 
-    `traits` are what a task's scene says of it, such as a category or a colour: reading -> value.
+    `traits` are properties that a task's scene gives it, such as a category or a colour: reading -> value.
     """
 
     name: str
@@ -72,7 +72,7 @@ class SceneObject:
     size: Vector
     shape: str = "box"
     file: str = ""  # of a mesh or URDF
-    fixed: bool = False  # stays where it is, although a hand could take it
+    fixed: bool = False  # never moves, although a hand could take it
     traits: tuple[tuple[str, str | float], ...] = ()
 
     @property
@@ -81,42 +81,34 @@ class SceneObject:
 
     @property
     def roomy(self) -> bool:
-        """A surface to put objects on wherever there is place, such as a table or a tray."""
+        """Return whether it is a surface with room for several objects, such as a table or a tray."""
         return not self.movable and min(self.size[:2]) > ROOMY
 
     @property
     def flat(self) -> bool:
-        """Roomy, and no bin: a place on it has to be chosen."""
+        """Return whether it is roomy and no bin, so that a place on it has to be chosen."""
         return self.roomy and self.cavity is None
 
     @property
     def cavity(self) -> Cavity | None:
-        """The hollow of a bin or bowl."""
+        """Return the hollow of a bin or bowl."""
         if self.shape == "bin":
-            return Cavity(self.size[0] / 2 - WALL, self.size[1] / 2 - WALL, WALL)
+            return Cavity(self.size[0] / 2 - BIN_WALL, self.size[1] / 2 - BIN_WALL, BIN_WALL)
         if self.shape == "bowl":  # a round hollow holds what fits its inscribed square
-            inner = (self.size[0] / 2 - WALL) / sqrt(2)
+            inner = (self.size[0] / 2 - BOWL_WALL) / sqrt(2)
             return Cavity(inner, inner, BOWL_FLOOR)
         return None
 
     @property
     def reach(self) -> float:
-        """Radius of the upright cylinder that holds it [m]."""
+        """Return the radius of the upright cylinder that encloses it [m]."""
         is_round = self.shape in ("cylinder", "bowl")
         return self.size[0] / 2 if is_round else hypot(*self.size[:2]) / 2
-
-    def has_room_for(self, item: SceneObject) -> bool:
-        """Whether the item goes into its hollow: what is wider rests on the rim."""
-        return self.cavity is not None and item.reach < self.reach - 1e-6
-
-    def takes(self, item: SceneObject) -> bool:
-        """Whether an item that is let go over it falls in: bowls are put on one another, or on a bin."""
-        return item.cavity is None and self.has_room_for(item)
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What can be seen at one moment. Objects that are lost have no position."""
+    """A snapshot of the scene. Lost objects have no position."""
 
     objects: tuple[SceneObject, ...]
     positions: Mapping[str, Vector]  # centres, world frame [m]
@@ -125,19 +117,19 @@ class Observation:
     unreachable: frozenset[str] = frozenset()
     orientations: Mapping[str, Quaternion] = field(default_factory=dict)  # object to world; else unturned
     deviations: Mapping[str, float] = field(default_factory=dict)  # of positions, standard [m]; else 0
-    facts: frozenset[DeclaredFact] = frozenset()  # that hold of the objects and are not geometry
+    facts: frozenset[DeclaredFact] = frozenset()  # that hold and are not geometry
 
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:
-        """Each as it lies: what has tipped over has its extents exchanged."""
+        """Return each object as it lies: one that has tipped over has its extents exchanged."""
         return {obj.name: self._lying(obj) for obj in self.objects}
 
     def orientation(self, name: str) -> Quaternion:
-        """Return how an object is turned, world frame; `UNTURNED` where nothing is said."""
+        """Return an object's orientation in the world frame; `UNTURNED` where it is not given."""
         return self.orientations.get(name, UNTURNED)
 
     def _lying(self, obj: SceneObject) -> SceneObject:
-        """Of hollow objects and of what never moves nothing is said but where they are."""
+        """Return an object as it lies; hollow and fixed objects count as upright."""
         turn = self.orientations.get(obj.name)
         if turn is None or not obj.movable or obj.cavity is not None:
             return obj
@@ -146,7 +138,7 @@ class Observation:
 
     @cached_property
     def held(self) -> str | None:
-        """The object between the closed fingers, if there is one: the nearest."""
+        """Return the object between the closed fingers, the nearest, or None."""
         if not self.closed:
             return None
         near = [
@@ -158,10 +150,10 @@ class Observation:
         return min(near)[1] if near else None
 
     def _from_grip(self, obj: SceneObject) -> float:
-        """From the tool's point to where an object is held: its middle, or the rim of a bowl [m].
+        """Return the distance from the tool to an object's grasp point: its middle, or a bowl's rim [m].
 
-        What is tall is held near its top. All of a rim is equally far from the bowl's middle, however the
-        bowl hangs; but a hand over the middle is about something else.
+        A tall object is held near its top. All of a rim is equally far from the bowl's middle, however the
+        bowl hangs; a hand over the middle is not holding the bowl.
         """
         (gx, gy, gz), (x, y, z) = self.gripper, self.positions[obj.name]
         aside = hypot(x - gx, y - gy)
@@ -172,5 +164,5 @@ class Observation:
         return abs(hypot(aside, z - gz) - hypot(obj.size[0], obj.size[2]) / 2)
 
     def permuted(self, order: tuple[int, ...]) -> Observation:
-        """The same moment with its objects listed in another order."""
+        """Return the same moment with its objects listed in another order."""
         return replace(self, objects=tuple(self.objects[index] for index in order))

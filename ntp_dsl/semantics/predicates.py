@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable
 from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation
+from ntp_dsl.semantics.containers import is_over_hollow, lies_in, takes
+from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
+from ntp_dsl.semantics.observation import Observation
 
 ANY = "any"
-CENTRED = 0.015  # what a program aims at; a success test accepts more, so that no choice is on its edge
+CENTRED = 0.015  # the target of programs; success tests accept more, so that no choice is borderline
 ACCEPTED = 0.025  # half a cube
-OVER = 0.025  # of an empty hand from what it is to grasp, seen from above
-OVERLAP = 0.9  # of an object's width: nearer centres than this overlap, seen from above
-TOUCHING = 0.012  # gap up to which something counts as resting on what is below
-HEAPED = 0.02  # of an object's middle above the rim, at which it still lies in a heaped bin [m]
-FREE_GAP = 0.015  # room around a held object for the table below to count as free
+OVER = 0.025  # of an empty hand from the object to grasp, seen from above
+OVERLAP = 0.9  # of an object's width: centres nearer than this overlap, seen from above
+TOUCHING = 0.012  # gap up to which an object counts as resting on the one below
 
 
 def held(observation: Observation) -> str | None:
-    """The object between the closed fingers, if there is one."""
+    """Return the object between the closed fingers, or None."""
     return observation.held
 
 
@@ -43,7 +42,7 @@ def empty(observation: Observation, gripper: str) -> bool:
 
 
 def on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
-    """`item` rests on `support`, its centre within so much of the support's, seen from above."""
+    """Return whether `item` rests on `support`, its centre within that distance of the support's."""
     if not _resting(observation, item, support):
         return False
     x, y, _ = observation.positions[item]
@@ -56,7 +55,7 @@ def on(observation: Observation, item: str, support: str, within: float = CENTRE
 
 
 def covers(observation: Observation, item: str, support: str) -> bool:
-    """`item` stands on or leans over `support`, centred or not: it is in the way."""
+    """Return whether `item` stands on or leans over `support`, centred or not: it is in the way."""
     if not _resting(observation, item, support) or observation.by_name[support].roomy:
         return False
     x, y, _ = observation.positions[item]
@@ -69,75 +68,57 @@ def covers(observation: Observation, item: str, support: str) -> bool:
 
 
 def clear(observation: Observation, item: str) -> bool:
-    """Nothing covers `item`."""
+    """Return whether nothing covers `item`."""
     return present(observation, item) and not any(
         covers(observation, obj.name, item) for obj in observation.objects
     )
 
 
 def above(observation: Observation, gripper: str, target: str) -> bool:
-    """What the gripper holds, or else the gripper, is over `target`; over the table: over a free place."""
+    """Return whether the held object, or else the gripper, is over `target` (a table: a free place of it)."""
     if not present(observation, target):
         return False
     in_hand = held(observation)
     if in_hand == target:
         return False
     surface = observation.by_name[target]
-    if surface.takes(observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
+    if takes(surface, observation.by_name[in_hand]) if in_hand else surface.cavity is not None:
         return _over_container(observation, in_hand, target)
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
     if surface.flat:
-        width, depth, _ = observation.by_name[in_hand].size if in_hand else (0.0, 0.0, 0.0)
-        return max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) < 0 and all(
-            abs(x - ox) > (width + size[0]) / 2 + FREE_GAP or abs(y - oy) > (depth + size[1]) / 2 + FREE_GAP
-            for (ox, oy, _), size in footprints(observation, {in_hand, target, *load(observation, in_hand)})
-        )
+        if max(abs(x - tx) - surface.size[0] / 2, abs(y - ty) - surface.size[1] / 2) >= 0:
+            return False
+        size = observation.by_name[in_hand].size if in_hand else (0.0, 0.0)
+        others = footprints(observation, {in_hand, target, *load(observation, in_hand)})
+        return bool(clearance((x, y), size, others) > FREE_GAP)
     rise = observation.gripper[2] - (tz + surface.size[2] / 2)
     within = CENTRED if in_hand else OVER
     return hypot(x - tx, y - ty) < within and 0.03 < rise < 0.2
 
 
 def _over_container(observation: Observation, in_hand: str | None, target: str) -> bool:
-    """What is held is over the hollow, ready to fall in; an empty hand is over the object, ready to grasp."""
+    """Return whether the held object can drop into the hollow, or an empty hand can grasp the rim."""
     x, y, z = observation.positions[in_hand] if in_hand else observation.gripper
     tx, ty, tz = observation.positions[target]
     obj = observation.by_name[target]
     rise = observation.gripper[2] - (tz + obj.size[2] / 2)
     if in_hand is None:  # a bowl is grasped by its wall
         return abs(hypot(x - tx, y - ty) - obj.size[0] / 2) < OVER and 0.03 < rise < 0.2
-    assert obj.cavity is not None
-    within = abs(x - tx) < obj.cavity.half_x and abs(y - ty) < obj.cavity.half_y
-    return within and z > tz and rise < 0.25
+    return is_over_hollow(obj, (tx, ty, tz), x, y) and z > tz and rise < 0.25
 
 
 def inside(observation: Observation, item: str, container: str) -> bool:
-    """`item` lies in the hollow of `container`, or heaped on what is there."""
+    """Return whether `item` lies in the hollow of `container`, or heaped on its contents."""
     both = present(observation, item) and present(observation, container) and item != container
-    cavity = observation.by_name[container].cavity
-    if not both or cavity is None or item == held(observation):
+    if not both or item == held(observation):
         return False
-    x, y, z = observation.positions[item]
-    cx, cy, cz = observation.positions[container]
-    bottom = cz - observation.by_name[container].size[2] / 2
-    rim = bottom + observation.by_name[container].size[2]
-    if not observation.by_name[container].has_room_for(observation.by_name[item]):
-        return False  # it lies or leans on the rim
-    if observation.by_name[container].shape == "bowl":  # what is higher lies in the bowl above
-        return hypot(x - cx, y - cy) <= observation.by_name[container].size[0] / 2 and bottom < z <= rim
-    within = abs(x - cx) <= cavity.half_x and abs(y - cy) <= cavity.half_y
-    return within and bottom < z <= rim + HEAPED
-
-
-def load(observation: Observation, container: str | None) -> list[str]:
-    """What goes along where a bowl goes."""
-    if container is None or observation.by_name[container].cavity is None:
-        return []
-    return [obj.name for obj in observation.objects if inside(observation, obj.name, container)]
+    objects, positions = observation.by_name, observation.positions
+    return lies_in(objects[item], positions[item], objects[container], positions[container])
 
 
 def hollow(observation: Observation, item: str) -> bool:
-    """`item` is a bin or a bowl: what is let go over it falls in, if it is no wider."""
+    """Return whether `item` is a bin or a bowl: narrower objects released over it fall in."""
     return observation.by_name[item].cavity is not None
 
 
@@ -147,31 +128,21 @@ def _resting(observation: Observation, item: str, support: str) -> bool:
 
 
 def _gap(observation: Observation, item: str, support: str) -> float:
-    """From the support's top to the item's bottom [m]."""
+    """Return the gap from the support's top to the item's bottom [m]."""
     bottom = observation.positions[item][2] - observation.by_name[item].size[2] / 2
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
 
 
-def footprints(
-    observation: Observation, except_for: Container[str | None]
-) -> Iterator[tuple[Vector, Vector]]:
-    """Where what stands on the table is, and its size: all but the widest furniture."""
-    for obj in observation.by_name.values():
-        if obj.name not in except_for and obj.size[0] <= TOO_WIDE:
-            if obj.name in observation.positions:
-                yield observation.positions[obj.name], obj.size
-
-
 def trait(name: str) -> Callable[[Observation, str], str | float]:
-    """A reading of what the task's scene says of an object.
+    """Return a reading of a trait that the task's scene gives its objects.
 
-    Raises `NtpError` for an object of which it says nothing.
+    The reading raises `NtpError` for an object without that trait.
     """
 
     def read(observation: Observation, obj: str) -> str | float:
         traits = dict(observation.by_name[obj].traits)
         if name not in traits:
-            raise NtpError(f"the scene says no {name} of '{obj}'; write: ... with {name}(...)")
+            raise NtpError(f"the scene gives '{obj}' no {name}; write: ... with {name}(...)")
         return traits[name]
 
     return read

@@ -1,4 +1,4 @@
-"""The state that contracts are read in: an observation under a registry's predicates, each asked once."""
+"""The state that contracts are evaluated in: an observation under a registry's predicates, with a cache."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Literal:
     positive: bool = True
 
     def provides(self, other: Fact) -> bool:
-        """Whether where this holds the other does: `holding(x)` provides `holding(any)`."""
+        """Return whether this fact implies the other: `holding(x)` provides `holding(any)`."""
         return (
             isinstance(other, Literal)
             and self.predicate == other.predicate
@@ -59,7 +59,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class Condition:
-    """Part of a contract that is no literal: a comparison or a choice. It is provided by itself alone."""
+    """A part of a contract that is not a literal: a comparison or a disjunction. Only itself provides it."""
 
     text: str
     expression: nodes.Expression = field(compare=False, repr=False)
@@ -76,7 +76,7 @@ Fact = Literal | Condition
 
 
 class State:
-    """One moment, as the language sees it. Answers are kept, so that asking again costs nothing."""
+    """One moment, as the language sees it. Answers are cached."""
 
     def __init__(
         self,
@@ -95,19 +95,19 @@ class State:
         return bool(self.reading(fact.predicate, fact.arguments)) == fact.positive
 
     def reading(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
-        """What a predicate says of its arguments: a truth, or a reading's number or member."""
+        """Return a predicate's value for its arguments: a truth value, or a reading's number or member."""
         key = (predicate, arguments)
         if key not in self._known:
             self._known[key] = self._ask(*key)
         return self._known[key]
 
     def objects(self, type_name: str) -> list[str]:
-        """Names of the scene's objects of a type, in the observation's order."""
+        """Return the names of the scene's objects of a type, in the observation's order."""
         is_a = self.registry.is_a
         return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
 
     def true(self, expression: nodes.Expression | None, scope: Bindings) -> bool:
-        """Whether an expression holds; no expression holds always."""
+        """Return whether an expression holds; None always does."""
         match expression:
             case None:
                 return True
@@ -129,7 +129,7 @@ class State:
     def literals(
         self, expression: nodes.Expression | None, scope: Bindings, positive: bool = True
     ) -> list[Fact]:
-        """The ground facts of a contract: conjunctions and `all` are spelt out, negation moved inwards."""
+        """Return the ground facts of a contract: conjunctions and `all` expanded, negation moved inwards."""
         match expression, positive:
             case None, _:
                 return []
@@ -153,7 +153,7 @@ class State:
         return Condition(f"{text} with {given}" if given else text, expression, scope)
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
-        """One scope per element of a list, or per object of a type, that meets the condition."""
+        """Yield a scope for each element of a list, or object of a type, that meets the condition."""
         iterable = generator.iterable.id
         source = scope[iterable] if iterable in scope else tuple(self.objects(iterable))
         assert isinstance(source, tuple)
@@ -206,7 +206,7 @@ class State:
         return self._provider(declared)(self.observation, *arguments)
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
-        """The world's own predicate, a function in Python, or what the scene says of an object."""
+        """Return the world's own predicate, a function in Python, or the reading of a trait."""
         name = declared.by.id if declared.by else declared.name
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)

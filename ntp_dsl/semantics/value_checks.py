@@ -1,4 +1,4 @@
-"""Whether a value fits its declaration: an object of the type, a member, a record, a number in its range."""
+"""Checks of values against declarations: objects of a type, members, records, numbers in their ranges."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Types = Mapping[str, str]  # of the objects of a scene and of constants
 
 
 class OutOfRange(NtpError):
-    """An api is called with a number that its parameter does not take; `span` is where, if that is known."""
+    """A number is outside of its parameter's range; `span` is the call's place, if known."""
 
     def __init__(self, message: str, span: Span) -> None:
         self.span = span
@@ -27,19 +27,19 @@ class OutOfRange(NtpError):
 
 
 def plain(value: Any) -> Any:
-    """The same without what is numpy's own; a list as a tuple."""
+    """Return the value with numpy scalars as Python numbers and lists as tuples."""
     if isinstance(value, list | tuple) and type(value) in (list, tuple):
         return tuple(map(plain, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
 def types_of(registry: Registry, observation: Observation) -> Types:
-    """What is there to point at, lost or not."""
+    """Return the type of everything that arguments may refer to, lost objects included."""
     return dict(registry.constants) | {obj.name: obj.type for obj in observation.objects}
 
 
 def misfit(registry: Registry, parameter: Parameter, value: object, types: Types) -> str:
-    """What was expected instead of the value, or nothing; ranges are another question."""
+    """Return what was expected instead of the value, or an empty string; see `strays` for ranges."""
     wanted = phrase(TypeName(parameter.type, parameter.is_list))
     if parameter.is_list:
         return "" if isinstance(value, tuple) else wanted
@@ -58,7 +58,7 @@ def misfit(registry: Registry, parameter: Parameter, value: object, types: Types
 
 
 def unfit_call(registry: Registry, row: Callable, arguments: tuple[Argument, ...], types: Types) -> str:
-    """What is wrong with a call that a function in Python makes, or nothing."""
+    """Return what is wrong with a call that a function in Python makes, or an empty string."""
     if len(row.parameters) != len(arguments):
         return f"it is declared as {row.name}({', '.join(each.name for each in row.parameters)})"
     for parameter, value in zip(row.parameters, arguments, strict=True):
@@ -68,7 +68,7 @@ def unfit_call(registry: Registry, row: Callable, arguments: tuple[Argument, ...
 
 
 def strays(parameter: Parameter, value: object) -> str:
-    """The range that a number is out of, or nothing."""
+    """Return the range that a number is outside of, or an empty string."""
     if parameter.low is None or parameter.high is None or not isinstance(value, int | float):
         return ""
     within = parameter.low - SLACK <= value <= parameter.high + SLACK
@@ -76,13 +76,13 @@ def strays(parameter: Parameter, value: object) -> str:
 
 
 def out_of_range(api: Api, arguments: tuple[Argument, ...]) -> list[str]:
-    """The numbers that the api does not take."""
+    """Return the numbers outside of their ranges."""
     given = zip(api.parameters, arguments, strict=True)
     return [f"{parameter.name} = {value}" for parameter, value in given if strays(parameter, value)]
 
 
 def check_ranges(api: Api, arguments: tuple[Argument, ...], span: Span = NOWHERE) -> None:
-    """Raises `OutOfRange` for the first number that the api does not take.
+    """Raise `OutOfRange` for the first number outside of its range.
 
     Args:
         span: of the statement that calls it.
@@ -98,7 +98,7 @@ def check_ranges(api: Api, arguments: tuple[Argument, ...], span: Span = NOWHERE
 
 
 def guess(name: str, known: Iterable[str]) -> str:
-    """How a message about an unknown name goes on: what was meant, or what there is."""
+    """Return the end of a message about an unknown name: the likely name, or the known ones."""
     known = sorted(set(known))
     meant = nearest(name, known)
     if meant:

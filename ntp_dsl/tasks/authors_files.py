@@ -1,4 +1,4 @@
-"""The task files of the paper's authors, as far as they say what goes on what: see `read_tasks`."""
+"""The task files of the paper's authors, as far as this project reads them: see `read_tasks`."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class AuthorsTask(Struct, frozen=True):
 
 
 class AuthorsFile(Struct, frozen=True):
-    """All of a file."""
+    """A whole file."""
 
     name: str
     scene: AuthorsScene

@@ -1,6 +1,6 @@
 """How a task draws its goals: a length, a topology and a semantics, each of which can be held to a range.
 
-See `ntp_dsl.language.names.samplers` for what the checker knows of them.
+See `ntp_dsl.language.names.samplers` for the checker's part.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class NoGoal(NtpError):
 
 @dataclass(frozen=True)
 class Draw:
-    """What a sampler draws from: the names in each of its sources, its knobs, and three sources of chance."""
+    """A sampler's input: the names in each of its sources, its parameters, and three random generators."""
 
     sources: tuple[Sequence[str], ...]
     options: Mapping[str, Option]
@@ -43,7 +43,7 @@ class Draw:
     topology_index: int | None = None
 
     def between(self, name: str, low: int, high: int) -> tuple[int, int]:
-        """The range of a knob, or its widest."""
+        """Return the range of a parameter, by default its widest."""
         option = self.options.get(name)
         return (option.low, option.high) if option else (low, high)
 
@@ -55,7 +55,7 @@ def draw_goal(
     rng: np.random.Generator,
     varied: Variation | None = None,
 ) -> Goal:
-    """A goal as the task declares it, of the objects that are laid out.
+    """Return a goal as the task declares it, over the objects of a layout.
 
     Args:
         varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
@@ -83,8 +83,8 @@ def _draw_goal(
         types = dict(registry.constants) | {obj.name: obj.type for obj in laid.objects}
         return _by_function(registry, sampler, draw, types)
     kind = KINDS[sampler.name]
-    for knob, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
-        raise NtpError(f"{sampler.name}: {knob}: {flaw}")
+    for parameter, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
+        raise NtpError(f"{sampler.name}: {parameter}: {flaw}")
     pairs = SAMPLERS[sampler.name](draw)
     record = sampler.result.name if sampler.result else kind.record
     first, second = (field.name for field in registry.records[record])
@@ -103,7 +103,7 @@ def _options(sampler: Sampler, varied: Variation) -> dict[str, Option]:
 def _draw(
     sources: tuple[Sequence[str], ...], options: Mapping[str, Option], rng: np.random.Generator
 ) -> Draw:
-    """A choice that is held to a range hangs on an index of that range, and on nothing else."""
+    """Draw the choices; one that is held to a range depends on an index of that range alone."""
     indices = {
         name: int(rng.integers(options[name].low, options[name].high + 1))
         for name in VARIED
@@ -117,7 +117,7 @@ def _draw(
 
 
 def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types) -> Goal:
-    """A function in Python: takes a generator, the sources, and the knobs by name as drawn numbers.
+    """Draw a goal by a function of a generator, the sources, and the parameters as drawn numbers, by name.
 
     Where it takes `topology` or `semantics`, each is a generator for choices of that kind.
     """
@@ -125,15 +125,15 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
     function = registry.python.get("sampler", sampler.name)
     where = f"{place_of(function)}: the sampler '{sampler.name}'"
     takes = signature(function).parameters
-    knobs: dict[str, int | np.random.Generator] = {}
+    parameters: dict[str, int | np.random.Generator] = {}
     for name, option in draw.options.items():
         if name not in takes:
             raise NtpError(f"{where} has no '{name}'; its function takes {', '.join(takes)}")
         if name not in VARIED:
-            knobs[name] = int(draw.rng.integers(option.low, option.high + 1))
+            parameters[name] = int(draw.rng.integers(option.low, option.high + 1))
     chances = {"topology": draw.topology, "semantics": draw.semantics}
-    knobs |= {name: chances[name] for name in VARIED if name in takes}
-    rows = function(draw.rng, *draw.sources, **knobs)
+    parameters |= {name: chances[name] for name in VARIED if name in takes}
+    rows = function(draw.rng, *draw.sources, **parameters)
     fields = registry.records[sampler.result.name]
     goal = []
     for row in rows:
@@ -149,7 +149,7 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
         goal.append(Record(sampler.result.name, tuple(entries)))
     if not goal:
         raise NtpError(f"{where} drew an empty goal; draw at least one element")
-    asked = knobs.get("length")
+    asked = parameters.get("length")
     if isinstance(asked, int) and len(goal) < asked:
         raise NtpError(
             f"{where} was asked for length={asked}, and drew {len(goal)} elements; ask for less, or let the "
@@ -159,7 +159,7 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
 
 
 def _entry(registry: Registry, where: str, field: Parameter, value: object, types: Types) -> str | float:
-    """What a function drew for a field: a number, a member of its enumeration, or an object of the scene."""
+    """Return a field's drawn value: a number, a member of its enumeration, or an object of the scene."""
     if isinstance(value, SupportsFloat) and not isinstance(value, str):
         value = float(value)
     expected = misfit(registry, field, value, types) or strays(field, value)
@@ -174,7 +174,7 @@ def _entry(registry: Registry, where: str, field: Parameter, value: object, type
 
 
 def towers(draw: Draw) -> list[Pair]:
-    """Towers of the objects: so many placements, the tallest of such a height; listed from the bottom up."""
+    """Draw towers of a number of placements and a greatest height, listed from the bottom up."""
     names = [name for source in draw.sources for name in source]
     low, high = draw.between("height", 2, 4)
     fewest, most = draw.between("placements", 1, len(names) - 1)
@@ -207,7 +207,7 @@ def _heights(objects: int, placements: int, low: int, high: int, draw: Draw) -> 
 
 
 def _partitions(objects: int, placements: int, low: int, high: int) -> list[tuple[int, ...]]:
-    """Tower heights that use so many placements and no more objects, the tallest in low..high."""
+    """Return the tower heights with that many placements and enough objects, the tallest in low..high."""
 
     def split(left: int, cap: int) -> list[tuple[int, ...]]:
         if left == 0:
@@ -223,7 +223,7 @@ def _partitions(objects: int, placements: int, low: int, high: int) -> list[tupl
 
 
 def matchings(draw: Draw) -> list[Pair]:
-    """Some of the items, each with a support; at most `each` of them share one."""
+    """Draw some of the items, each with a support; at most `each` of them share one."""
     items, supports = draw.sources
     fewest, most = draw.between("pairs", 1, len(items))
     pairs = int(draw.rng.integers(fewest, min(most, len(items)) + 1))
@@ -238,8 +238,7 @@ def matchings(draw: Draw) -> list[Pair]:
 
 
 def permutations(draw: Draw) -> list[Pair]:
-    """Each of the items (or `length` of them) on a place of its own; the places in their order, or as the
-    topology has it."""
+    """Draw the items (or `length` of them), each on a place of its own."""
     items, places = draw.sources
     fewest, most = draw.between("length", len(items), len(items))
     length = int(draw.rng.integers(fewest, min(most, len(items), len(places)) + 1))

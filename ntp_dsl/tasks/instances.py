@@ -20,7 +20,7 @@ from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import Start, layout, with_furniture
-from ntp_dsl.worlds.starts import STRAIGHT, scattered, scrambled
+from ntp_dsl.worlds.starts import STRAIGHT, nominal_start, perturbed_start
 
 Configuration = frozenset[tuple[str, str]]
 OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
@@ -40,37 +40,39 @@ class Instance:
     starts: Mapping[str, Start] = field(default_factory=dict)
 
     def literals(self, registry: Registry, observation: Observation) -> list[Fact]:
-        """What success asks for, spelt out."""
+        """Return the facts that the success condition consists of."""
         return State(registry, observation).literals(self.task.success, self.bindings)
 
     def holds_in(self, registry: Registry, scene: Scene) -> bool:
-        """Whether success is there already, with an open hand that is out of the way."""
+        """Return whether the goal holds in a scene, with an open hand that is out of the way."""
         seen = Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False)
         state = State(registry, seen)
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
     def with_goal(self, goal: Goal) -> Instance:
-        """The same scene with another goal; the root call is given that one."""
+        """Return the same scene with another goal, which the root call gets as well."""
         arguments = tuple(goal if each is self.goal else each for each in self.arguments)
         bindings = {**self.bindings, GOAL: goal}
         return replace(self, goal=goal, arguments=arguments, bindings=bindings)
 
-    def scattered(self, rng: np.random.Generator) -> Scene:
-        """Everything apart from everything else, where the task lets it start."""
-        return scattered(self.objects, rng, self.starts)
+    def nominal_start(self, rng: np.random.Generator) -> Scene:
+        """Return a scene with all objects apart, where the task lets them start."""
+        return nominal_start(self.objects, rng, self.starts)
 
-    def scrambled(self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT) -> Scene:
-        """Partial and wrong towers, buried objects, now and then an object in hand."""
-        return scrambled(self.objects, rng, in_hand, self.starts, straight)
+    def perturbed_start(
+        self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT
+    ) -> Scene:
+        """Return a scene with partial and wrong towers, buried objects, at random one in the hand."""
+        return perturbed_start(self.objects, rng, in_hand, self.starts, straight)
 
 
 def enough_primitives(instance: Instance) -> int:
-    """After which a run may be broken off: several times what any of the examples needs."""
+    """Return a limit for runs: several times the primitives that any of the examples needs."""
     return max(400, 20 * len(instance.objects))
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:
-    """Raises `NtpError`, with what there is and what it is for."""
+    """Return a declared task. Raises `NtpError`, with the declared tasks, for an unknown name."""
     if name in registry.tasks:
         return registry.tasks[name]
     meant = nearest(name, registry.tasks)
@@ -91,7 +93,7 @@ def draw(
     rng: np.random.Generator,
     varied: Variation | None = None,
 ) -> Instance:
-    """A scene as the task declares it, and a goal by its own sampler.
+    """Draw a scene as the task declares it, and a goal by its sampler.
 
     Args:
         varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
@@ -153,7 +155,7 @@ def _check_objects(registry: Registry, entry: TaskFileEntry, where: str) -> None
 
 
 def _check_no_circle(goal: Goal, where: str) -> None:
-    """What stands on itself, by way of others, can not be built."""
+    """Raise `NtpError` for a goal in which an object stands, through others, on itself."""
     supports = {str(row.fields[0][1]): str(row.fields[-1][1]) for row in goal}
     for item in supports:
         below, seen = item, {item}
@@ -170,7 +172,7 @@ def instance(
     name: str = "",
     groups: Mapping[str, Sequence[str]] | None = None,
 ) -> Instance:
-    """The root call of a task, with its goal, groups, constants and numbers put in."""
+    """Return the root call of a task, with its goal, groups, constants and numbers filled in."""
     assert task.run is not None
     bindings: dict[str, Argument] = {GOAL: goal}
     bindings |= {group: tuple(names) for group, names in (groups or {}).items()}
@@ -188,7 +190,7 @@ def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
 
 
 def end_configuration(goal: Goal) -> Configuration:
-    """Return what ends up where, of a goal."""
+    """Return the end configuration of a goal."""
     return configuration(dict(row.fields) for row in goal)
 
 

@@ -28,7 +28,7 @@ GoalRow = Mapping[str, str | float]  # of a record: field -> object, member or n
 
 
 class TaskFileEntry(Struct, frozen=True, omit_defaults=True):
-    """One task of a file: what is in its scene, and its goal, in order."""
+    """One task of a file: the objects of its scene, and its goal, in order."""
 
     id: str
     objects: Annotated[tuple[SceneObject, ...], Meta(min_length=1)]
@@ -41,7 +41,7 @@ class TaskFileEntry(Struct, frozen=True, omit_defaults=True):
 
 
 class TaskFile(Struct, frozen=True):
-    """All of a file."""
+    """A whole file."""
 
     format: str
     version: int
@@ -49,11 +49,11 @@ class TaskFile(Struct, frozen=True):
 
 
 class Unexpected(Exception):
-    """Something in a file is not what it should be."""
+    """A file has unexpected contents."""
 
 
 def read_tasks(path: Path) -> list[TaskFileEntry]:
-    """Read a file of either format; `NtpError` says what was expected and found in anything else."""
+    """Read a file of either format. Raises `NtpError`, with what was expected and found, for any other."""
     data = _read_json(path)
     try:
         entries = _entries(data)
@@ -104,7 +104,7 @@ def _entries(data: Any) -> list[TaskFileEntry]:
 
 
 def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a file of the first version, which called objects things, as the present one is."""
+    """Return a file of the first version, which called objects things, in the present one."""
     tasks = data.get("tasks")
     if not isinstance(tasks, list):
         return {**data, "version": VERSION}
@@ -118,7 +118,7 @@ def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check(entry: TaskFileEntry, number: int) -> None:
-    """Raise `Unexpected` for objects that are none, and for a goal over others."""
+    """Raise `Unexpected` for impossible objects, and for a goal over unknown ones."""
     where = f"tasks[{number}]"
     if len(set(entry.names)) < len(entry.names):
         raise Unexpected(f"{where}: expected objects of different names, found one name twice")

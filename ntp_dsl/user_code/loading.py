@@ -1,4 +1,4 @@
-"""From declarations that say `by python` to the functions of the file beside the library.
+"""From declarations `by python` to the functions of the file beside the library.
 
 Nothing is imported until a world is to run the library: `ntp check` reads declarations only.
 """
@@ -28,7 +28,7 @@ LONGEST = 80  # of an answer in a message
 
 
 def load_with_python(path_or_folder: Path | str) -> Registry:
-    """`load`, and the functions that the library and those it uses leave to Python.
+    """Load a library, with the functions that it and the libraries it uses leave to Python.
 
     Raises `NtpError` for a file or function that is missing, or that cannot be imported.
     """
@@ -36,7 +36,7 @@ def load_with_python(path_or_folder: Path | str) -> Registry:
 
 
 def with_python(registry: Registry) -> Registry:
-    """The registry with its functions in Python."""
+    """Return the registry with its functions in Python."""
     code = PythonCode()
     modules: dict[Path, ModuleType] = {}
     for kind, name, span, takes in needed(registry):
@@ -71,7 +71,7 @@ Needed = tuple[str, str, Span, tuple[str, ...] | None]
 
 
 def needed(registry: Registry) -> Iterator[Needed]:
-    """What is left to Python: kind, name, the declaration's place, and what the function takes."""
+    """Yield the functions left to Python: kind, name, the declaration's place, and the arguments."""
     for row in registry.programs.values():
         if row.in_python:
             names = (parameter.name for parameter in row.parameters)
@@ -122,23 +122,23 @@ def _check_takes(function: Callable[..., Any], takes: tuple[str, ...] | None, pa
 
 
 class PythonFault(NtpError):
-    """A function of a user's file failed, or answered what none of its kind may; says where.
+    """A function of a user's file failed, or returned what its kind may not; has the place.
 
     `name` is what it is declared as.
     """
 
-    def __init__(self, place: str, name: str, said: str) -> None:
+    def __init__(self, place: str, name: str, message: str) -> None:
         self.name = name
-        super().__init__(f"{place}: '{name}' {said}")
+        super().__init__(f"{place}: '{name}' {message}")
 
 
 def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) -> Callable[..., Any]:
-    """The function, whose mistakes are a sentence with their place."""
+    """Return the function, with errors as one sentence that gives their place."""
 
     @wraps(function)
-    def guarded(*arguments: Any, **knobs: Any) -> Any:
+    def guarded(*arguments: Any, **parameters: Any) -> Any:
         try:
-            answer = function(*arguments, **knobs)
+            answer = function(*arguments, **parameters)
             answer = list(answer) if isinstance(answer, Iterator) else plain(answer)
         except PythonFault:
             raise
@@ -157,7 +157,7 @@ def _brief(answer: Any) -> str:
 
 
 def _place(error: Exception, path: Path) -> str:
-    """The innermost line of the user's file that the error went through."""
+    """Return the innermost line of the user's file in the error's traceback."""
     if isinstance(error, SyntaxError) and error.lineno:
         return f"{path}:{error.lineno}"
     lines = [frame.lineno for frame in _frames(error) if Path(frame.filename) == path]

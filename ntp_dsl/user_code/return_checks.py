@@ -1,4 +1,4 @@
-"""What functions in Python may answer, by their kind."""
+"""What functions in Python may return, by their kind."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ntp_dsl.worlds.protocol import Outcome
 
 Test = Callable[[Any], str]  # what was expected instead of an answer, or nothing
 
-OUTCOME = "an Outcome: return what world.call(...) or world.move_over(...) says, or ACHIEVED"
-TRUTH = "True or False: compare a number, and return False where nothing is to be said"
+OUTCOME = "an Outcome: return that of world.call(...) or world.move_over(...), or ACHIEVED"
+TRUTH = "True or False: compare a number, and return False where it has no answer"
 CALLS = "call(...), several of them in a list, or None"
 
 
 def answer_test(registry: Registry, kind: str, name: str) -> Test:
-    """The test of what a function answers that is declared under such a name."""
+    """Return the test of a declared function's return values."""
     if kind == "predicate":
         return _reading(registry, registry.predicates[name])
     return {"skill": _outcome, "expert": _calls, "sampler": _rows}[kind]
@@ -35,13 +35,13 @@ def _calls(answer: Any) -> str:
         return f"{CALLS}; write: call({', '.join(map(repr, answer))})"
     if isinstance(answer, str | Mapping | Set) or not isinstance(answer, Iterable):
         return CALLS
-    strangers = [each for each in answer if not isinstance(each, NextCall)]
-    if not strangers:
+    others = [each for each in answer if not isinstance(each, NextCall)]
+    if not others:
         return ""
-    stranger = strangers[0]
-    if isinstance(stranger, tuple):
-        return f"{CALLS}; write: call({', '.join(map(repr, stranger))})"
-    return f"{CALLS}; not {stranger!r} among them"
+    other = others[0]
+    if isinstance(other, tuple):
+        return f"{CALLS}; write: call({', '.join(map(repr, other))})"
+    return f"{CALLS}; not {other!r} among them"
 
 
 def _rows(answer: Any) -> str:

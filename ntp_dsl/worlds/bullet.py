@@ -16,21 +16,23 @@ from numpy.typing import NDArray
 
 from kinematics.errors import NoDisplay, Reason, UnusableRobot
 from kinematics.geometry.transforms import Pose
-from kinematics.robot.robot import Robot, load, with_base_at
+from kinematics.robot.robot import Robot, with_base_at
+from kinematics.robot.robot import load as load_robot
 from kinematics.shapes.bodies import TABLE
 from kinematics.simulation.workcell import Workcell
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.worlds.bullet_bodies import bodies_of
-from ntp_dsl.worlds.places import free_places, height_below
+from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
-IMPULSE = 0.12  # of a push: enough to topple what it hits [N s]
+IMPULSE = 0.12  # of a push: enough to topple an object [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved an object [m]
 LIKE_FAILURES = 3  # after so many in a row an object is unreachable until it moves
 
@@ -86,6 +88,7 @@ class BulletWorld:
         self._cell.on_frame = self._emit
         self._objects = scene.objects
         self._furniture = furniture_positions(scene.objects)
+        self._regions = table_regions(scene)
         self._disturbances = disturbances
         self._seed, self._calls = seed, 0
         self._noise_rng = np.random.default_rng((seed, 1))
@@ -93,7 +96,7 @@ class BulletWorld:
         self._failed_at: dict[str, Vector] = {}
         self.disturbed = set()
 
-    # What is seen -------------------------------------------------------------------------------
+    # Observations -------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -123,12 +126,12 @@ class BulletWorld:
         return replace(truth, positions=noisy, deviations=dict.fromkeys(noisy, sigma))
 
     def supported(self, item: str, support: str) -> bool:
-        """By contact; what is in a container may lie on other objects in there."""
+        """Return whether they touch; in a container, an item may lie on other contents."""
         below = TABLE if support in self._furniture else support
         if self._cell.contacts(item, below):
             return True
         seen = self.truth()
-        heap = {each for each in self._cell.bodies if predicates.inside(seen, each, support)}
+        heap = set(load(seen, support))
         touched, reached = set(), {item} & heap
         while reached:
             touched |= reached
@@ -167,12 +170,13 @@ class BulletWorld:
         seen = self.truth()
         surface = seen.by_name.get(target)
         if surface is not None and surface.flat:
-            places, top = free_places(seen, target)
+            places = free_places(seen, target, self._regions)
+            top = seen.positions[target][2] + surface.size[2] / 2
             return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, top, seed, slip))
         return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))
 
     def _go(self, move: Callable[[int, float | None], skills.Motion]) -> Outcome:
-        """A motion during which what is held may slip."""
+        """Carry out a motion during which the held object may slip."""
         held = self._cell.held()
         slips = held is not None and self._rng.random() < self._disturbances.slips
         slip_at = float(self._rng.uniform(0.1, 0.9)) if slips else None
@@ -196,7 +200,7 @@ class BulletWorld:
         return _outcome(motion, self._push(held))
 
     def _push(self, item: str) -> tuple[str, ...]:
-        """After a placement on another object, perhaps, an impulse that may topple what was built."""
+        """Apply, at random, an impulse after a placement on another object: it may topple the tower."""
         seen = self.truth()
         stacked = any(
             predicates.on(seen, item, other) and seen.by_name[other].movable for other in self._cell.bodies
@@ -210,11 +214,11 @@ class BulletWorld:
         return (f"push {item}",)
 
     def _inward(self, position: Vector) -> float:
-        """Towards the workspace's centre [rad]: what is pushed must stay where the arm can get to it."""
+        """Return the direction of the workspace's centre [rad]: a pushed object must stay within reach."""
         return atan2(CENTRE[1] - position[1], CENTRE[0] - position[0])
 
     def _displaced(self, before: Mapping[str, Pose]) -> set[str]:
-        """What is not where it was, but for what the hand holds."""
+        """Return the bodies that have moved, except for the held one."""
         now = self._cell.poses()
         return {
             name
@@ -225,7 +229,7 @@ class BulletWorld:
     # Facts --------------------------------------------------------------------------------------
 
     def _remember(self, outcome: Outcome, target: str) -> None:
-        """A failure that recurs becomes a fact: the target is unreachable until it moves."""
+        """Count failures: a target that fails repeatedly is unreachable until it moves."""
         if target not in self._cell.bodies:
             return
         if outcome.achieved or outcome.failure in (Failure.NOT_READY, Failure.OBJECT_DROPPED):
@@ -267,7 +271,7 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
 
 
 def _standing(arm: str | None) -> Robot:
-    """An arm, placed so that the middle of where it works is the middle of where objects start."""
-    robot = load(arm or "panda")
+    """Return an arm, placed so that its workspace is centred where objects start."""
+    robot = load_robot(arm or "panda")
     (x0, x1), (y0, y1) = workspace_of(robot).region
     return with_base_at(robot, CENTRE[0] - (x0 + x1) / 2, CENTRE[1] - (y0 + y1) / 2)

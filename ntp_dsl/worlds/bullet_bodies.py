@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from kinematics.errors import UnusableShape
 from kinematics.shapes import catalogue
@@ -11,16 +12,15 @@ from kinematics.shapes.bodies import Body, Colour
 from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import about_vertical
-from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
+from ntp_dsl.semantics.observation import BIN_WALL, BOWL_WALL, TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
 
 DENSITY = 800.0  # of wood [kg/m3]
-LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: what is lighter jumps in the fingers [kg]
-MASSES = {"fork": 0.02, "bowl": 0.12}  # [kg]
-BIN_WALL, BOWL_WALL = 0.005, 0.004  # [m]
-ALIKE = 0.01  # of the extents of a file and what the scene says of them [m]
-NARROWEST_BOWL, LOWEST_BOWL, SHORTEST_FORK = 0.05, 0.025, 0.05  # [m]
-COLOUR = "colour"  # the trait that says what an object looks like
+LIGHTEST, HEAVIEST = 0.05, 0.3  # of plain shapes: lighter ones jump in the fingers [kg]
+BOWL_MASS = 0.12  # [kg]
+ALIKE = 0.01  # difference between the extents of a file and of the scene [m]
+NARROWEST_BOWL, LOWEST_BOWL = 0.05, 0.025  # [m]
+COLOUR = "colour"  # the trait that decides an object's colour
 PALETTE = (
     (0.86, 0.24, 0.22),
     (0.20, 0.48, 0.78),
@@ -36,28 +36,29 @@ PALETTE = (
 NAMED = dict(
     zip("red blue yellow green purple orange cyan pink brown grey".split(), PALETTE, strict=True)
 ) | {"white": (0.95, 0.95, 0.93), "black": (0.12, 0.12, 0.13), "gray": PALETTE[-1]}
-STAYS = (0.70, 0.68, 0.64)  # what stays where it is
-DISHES = {"bowl": (0.93, 0.92, 0.88), "fork": (0.50, 0.53, 0.57)}
+FIXED_COLOUR, BOWL_COLOUR = (0.70, 0.68, 0.64), (0.93, 0.92, 0.88)
+
+T = TypeVar("T")
 
 
 def bodies_of(scene: Scene) -> list[Body]:
-    """Everything but the table. What stays has no mass.
+    """Return the bodies of all objects but the table. Fixed ones have no mass.
 
-    Raises `NtpError` for what cannot be made.
+    Raises `NtpError` for shapes that cannot be made.
     """
     objects = [obj for obj in scene.objects if obj.size[0] <= TOO_WIDE]
+    shapes = [shape_of(obj) for obj in objects]
     colours = _colours(objects)
-    return [_body(obj, scene, colours[obj.name]) for obj in objects]
-
-
-def _body(obj: SceneObject, scene: Scene, colour: Colour) -> Body:
-    turned = about_vertical(scene.yaws.get(obj.name, 0.0))
-    mass = _mass(obj) if obj.movable else 0.0
-    return Body(obj.name, shape_of(obj), scene.positions[obj.name], turned, mass, colour)
+    bodies = []
+    for obj, shape in zip(objects, shapes, strict=True):
+        turned = about_vertical(scene.yaws.get(obj.name, 0.0))
+        mass = _mass(obj) if obj.movable else 0.0
+        bodies.append(Body(obj.name, shape, scene.positions[obj.name], turned, mass, colours[obj.name]))
+    return bodies
 
 
 def shape_of(obj: SceneObject) -> Shape:
-    """Raises `NtpError` for what cannot be made."""
+    """Return an object's shape. Raises `NtpError` where it cannot be made."""
     x, y, z = obj.size
     match obj.shape:
         case "box":
@@ -68,21 +69,18 @@ def shape_of(obj: SceneObject) -> Shape:
             return catalogue.tub((x / 2 - BIN_WALL, y / 2 - BIN_WALL, z - BIN_WALL), BIN_WALL)
         case "bowl" if x >= NARROWEST_BOWL and z >= LOWEST_BOWL:
             return catalogue.bowl(x / 2 - BOWL_WALL, z, BOWL_WALL)
-        case "fork" if x >= SHORTEST_FORK:
-            return catalogue.fork(x, z)
         case "mesh" | "urdf":
             return _from_file(obj)
     measures = " x ".join(f"{100 * each:g}" for each in obj.size)
     least = f"{100 * NARROWEST_BOWL:g} cm wide and {100 * LOWEST_BOWL:g} cm high"
     raise NtpError(
         f"{obj.name} is a {obj.shape} of {measures} cm, which cannot be made in the bullet world; "
-        f"it has boxes, cylinders, bins, bowls from {least}, forks from {100 * SHORTEST_FORK:g} cm, "
-        "meshes and URDFs"
+        f"it has boxes, cylinders, bins, bowls from {least}, meshes and URDFs"
     )
 
 
 def _from_file(obj: SceneObject) -> Shape:
-    """A mesh is stretched to the extents that the scene says; a URDF has its own, which must be those."""
+    """Return a mesh scaled to the scene's extents, or a URDF's shape, whose extents must be the scene's."""
     path = Path(obj.file)
     if not path.is_file():
         raise NtpError(f"{obj.name} is made of {path}, and there is no such file")
@@ -94,26 +92,44 @@ def _from_file(obj: SceneObject) -> Shape:
         raise NtpError(f"{obj.name} cannot be made of {path}: {unexpected}") from unexpected
     extents = [2 * half for half in half_extents_of(shape)]
     if any(abs(a - b) > ALIKE for a, b in zip(extents, obj.size, strict=True)):
-        found, said = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, obj.size))
-        raise NtpError(f"{obj.name}: {path} measures {found}, and the scene says {said}; take the first")
+        found, given = (", ".join(f"{100 * each:.1f} cm" for each in sizes) for sizes in (extents, obj.size))
+        raise NtpError(f"{obj.name}: {path} measures {found}, and the scene gives {given}; take the first")
     return shape
 
 
 def _mass(obj: SceneObject) -> float:
     x, y, z = obj.size
-    return MASSES.get(obj.shape, min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST))
+    if obj.shape == "bowl":
+        return BOWL_MASS
+    mass = _from_urdf(obj, catalogue.mass_from_urdf)
+    return mass or min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST)
 
 
 def _colours(objects: list[SceneObject]) -> Mapping[str, Colour]:
-    """By the trait of that name, else by the first trait, else one after the other."""
+    """Return each object's colour: by the trait of that name, its first trait or its kind, else the next."""
     values = list(dict.fromkeys(obj.traits[0] for obj in objects if obj.traits))
-    plain = [t.name for t in objects if t.movable and not t.traits and t.shape not in DISHES]
-    found = {}
+    own = {obj.name: colour for obj in objects if (colour := _own_colour(obj)) is not None}
+    plain = [obj.name for obj in objects if obj.movable and not obj.traits and obj.name not in own]
+    found: dict[str, Colour] = {}
     for obj in objects:
-        said = NAMED.get(str(dict(obj.traits).get(COLOUR)))
-        if said is None and obj.traits:
-            said = PALETTE[values.index(obj.traits[0]) % len(PALETTE)]
-        elif said is None and obj.name in plain:
-            said = PALETTE[plain.index(obj.name) % len(PALETTE)]
-        found[obj.name] = (*(said or DISHES.get(obj.shape, STAYS)), 1.0)
+        named = NAMED.get(str(dict(obj.traits).get(COLOUR)))
+        if named is None and obj.traits:
+            named = PALETTE[values.index(obj.traits[0]) % len(PALETTE)]
+        elif named is None and obj.name in plain:
+            named = PALETTE[plain.index(obj.name) % len(PALETTE)]
+        found[obj.name] = (*named, 1.0) if named else own.get(obj.name, (*FIXED_COLOUR, 1.0))
     return found
+
+
+def _own_colour(obj: SceneObject) -> Colour | None:
+    if obj.shape == "bowl":
+        return *BOWL_COLOUR, 1.0
+    return _from_urdf(obj, catalogue.colour_from_urdf)
+
+
+def _from_urdf(obj: SceneObject, read: Callable[[Path], T | None]) -> T | None:
+    """Return what `read` finds in an object's URDF; None for other shapes."""
+    try:
+        return read(Path(obj.file)) if obj.shape == "urdf" else None
+    except (UnusableShape, ValueError) as unexpected:
+        raise NtpError(f"{obj.name} cannot be made of {obj.file}: {unexpected}") from unexpected

@@ -13,7 +13,7 @@ from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import out_of_range
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
-from ntp_dsl.worlds.skill_context import Hand
+from ntp_dsl.worlds.skill_context import SkillContext
 
 WORLDS = ("kinematic", "bullet")
 
@@ -21,12 +21,12 @@ WORLDS = ("kinematic", "bullet")
 def make_world(
     name: str, registry: Registry, exact: bool = False, gui: bool = False, arm: str | None = None
 ) -> World:
-    """A world that can do what a library declares. Imports what it needs and no more.
+    """Return a world that provides all apis and predicates of a library. Imports only that world.
 
     Args:
-        exact: of the kinematic world: what is put down comes to rest right where it is let go.
+        exact: of the kinematic world: objects come to rest exactly where they are released.
         gui: of the bullet world: with a window, in real time.
-        arm: of the bullet world: one that is shipped, or the path of a TOML; the Panda if none is told.
+        arm: of the bullet world: one that is shipped, or the path of a TOML; the Panda by default.
 
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
@@ -56,7 +56,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
 
 
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
-    """A skill in Python; as the worlds' own, it is refused where what its api requires does not hold."""
+    """Call a skill in Python; like the worlds' own, it is refused where its api's requirements fail."""
     state = State(registry, world.truth())
     if strayed := out_of_range(api, arguments):  # by a learned program: an expert's number was tested before
         return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
@@ -64,12 +64,12 @@ def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument)
     lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
     if lacks:
         return Outcome(False, Failure.NOT_READY, {"lacks": lacks})
-    outcome: Outcome = registry.python.get("skill", api.name)(Hand(registry, world), *arguments)
+    outcome: Outcome = registry.python.get("skill", api.name)(SkillContext(registry, world), *arguments)
     return outcome
 
 
 def lacking(world: World, registry: Registry) -> list[str]:
-    """The apis and predicates of a library that neither the world nor Python provides."""
+    """Return the apis and predicates of a library that neither the world nor Python provides."""
     apis = [api.name for api in registry.apis.values() if api.skill not in {PYTHON, *world.skills}]
     predicates = [
         declared.name
@@ -80,10 +80,10 @@ def lacking(world: World, registry: Registry) -> list[str]:
 
 
 def _is_provided(declared: PredicateDeclaration) -> bool:
-    """By the world, by Python, or, a reading of one object, by what a scene says of it."""
+    """Return whether the world, Python, or (for a reading of one object) the scene provides a predicate."""
     provider = declared.by.id if declared.by else declared.name
-    said = declared.result is not None and declared.by is None and len(declared.parameters) == 1
-    return provider in {PYTHON, *BUILT_IN} or said
+    by_scene = declared.result is not None and declared.by is None and len(declared.parameters) == 1
+    return provider in {PYTHON, *BUILT_IN} or by_scene
 
 
 def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:

@@ -9,14 +9,14 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.containers import takes
+from ntp_dsl.semantics.free_space import free_places, height_below, place_in
 from ntp_dsl.semantics.geometry import Vector, about_vertical
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
-from ntp_dsl.semantics.predicates import FREE_GAP
-from ntp_dsl.worlds.places import height_below
+from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingObjects
-from ntp_dsl.worlds.scenes import Region, movable
-from ntp_dsl.worlds.starts import REGION, WIDE
+from ntp_dsl.worlds.scenes import movable
 
 HOVER = 0.10  # the tool's height over a target's top [m]
 HOME: Vector = (0.42, 0.0, 0.45)
@@ -28,7 +28,7 @@ BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
 
 
 class KinematicWorld(RestingObjects):
-    """Positions only. A held object follows the tool; an object let go falls on what is below it."""
+    """Positions only. A held object follows the tool; a released one falls onto what is below."""
 
     starts_holding = True
 
@@ -49,21 +49,20 @@ class KinematicWorld(RestingObjects):
         self._by_name = scene.by_name
         self._items: dict[str, SceneObject] = {obj.name: obj for obj in movable(scene.objects)}
         self._solid = {t.name: t for t in scene.objects if t.size[0] <= TOO_WIDE}  # on the table
-        self._region = _region(REGION if len(self._solid) == len(self._items) else WIDE, scene)
-        self._bounds = _bounds(self._region, scene)
+        self._regions = table_regions(scene)
         self._positions = dict(scene.positions)
         self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
         self._disturbances = disturbances
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
-        self._load: list[str] = []  # what is in the bowl that is held
+        self._load: list[str] = []  # the contents of the held bowl
         if scene.held is not None:
             self._load = self._contents(scene.held)
         self._time = 0.0
         self._speed = float(self._rng.uniform(0.2, 0.6))  # of the tool [m/s]
         self.disturbed = set()
 
-    # What is seen -------------------------------------------------------------------------------
+    # Observations -------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
@@ -109,10 +108,12 @@ class KinematicWorld(RestingObjects):
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if target == self._held:
             return Outcome(False, Failure.NOT_READY, {"in hand": target})
-        surface = self._by_name[target]
-        if surface.flat and self._room_on(target) <= FREE_GAP:
+        if not self._by_name[target].flat:
+            return self._go(self._hover(target))
+        places = free_places(self.truth(), target, self._regions)
+        if not places:
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
-        return self._go(self._hover(target))
+        return self._go(self._above(*places[0], self._top(target)))
 
     def move_over(self, x: float, y: float) -> Outcome:
         outcome = self._go(self._over_point(x, y))
@@ -120,11 +121,10 @@ class KinematicWorld(RestingObjects):
         return outcome
 
     def _over_point(self, x: float, y: float) -> Vector:
-        ox, oy = self._offset_in_hand()
-        return (x + ox, y + oy, height_below(self.truth(), x, y) + HOVER)
+        return self._above(x, y, height_below(self.truth(), x, y))
 
     def _go(self, place: Vector) -> Outcome:
-        """The tool to a place, if what it holds does not slip on the way."""
+        """Move the tool to a place; the held object may slip on the way."""
         goal = self._off(place)
         lost = self._held
         if lost is None or self._rng.random() >= self._disturbances.slips:
@@ -155,7 +155,7 @@ class KinematicWorld(RestingObjects):
         return ACHIEVED
 
     def _grip(self, target: str) -> Vector:
-        """Where the hand closes: around the middle, or at the nearest place of a bowl's wall."""
+        """Return where the hand closes: around the middle, or at the nearest point of a bowl's wall."""
         x, y, z = self._positions[target]
         obj = self._items[target]
         if obj.cavity is None:
@@ -179,7 +179,7 @@ class KinematicWorld(RestingObjects):
         return self._push(item)
 
     def _push(self, item: str) -> Outcome:
-        """After a placement, perhaps, an impulse that topples what was built."""
+        """Topple, at random, the upper part of a tower after a placement."""
         tower = self._tower_below(item)
         if len(tower) < 2 or self._rng.random() >= self._disturbances.pushes:
             return ACHIEVED
@@ -196,7 +196,7 @@ class KinematicWorld(RestingObjects):
     # Motion and falling -------------------------------------------------------------------------
 
     def _travel(self, goal: Vector) -> None:
-        """Straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
+        """Move straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
         start = np.array(self._gripper)
         way = np.array(goal) - start
         duration = 0.15 + float(np.linalg.norm(way)) / self._speed
@@ -210,7 +210,7 @@ class KinematicWorld(RestingObjects):
         self._move_tool(np.array(goal))
 
     def _off(self, goal: Vector) -> Vector:
-        """The goal, or where a clumsy arm ends instead."""
+        """Return the goal, or where a clumsy arm ends instead."""
         if self._rng.random() >= self._disturbances.clumsiness:
             return goal
         dx, dy = self._rng.uniform(-OFF, OFF, 2)
@@ -227,33 +227,32 @@ class KinematicWorld(RestingObjects):
         surface = self._by_name[target]
         if surface.cavity is not None and self._held is None:
             return self._over_rim(target)
-        if self._takes(target) or surface.flat:
-            x, y, _ = self._clearest_place(self._held, surface)
-            ox, oy = self._offset_in_hand()
-            return (x + ox, y + oy, self._top(target) + HOVER)
-        x, y, z = self._positions[target]
-        ox, oy = self._offset_in_hand()  # the held object, not the tool, is to be over the target
-        return (x + ox, y + oy, z + surface.size[2] / 2 + HOVER)
+        held = self._held
+        if held is not None and takes(surface, self._items[held]):
+            return self._above(*place_in(self.truth(), target, self._items[held]), self._top(target))
+        x, y, _ = self._positions[target]
+        return self._above(x, y, self._top(target))
+
+    def _above(self, x: float, y: float, height: float) -> Vector:
+        """Return where the tool is when the held object, or else the tool, hovers over a point [m]."""
+        ox, oy = self._offset_in_hand()
+        return (x + ox, y + oy, height + HOVER)
 
     def _over_rim(self, target: str) -> Vector:
-        """Above the wall of a bowl, on the side of the robot's base."""
+        """Return a point above a bowl's wall, on the side of the robot's base."""
         x, y, _ = self._positions[target]
         reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
         return (x - reach * x, y - reach * y, self._top(target) + HOVER)
 
-    def _room_on(self, target: str) -> float:
-        """How far what is held would be from everything else on a table or tray [m]."""
-        return self._clearest_place(self._held, self._by_name[target])[2]
-
     def _offset_in_hand(self) -> tuple[float, float]:
-        """From the held object to the tool, seen from above."""
+        """Return the offset from the held object to the tool, seen from above [m]."""
         if self._held is None:
             return 0.0, 0.0
         x, y, _ = self._positions[self._held]
         return self._gripper[0] - x, self._gripper[1] - y
 
     def _drop_held(self, spread: float) -> None:
-        """Let go; the object comes down within `spread` [m] of where it is."""
+        """Release the object; it comes down within `spread` [m] of where it is."""
         item = self._held
         assert item is not None
         self._held, self._closed = None, False
@@ -267,28 +266,6 @@ class KinematicWorld(RestingObjects):
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
-
-
-def _region(region: Region, scene: Scene) -> Region:
-    """Return where on the table objects may be put: the arm's region, and where one stood at the start."""
-    (x0, x1), (y0, y1) = region
-    names = {obj.name for obj in movable(scene.objects)} - {scene.held}
-    standing = [place for name, place in scene.positions.items() if name in names]
-    xs, ys = ([place[axis] for place in standing] for axis in (0, 1))
-    return (min([x0, *xs]), max([x1, *xs])), (min([y0, *ys]), max([y1, *ys]))
-
-
-def _bounds(region: Region, scene: Scene) -> Region:
-    """The arm's region and a little more, and all that bins and trays take up."""
-    fixed = [obj for obj in scene.objects if not obj.movable and obj.size[0] <= TOO_WIDE]
-    sides = []
-    for axis in (0, 1):
-        ends = [
-            scene.positions[obj.name][axis] + side * obj.size[axis] / 2 for obj in fixed for side in (-1, 1)
-        ]
-        low, high = region[axis]
-        sides.append((min([low - 0.05, *ends]), max([high + 0.05, *ends])))
-    return sides[0], sides[1]
 
 
 def _moved(position: Vector, shift: np.ndarray) -> Vector:

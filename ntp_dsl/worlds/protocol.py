@@ -1,4 +1,4 @@
-"""What a world is: objects on a table, and primitives that change them."""
+"""The interface of worlds: objects on a table, and primitives that change them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Scene:
     objects: tuple[SceneObject, ...]
     positions: Mapping[str, Vector]  # centres
     yaws: Mapping[str, float] = field(default_factory=dict)  # [rad]
-    gripper: Vector | None = None  # where the tool starts; at home where nothing is said
-    held: str | None = None  # what is in the hand at the start; the kinematic world alone can do this
+    gripper: Vector | None = None  # where the tool starts; at home where None
+    held: str | None = None  # in the hand at the start; only in the kinematic world
 
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:
@@ -28,9 +28,9 @@ class Scene:
 
 
 class Failure(StrEnum):
-    """Why a primitive did not achieve what it should. Every world answers with one of these."""
+    """Why a primitive failed. Every world answers with one of these."""
 
-    NOT_READY = "not ready"  # what the api requires did not hold
+    NOT_READY = "not ready"  # a requirement of the api did not hold
     NO_IK = "no inverse kinematics"
     START_IN_COLLISION = "start in collision"
     GOAL_IN_COLLISION = "goal in collision"
@@ -44,7 +44,7 @@ class Failure(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a primitive: achieved, or the reason why not, with the evidence."""
+    """The outcome of a primitive: achieved, or the reason why not, with the evidence."""
 
     achieved: bool
     failure: Failure | None = None
@@ -64,12 +64,12 @@ ACHIEVED = Outcome(True)
 
 @dataclass(frozen=True)
 class Disturbances:
-    """What goes wrong on purpose, by seed: probabilities, and observation noise [m]."""
+    """Deliberate disturbances, by seed: probabilities, and observation noise [m]."""
 
     slips: float = 0.0
     pushes: float = 0.0
     noise: float = 0.0
-    clumsiness: float = 0.0  # motions and placements that end off the mark; the kinematic world alone
+    clumsiness: float = 0.0  # motions and placements that miss; only in the kinematic world
 
 
 UNDISTURBED = Disturbances()
@@ -86,22 +86,22 @@ class World(Protocol):
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None: ...
 
     def observe(self) -> Observation:
-        """What a policy sees, observation noise included."""
+        """Return what a policy sees, observation noise included."""
 
     def truth(self) -> Observation:
-        """The same without noise: for experts and success tests, never for a learned program."""
+        """Return the same without noise: for experts and success tests, never for a learned program."""
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome: ...
 
     def move_over(self, x: float, y: float) -> Outcome:
-        """For skills in Python: what is held, or the hand, to hover over a point of the table [m]."""
+        """Move the held object, or else the hand, over a point of the table [m]; for skills in Python."""
 
     def settle(self, seconds: float) -> None:
         """Let time pass [s]."""
 
     def supported(self, item: str, support: str) -> bool:
-        """Whether `item` rests on `support` by contact, or lies in it."""
+        """Return whether `item` rests on `support` by contact, or lies in it."""
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the reset."""
+        """Return the simulated time since the reset [s]."""

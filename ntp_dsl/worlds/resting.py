@@ -1,35 +1,34 @@
-"""How objects rest in the kinematic world: on the table, on each other, in bowls; and what carries them."""
+"""How objects rest in the kinematic world: on the table, on each other, in bowls; and when they fall."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from math import hypot
 
 import numpy as np
 
 from ntp_dsl.semantics import predicates
+from ntp_dsl.semantics.containers import container_below, contents, floor_in, top_for
+from ntp_dsl.semantics.free_space import FREE_GAP, Region, clearance, rank_places
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
-from ntp_dsl.semantics.predicates import FREE_GAP
-from ntp_dsl.worlds.scenes import CUBE, Region
-from ntp_dsl.worlds.starts import CENTRE, NESTED
+from ntp_dsl.semantics.observation import Observation, SceneObject
+from ntp_dsl.worlds.scenes import CUBE
 
-BESIDE = 0.06  # from an edge's object to where what falls off it lands, beside half its width [m]
-HEAP = 0.1  # of its height, by which an object lies higher for each that is in the bin before it
-SLIVER = 0.008  # of an overlap that neither carries an object nor keeps it from going down [m]
+BESIDE = 0.06  # from the edge of an object to where an item that falls off it lands [m]
+HEAP = 0.1  # of its height, by which an object lies higher for each one already in the bin
+SLIVER = 0.008  # overlap that neither supports an object nor stops its fall [m]
 
 
 class RestingObjects:
-    """Positions, and the rules by which objects come to rest. The hand's doings are the world's."""
+    """Positions, and the rules by which objects come to rest. The world moves the hand."""
 
     _positions: dict[str, Vector]
-    _items: dict[str, SceneObject]  # what can be moved
-    _solid: dict[str, SceneObject]  # what stands on the table, movable or not
+    _items: dict[str, SceneObject]  # movable objects
+    _solid: dict[str, SceneObject]  # all objects on the table, movable or fixed
     _by_name: Mapping[str, SceneObject]
-    _region: Region
-    _bounds: Region  # beyond which nothing falls
+    _regions: tuple[Region, ...]  # where objects may be put down; nothing falls beyond the last
     _held: str | None
-    _load: list[str]  # what is in the bowl that is held
+    _load: list[str]  # the contents of the held bowl
     _gripper: Vector
     _rng: np.random.Generator
     disturbed: set[str]
@@ -38,7 +37,7 @@ class RestingObjects:
         raise NotImplementedError
 
     def _fall(self, item: str, x: float, y: float) -> None:
-        """Down to what is below; off the edge of what does not carry its centre."""
+        """Let an item fall onto what is below, or off the edge of what does not support its centre."""
         if self._unsteady_edge(item, x, y) is not None:
             self.disturbed.add(item)
         for _ in range(20):
@@ -51,26 +50,23 @@ class RestingObjects:
             reach = BESIDE + max(self._solid[edge].size[:2]) / 2
             x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
         else:
-            x, y, _ = self._clearest_place(item)
+            x, y = self._clearest_on_table(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
 
     def _within_reach(self, x: float, y: float) -> tuple[float, float]:
-        (x0, x1), (y0, y1) = self._bounds
+        (x0, x1), (y0, y1) = self._regions[-1]
         return min(max(x, x0), x1), min(max(y, y0), y1)
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
-        """Of the item's middle: on what is below, or on the heap in a container."""
+        """Return the height of the item's centre on what is below, or on the heap in a container [m]."""
         height = self._items[item].size[2]
         container = self._container_below(item, x, y)
         if container is not None:
-            cavity = self._by_name[container].cavity
-            assert cavity is not None
-            floor = self._top(container) - self._by_name[container].size[2] + cavity.floor
-            heap = HEAP * height * len([n for n in self._contents(container) if n != item])
-            return min(floor + height / 2 + heap, self._top(container))
-        nested = NESTED if self._items[item].shape == "bowl" else 0.0
+            floor = self._positions[container.name][2] + floor_in(container)
+            heap = HEAP * height * len([n for n in self._contents(container.name) if n != item])
+            return min(floor + height / 2 + heap, self._top(container.name))
         tops = (
-            self._top(name) - (nested if self._by_name[name].shape == "bowl" else 0.0)
+            self._positions[name][2] + top_for(self._by_name[name], self._items[item])
             for name in self._below(item, x, y)
         )
         return max(tops, default=0.0) + height / 2
@@ -79,37 +75,19 @@ class RestingObjects:
         return [name for name, _ in self._others(item) if self._overlap(item, (x, y), name) > SLIVER]
 
     def _overlap(self, item: str, place: tuple[float, ...], other: str) -> float:
-        """How far two objects overlap seen from above, along the axis where they do least [m]."""
-        px, py, _ = self._positions[other]
-        a, b = self._solid[item].size, self._solid[other].size
-        return min((a[0] + b[0]) / 2 - abs(place[0] - px), (a[1] + b[1]) / 2 - abs(place[1] - py))
+        """Return the overlap of two objects seen from above, along the axis of least overlap [m]."""
+        beside = [(self._positions[other], self._solid[other].size)]
+        return -float(clearance(place, self._solid[item].size, beside))
 
-    def _container_below(self, item: str, x: float, y: float) -> str | None:
-        """The bin or bowl that an item falls into when it is let go there: the highest."""
-        found = [
-            name
-            for name, (px, py, _) in self._others(item)
-            if (cavity := self._by_name[name].cavity) is not None
-            if abs(x - px) <= cavity.half_x and abs(y - py) <= cavity.half_y and self._takes(name, item)
-        ]
-        return max(found, key=self._top, default=None)
-
-    def _takes(self, target: str, item: str | None = None) -> bool:
-        """Whether what is held (or an item) would be dropped into the target, rather than put on it."""
-        item = item or self._held
-        return item is not None and self._by_name[target].takes(self._items[item])
+    def _container_below(self, item: str, x: float, y: float) -> SceneObject | None:
+        others = ((self._by_name[name], at) for name, at in self._others(item))
+        return container_below(self._items[item], x, y, others)
 
     def _contents(self, container: str) -> list[str]:
-        """What goes along where a bowl goes."""
-        if self._by_name[container].cavity is None:
-            return []
-        seen = self.truth()
-        return [
-            name for name in self._items if name != container and predicates.inside(seen, name, container)
-        ]
+        return contents(self._by_name[container], self._items.values(), self._positions)
 
     def _unsteady_edge(self, item: str, x: float, y: float) -> str | None:
-        """The topmost object below that overlaps, where what is as high does not carry the item together."""
+        """Return the topmost object below, or None where the objects of that height support the item."""
         below = self._below(item, x, y)
         if not below or self._container_below(item, x, y) is not None:
             return None
@@ -118,7 +96,7 @@ class RestingObjects:
         return None if self._is_balanced(item, x, y, tops) else tops[0]
 
     def _is_balanced(self, item: str, x: float, y: float, supports: Iterable[str]) -> bool:
-        """Whether the item's centre lies within the convex hull of where it touches what is below.
+        """Return whether the item's centre lies within the convex hull of its contacts with the supports.
 
         It does if no half of the plane around the centre is free of the touching parts' corners.
         """
@@ -129,7 +107,7 @@ class RestingObjects:
         return float(np.diff(angles, append=angles[0] + 2 * np.pi).max()) < np.pi
 
     def _touching(self, item: str, x: float, y: float, other: str) -> list[tuple[float, float]]:
-        """Corners of the rectangle in which two objects overlap seen from above; none where they do not."""
+        """Return the corners of the rectangle in which two objects overlap, seen from above, if any."""
         sides = []
         for axis, place in enumerate((x, y)):
             half, its = self._solid[item].size[axis] / 2, self._solid[other].size[axis] / 2
@@ -139,7 +117,7 @@ class RestingObjects:
         return [(cx, cy) for cx in (x0, x1) for cy in (y0, y1)] if x0 < x1 and y0 < y1 else []
 
     def _drop_unsupported(self) -> None:
-        """What leant on something that is gone comes down as well, the lowest first."""
+        """Let objects fall whose support is gone, the lowest first."""
         standing: list[tuple[str, Vector]] = []
         loose: dict[str, Vector] = {}
         for name, place in sorted(self._others(None), key=lambda each: each[1][2]):
@@ -154,59 +132,19 @@ class RestingObjects:
     def _carried(self, item: str, place: Vector, standing: list[tuple[str, Vector]]) -> bool:
         bottom = place[2] - self._items[item].size[2] / 2
         if bottom < 0.005 or self._container_below(item, place[0], place[1]) is not None:
-            return True  # by the table, or in a bowl
+            return True  # on the table, or in a bowl
         below = [name for name, _ in standing if abs(bottom - self._top(name)) < 0.01]
         return self._is_balanced(item, place[0], place[1], below)
 
-    def _clearest_place(
-        self, item: str | None, surface: SceneObject | None = None
-    ) -> tuple[float, float, float]:
-        """The point of a 2 cm lattice that is farthest from all but the item, and how far; ties by nearness.
-
-        On a tray it lies within the tray; on the table, within the arm's region, and at its border if
-        that is full.
-        """
-        size = self._items[item].size if item else (CUBE, CUBE, CUBE)
-        on_table = surface is None or surface.size[0] > TOO_WIDE
-        except_for = {item, surface.name if surface else None}
-        others = []
-        for name, (x, y, _) in self._others(item):
-            if name not in except_for:
-                width, depth, _ = self._solid[name].size
-                others.append((x, y, (size[0] + width) / 2, (size[1] + depth) / 2))
-        if on_table:
-            found = self._clearest_of(self._region, others, CENTRE)
-            return found if found[2] > FREE_GAP else self._clearest_of(self._bounds, others, CENTRE)
-        assert surface is not None
-        x, y, _ = self._positions[surface.name]
-        if surface.cavity is not None:
-            dx, dy = (max(0.005, half - 0.03) for half in surface.cavity[:2])
-        else:
-            dx, dy = (max(0.005, (surface.size[axis] - size[axis]) / 2) for axis in (0, 1))
-        return self._clearest_of(((x - dx, x + dx), (y - dy, y + dy)), others, None)
-
-    def _clearest_of(
-        self,
-        region: Region,
-        others: Sequence[tuple[float, float, float, float]],
-        middle: tuple[float, float] | None,
-    ) -> tuple[float, float, float]:
-        """As `_clearest_place`; where there is nothing else it is the middle.
-
-        Args:
-            others: of each its place, and how far off along x and y is just beside it [m].
-        """
-        axes = [np.arange(low, high, 0.02) for low, high in region]
-        lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        if not others:
-            x, y = middle or lattice.mean(0)
-            return float(x), float(y), np.inf
-        table = np.array(others)
-        apart = np.abs(lattice[:, None] - table[None, :, :2]) - table[None, :, 2:]
-        room = apart.max(-1).min(1)
-        liked = np.minimum(room + CUBE, 0.11) - 0.01 * np.linalg.norm(lattice - self._gripper[:2], axis=1)
-        best = int(liked.argmax())
-        return float(lattice[best, 0]), float(lattice[best, 1]), float(room[best])
+    def _clearest_on_table(self, item: str) -> tuple[float, float]:
+        """Return where an item is farthest from all others; at the region's border if that is full."""
+        others = [(at, self._solid[name].size) for name, at in self._others(item)]
+        for region in self._regions:
+            places, room = rank_places(region, self._items[item].size, others)
+            if room[0] > FREE_GAP:
+                break
+        x, y = places[0].tolist()
+        return x, y
 
     def _on_top_of(self, item: str, support: str) -> bool:
         if item in (support, self._held):
@@ -214,7 +152,7 @@ class RestingObjects:
         return predicates.covers(self.truth(), item, support)
 
     def _tower_below(self, item: str) -> list[str]:
-        """The item and what it stands on, from the top down."""
+        """Return the item and the objects below it, from the top down."""
         x, y, z = self._positions[item]
         tower = [
             (pz, name)

@@ -1,4 +1,4 @@
-"""What a task's scene consists of: names, sizes and traits of its objects, and where each may start."""
+"""The contents of a task's scene: names, sizes and traits of its objects, and where each may start."""
 
 from __future__ import annotations
 
@@ -14,23 +14,20 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
+from ntp_dsl.semantics.free_space import Interval
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import SceneObject
 
-CUBE = 0.05  # what an object is where the scene does not say [m]
-FORK_THICKNESS = 0.006  # [m]
+CUBE = 0.05  # the default object [m]
 TABLE = "table"
 TABLE_SIZE = (1.5, 1.5, 0.04)
-TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place, and not the table
+TRAY_SIZE = (0.16, 0.16, 0.02)  # of a constant that is a place other than the table
 LIFTED, SURFACE = "Movable", "Table"  # types of the standard library that worlds know by name
-
-Interval = tuple[float, float]
-Region = tuple[Interval, Interval]  # of x and of y, world frame [m]
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where an object starts: on what, within which region, and how far from others [m]."""
+    """Where an object starts: its support, its region, and its distance from others [m]."""
 
     surface: str = TABLE
     x: Interval | None = None
@@ -48,10 +45,10 @@ class Layout:
 
 
 def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator | None = None) -> Layout:
-    """Of each group as many as it says, drawn where it gives a range: `blocks: 8 Block` is block_0 … block_7.
+    """Return the objects of all groups: `blocks: 8 Block` is block_0 … block_7; ranges are drawn.
 
     Args:
-        rng: for counts that are ranges; without it, there are as many as there may be.
+        rng: for counts that are ranges; without it, the largest counts.
     """
     used: Counter[str] = Counter()
     groups: dict[str, list[str]] = {}
@@ -77,7 +74,7 @@ def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
 
 
 def _object(name: str, group: SceneGroup, index: int, registry: Registry) -> SceneObject:
-    """A cube, where the group does not say otherwise."""
+    """Return an object of a group; a cube by default."""
     type_name = group.type.name
     fixed = LIFTED in registry.parents and not registry.is_a(type_name, LIFTED)
     size: Vector = (CUBE, CUBE, CUBE)
@@ -99,8 +96,6 @@ def _size(detail: nodes.Detail) -> Vector:
     lengths = [si(each) or 0.0 for each in detail.settings if isinstance(each, nodes.Number)]
     if detail.name == "cube":
         return (lengths[0],) * 3
-    if detail.name == "fork":
-        return lengths[0], 0.18 * lengths[0], FORK_THICKNESS
     if len(lengths) == 2:  # diameter and height
         return lengths[0], lengths[0], lengths[1]
     return lengths[0], lengths[1], lengths[2]
@@ -138,7 +133,7 @@ def _interval(setting: nodes.Setting | None) -> Interval | None:
 
 
 def with_furniture(registry: Registry, objects: Iterable[SceneObject]) -> tuple[SceneObject, ...]:
-    """The objects, and the constants that a primitive may be aimed at: the table, and trays beside it."""
+    """Return the objects and the constants that are places: the table, and trays beside it."""
     furniture = [
         SceneObject(name, type_name, *_extent(registry, type_name))
         for name, type_name in registry.constants.items()

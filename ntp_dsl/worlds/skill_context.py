@@ -1,4 +1,4 @@
-"""What a skill in Python is given: the world, whose apis are checked by name and arguments before a call."""
+"""The argument of skills in Python: the world, with calls of its apis checked beforehand."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ntp_dsl.semantics.value_checks import guess, out_of_range, plain, types_of,
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
 
 
-class Hand:
-    """The world as a skill knows it; all but `call` is the world's own."""
+class SkillContext:
+    """The world as a skill sees it; all but `call` is the world's own."""
 
     def __init__(self, registry: Registry, world: World) -> None:
         self._registry, self._world = registry, world
@@ -24,7 +24,7 @@ class Hand:
         return getattr(self._world, name)
 
     def call(self, api: str, arguments: Sequence[Argument] = ()) -> Outcome:
-        """Raises `NtpError` for an api that there is not, and for arguments that it does not take."""
+        """Call an api. Raises `NtpError` for an unknown api, and for arguments that it does not take."""
         apis = self._registry.apis
         if api not in apis:
             raise NtpError(f"no api is called '{api}'{guess(api, apis)}")

@@ -1,4 +1,4 @@
-"""Where objects start: scattered, or scrambled into whatever state an arm may find itself in."""
+"""Where objects start: nominal starts, all apart, and perturbed ones, as an arm may find them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from math import hypot
 import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.containers import floor_in, takes, top_for
+from ntp_dsl.semantics.free_space import Footprint, Interval, clearance, region_within
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
-from ntp_dsl.worlds.scenes import CUBE, TABLE, Interval, Start, movable
+from ntp_dsl.worlds.scenes import CUBE, TABLE, Start, movable
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
@@ -19,25 +21,23 @@ WIDE = ((0.3, 0.7), (-0.3, 0.3))  # where trays and pads may stand as well
 ASIDE = ((0.5, 0.34), (0.5, -0.34), (0.32, 0.36), (0.32, -0.36))  # of constants that are trays
 JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
 COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
-REDRAWS = 20_000  # of the spots, until all are far enough from each other
+REDRAWS = 20_000  # of all spots, until they are far enough apart
 GAP = 0.03  # between objects of other sizes [m]
 TIGHT = 0.007  # between objects on a grid, at least [m]
-CROWDED = 0.4  # of a region's free part that is covered, from which objects stand on a grid
-MOST_CELLS = 4  # of a grid, for each of them: more is no use
-TRIES, RESTARTS = 400, 60  # for each of them, and of all of them
-NESTED = 0.008  # of a bowl in the one below it [m]
-STRAIGHT = 0.6  # of what stands on something, right in its middle
-TOPPLES = 1.6  # times as wide as what is below: such an object is not put on top
+CROWDED = 0.4  # covered share of a region's free part above which objects start on a grid
+MOST_CELLS = 4  # of a grid, for each object
+TRIES, RESTARTS = 400, 60  # for each object, and for all of them
+STRAIGHT = 0.6  # of stacked objects that are centred on their support
+TOPPLES = 1.6  # times its support's width: such an object is not put on top
 CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
 
 Spot = tuple[float, float]
-Footprint = tuple[Spot, Vector]  # of an object: where its middle is, and its size
 
 
-def scattered(
+def nominal_start(
     objects: tuple[SceneObject, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
 ) -> Scene:
-    """Everything apart from everything else, turned anyhow; nothing on anything but where it is to start."""
+    """Return a scene with all objects apart, at random yaws, stacked only where the task says so."""
     standing = [obj for obj in objects if obj.size[0] <= TOO_WIDE]
     starts = starts or {}
     items = sorted(standing, key=lambda obj: _height(obj.name, starts))
@@ -60,7 +60,7 @@ def scattered(
 
 
 def _height(name: str, starts: Mapping[str, Start]) -> int:
-    """How many objects there are below one: what carries something has its place first."""
+    """Return the number of objects below one: supports are placed first."""
     count = 0
     while (name := starts.get(name, Start()).surface) in starts and count < len(starts):
         count += 1
@@ -68,7 +68,7 @@ def _height(name: str, starts: Mapping[str, Start]) -> int:
 
 
 def _on_grid(items: Sequence[SceneObject], rng: np.random.Generator) -> dict[str, Spot]:
-    """The authors' way with cubes: each in a cell of its own, jittered, none nearer than the spacing."""
+    """Place cubes as the authors do: each in its own cell, jittered, none nearer than the spacing."""
     cells = [(x, y) for x in COLUMNS for y in COLUMNS]
     for _ in range(REDRAWS):
         chosen = rng.permutation(len(cells))[: len(items)]
@@ -81,7 +81,7 @@ def _on_grid(items: Sequence[SceneObject], rng: np.random.Generator) -> dict[str
 def _spread(
     items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
 ) -> dict[str, Spot]:
-    """Objects of any size: the largest first, each anywhere in its region that is free."""
+    """Place objects of any size: the largest first, each at a free point of its region."""
     by_name = {obj.name: obj for obj in items}
     given = _aside(items, starts)
     order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
@@ -89,7 +89,7 @@ def _spread(
     for _ in range(RESTARTS):
         spots: dict[str, Spot] = dict(given)
         for index, obj in enumerate(order):
-            if index == fixed:  # what stays has its place
+            if index == fixed:  # all fixed objects have their places
                 in_place = [(spots[name], by_name[name].size) for name in spots]
                 spots |= _crowded(order[fixed:], starts, in_place, rng)
             start = starts.get(obj.name, Start())
@@ -111,17 +111,17 @@ def _spread(
 
 
 def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[str, Spot]:
-    """Places for the trays of which the scene says nothing: off those that it tells exactly."""
-    told: list[tuple[Spot, SceneObject]] = []
+    """Place trays that the scene does not mention, clear of objects with exact positions."""
+    taken: list[Footprint] = []
     for obj in items:
         start = starts.get(obj.name, Start())
         if start.surface == TABLE and start.x and start.y and start.x[0] == start.x[1]:
-            told.append(((start.x[0], start.y[0]), obj))
+            taken.append(((start.x[0], start.y[0]), obj.size))
     found: dict[str, Spot] = {}
     for tray in (t for t in items if t.fixed and t.name not in starts and t.roomy):
-        free = [spot for spot in ASIDE if all(_apart(spot, tray, place, obj) for place, obj in told)]
+        free = [spot for spot in ASIDE if clearance(spot, tray.size, taken) > GAP]
         found[tray.name] = free[0] if free else ASIDE[-1]
-        told.append((found[tray.name], tray))
+        taken.append((found[tray.name], tray.size))
     return found
 
 
@@ -131,7 +131,7 @@ def _crowded(
     taken: Sequence[Footprint],
     rng: np.random.Generator,
 ) -> dict[str, Spot]:
-    """Cells of a jittered grid, for objects too many to find room by chance; none over what is there."""
+    """Place objects, too many to find room by chance, in the free cells of a jittered grid."""
     shared: dict[Start, list[SceneObject]] = {}
     for obj in items:
         start = starts.get(obj.name, Start())
@@ -143,7 +143,7 @@ def _crowded(
         region = start.x or REGION[0], start.y or REGION[1]
         (x0, x1), (y0, y1) = region
         if x0 == x1 or y0 == y1:
-            continue  # where they start is said already
+            continue  # their start is exact
         width = max(max(obj.size[:2]) for obj in objects)
         covered = sum(_covered(region, spot, size) for spot, size in in_place)
         if len(objects) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
@@ -163,7 +163,7 @@ def _crowded(
 def _free_cells(
     count: int, width: float, region: tuple[Interval, Interval], in_place: Sequence[Footprint]
 ) -> tuple[list[Spot], float] | None:
-    """At least so many cells' middles of the widest grid that has them, and how far apart they are."""
+    """Return the free cells of the widest grid with at least that many, and their pitch; None without one."""
     (x0, x1), (y0, y1) = region
     for wanted in range(count, MOST_CELLS * count + 1):
         columns, rows = _grid(wanted, x1 - x0, y1 - y0)
@@ -175,19 +175,15 @@ def _free_cells(
             for column in range(columns)
             for row in range(rows)
         ]
-        free = [m for m in middles if not any(_overlaps(m, pitch, spot, size) for spot, size in in_place)]
+        clear = clearance(middles, (pitch, pitch), in_place) >= 0
+        free = [middle for middle, is_clear in zip(middles, clear, strict=True) if is_clear]
         if len(free) >= count:
             return free, pitch
     return None
 
 
-def _overlaps(middle: Spot, width: float, spot: Spot, size: Vector) -> bool:
-    """Whether a square and an object's footprint do."""
-    return all(abs(middle[axis] - spot[axis]) < (width + size[axis]) / 2 for axis in (0, 1))
-
-
-def _covered(region: tuple[Interval, Interval], spot: Spot, size: Vector) -> float:
-    """How much of a region an object's footprint takes up [m2]."""
+def _covered(region: tuple[Interval, Interval], spot: Sequence[float], size: Sequence[float]) -> float:
+    """Return the area of a region that an object's footprint covers [m2]."""
     sides = [
         min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
         for axis in (0, 1)
@@ -196,7 +192,7 @@ def _covered(region: tuple[Interval, Interval], spot: Spot, size: Vector) -> flo
 
 
 def _grid(count: int, length: float, width: float) -> tuple[int, int]:
-    """Columns and rows with at least so many cells, as square as the region allows."""
+    """Return columns and rows of at least that many cells, as square as the region allows."""
     columns = max(1, round((count * length / width) ** 0.5))
     return columns, -(-count // columns)
 
@@ -211,22 +207,14 @@ def _free_spot(
 ) -> Spot | None:
     default = REGION if obj.movable else WIDE
     (x0, x1), (y0, y1) = start.x or default[0], start.y or default[1]
+    others = [(spots[name], by_name[name].size) for name in spots]
+    spacings = {name: max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0) for name in spots}
     for _ in range(TRIES):
         x, y = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
-        if all(
-            _apart((x, y), obj, spots[name], by_name[name])
-            and hypot(x - spots[name][0], y - spots[name][1])
-            >= max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0)
-            for name in spots
-        ):
+        spaced = all(hypot(x - spots[name][0], y - spots[name][1]) >= spacings[name] for name in spots)
+        if spaced and clearance((x, y), obj.size, others) > GAP:
             return x, y
     return None
-
-
-def _apart(spot: Sequence[float], obj: SceneObject, other_spot: Sequence[float], other: SceneObject) -> bool:
-    return any(
-        abs(spot[axis] - other_spot[axis]) - (obj.size[axis] + other.size[axis]) / 2 > GAP for axis in (0, 1)
-    )
 
 
 def _stacked_starts(
@@ -236,7 +224,7 @@ def _stacked_starts(
     by_name: Mapping[str, SceneObject],
     rng: np.random.Generator,
 ) -> dict[str, Spot] | None:
-    """Those that start on others: in the middle, or anywhere free on a tray; None where there is no room."""
+    """Place objects that start on others: centred, or at a free point of a tray; None without room."""
     found: dict[str, Spot] = {}
     for obj in items:
         start = starts.get(obj.name, Start())
@@ -245,9 +233,7 @@ def _stacked_starts(
         below = by_name[start.surface]
         x, y = {**spots, **found}[start.surface]
         if below.roomy:
-            inner = below.cavity or (below.size[0] / 2, below.size[1] / 2)
-            dx, dy = (max(0.0, inner[axis] - obj.size[axis] / 2) for axis in (0, 1))
-            region = Start(start.surface, (x - dx, x + dx), (y - dy, y + dy), start.spacing)
+            region = Start(start.surface, *region_within(below, (x, y), obj.size), start.spacing)
             there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
             spot = _free_spot(obj, region, there, by_name, starts, rng)
             if spot is None:
@@ -257,31 +243,31 @@ def _stacked_starts(
     return found
 
 
-def scrambled(
+def perturbed_start(
     objects: tuple[SceneObject, ...],
     rng: np.random.Generator,
     in_hand: bool = True,
     starts: Mapping[str, Start] | None = None,
     straight: float = STRAIGHT,
 ) -> Scene:
-    """Partial and wrong towers, buried objects, now and then an object in hand and the hand anywhere.
+    """Return a scene with partial and wrong towers, buried objects and, at random, an object in the hand.
 
     Args:
-        straight: how often objects stand in the middle of what is below, as an undisturbed arm leaves them.
+        straight: how often objects are centred on their support, as an undisturbed arm leaves them.
     """
-    scene = scattered(objects, rng, starts)
-    into: dict[str, tuple[str, Vector]] = {}  # what lies in which bowl, and where in it
+    scene = nominal_start(objects, rng, starts)
+    into: dict[str, tuple[str, Vector]] = {}  # bowl of each item inside one, and its offset there
     names = [obj.name for obj in movable(objects)]
     positions = dict(scene.positions)
     bases = [names[index] for index in rng.permutation(len(names))]
-    tops: list[str] = [t.name for t in objects if t.fixed]  # what stays may carry something from the start
+    tops: list[str] = [t.name for t in objects if t.fixed]  # fixed objects may carry something from the start
     for name in bases:
         if tops and rng.random() < 0.5:
             item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
             place = _stacked(item, below, positions, rng, straight)
             if item.size[0] > TOPPLES * below.size[0]:
                 tops.append(name)
-            elif below.takes(item):
+            elif takes(below, item):
                 positions[name] = place  # in the bowl, which others may still be put on
                 into[name] = below.name, _moved(place, positions[below.name], -1)
             elif below.roomy or item.size[0] > below.size[0]:  # it needs room beside what is below
@@ -315,10 +301,10 @@ def _stacked(
     rng: np.random.Generator,
     straight: float,
 ) -> Vector:
-    """On top; centred, or as far off as just carries: where decisions are closest."""
+    """Return a place on top: centred, or as far off as is just stable, where decisions are hardest."""
     x, y, z = positions[below.name]
     height = z + _floor(below, item) + item.size[2] / 2
-    if below.cavity is not None and below.takes(item):
+    if below.cavity is not None and takes(below, item):
         dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
         return (x + dx, y + dy, height)
     reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
@@ -328,31 +314,32 @@ def _stacked(
 
 
 def _floor(below: SceneObject, item: SceneObject) -> float:
-    """Where an item's bottom is on what is below, or in it, from the middle of that [m]."""
-    if below.cavity is not None and below.takes(item):
-        return below.cavity.floor - below.size[2] / 2
-    return below.size[2] / 2 - (NESTED if item.shape == below.shape == "bowl" else 0.0)
+    """Return the height of an item's bottom on or in an object, from that one's centre [m]."""
+    if takes(below, item):
+        return floor_in(below)
+    return top_for(below, item)
 
 
 def in_hand_at(obj: SceneObject, gripper: Vector) -> Vector:
-    """Where an object is when the hand holds it: between the fingers, or a bowl by its wall."""
+    """Return where a held object is: between the fingers, or a bowl by its wall."""
     x, y, z = gripper
     return (x + obj.size[0] / 2, y, z) if obj.cavity is not None else gripper
 
 
 def _is_free(item: SceneObject, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
-    """Whether nothing on the same tray stands there."""
+    """Return whether no object of the same height range is there."""
     bottom = place[2] - item.size[2] / 2
-    return all(
-        _apart(place, item, positions[other.name], other)
+    others = [
+        (positions[other.name], other.size)
         for other in movable(scene.objects)
         if other.name != item.name
         and abs(positions[other.name][2] - other.size[2] / 2 - bottom) < min(item.size[2], other.size[2])
-    )
+    ]
+    return bool(clearance(place[:2], item.size, others) > GAP)
 
 
 def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
-    """Where the hand may be: anywhere, over something, or nearly over it."""
+    """Return a place for the hand: anywhere, over an object, or nearly over it."""
     if not tops or rng.random() < 0.3:
         x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
         return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
@@ -362,7 +349,7 @@ def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
 
 
 def furniture_positions(objects: Iterable[SceneObject]) -> dict[str, Vector]:
-    """A table's top is at height zero."""
+    """Return the positions of tables, whose tops are at height zero."""
     return {obj.name: (*CENTRE, -obj.size[2] / 2) for obj in objects if obj.size[0] > TOO_WIDE}
 
 

@@ -60,7 +60,7 @@ def test_a_demonstration_made_elsewhere_needs_its_columns_alone(
     assert end is not None and end.ending is Ending.DONE and end.success is None and end.primitives > 4
     parquet.write_table(table.rename_columns([c.replace("block_0", "x") for c in table.column_names]), path)
     assert run([*RUN, "--demo", str(path)]) == 2
-    assert "nothing says what x is: the scene has block_0" in capsys.readouterr().err
+    assert "unknown objects x: the scene has block_0" in capsys.readouterr().err
 
 
 def test_recording_writes_what_its_manifest_names(recorded: Path) -> None:

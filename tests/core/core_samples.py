@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.queries import Query
 from ntp_dsl.language.registry import Registry
@@ -14,28 +14,28 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.starts import scrambled
+from ntp_dsl.worlds.starts import perturbed_start
 
 
-def shown_task(registry: Registry, seed: int) -> tuple[Instance, Shown]:
+def shown_task(registry: Registry, seed: int) -> tuple[Instance, RecordedDemonstration]:
     """A task of the library, demonstrated in the kinematic world."""
     task = find_task(registry, "block_stacking")
     instance = draw(registry, task, np.random.default_rng(seed))
     shown = demonstrate(registry, Expert(registry), KinematicWorld(), instance, seed)
-    assert isinstance(shown, Shown)
+    assert isinstance(shown, RecordedDemonstration)
     return instance, shown
 
 
-def scrambled_state(instance: Instance, seed: int) -> Observation:
+def perturbed_state(instance: Instance, seed: int) -> Observation:
     world = KinematicWorld()
-    world.reset(scrambled(instance.objects, np.random.default_rng(seed)), seed)
+    world.reset(perturbed_start(instance.objects, np.random.default_rng(seed)), seed)
     return world.observe()
 
 
 def queries(registry: Registry, seed: int) -> list[Query]:
     """One about each program, in a state that has nothing to do with the demonstration's."""
     instance, shown = shown_task(registry, seed)
-    state = scrambled_state(instance, seed)
+    state = perturbed_state(instance, seed)
     blocks = [obj.name for obj in instance.objects[:2]]
     found = []
     for name, program in registry.programs.items():

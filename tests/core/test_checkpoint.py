@@ -12,7 +12,7 @@ from safetensors.torch import save_file
 from ntp_dsl.common.resources import checkpoints_folder, examples_folder, library_folder
 from ntp_dsl.core.checkpoint import Checkpoint, check_fits, load_core, save_core, strangers
 from ntp_dsl.core.memory import Memory
-from ntp_dsl.datasets.dataset import RecordingPlan, RecordingStudio
+from ntp_dsl.datasets.dataset import EpisodeRecorder, RecordingPlan
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.parsing.parser import parse
@@ -117,6 +117,6 @@ def test_no_end_configuration_of_the_authors_was_trained_on(shipped: Checkpoint,
         plan = RecordingPlan(
             Path("block_stacking"), data["task"], Path("."), seed=data["seed"], excluded=theirs
         )
-        studio = RecordingStudio(plan)
-        ours = {end_configuration(studio.instance(n).goal) for n in range(data["episodes"])}
+        recorder = EpisodeRecorder(plan)
+        ours = {end_configuration(recorder.instance(n).goal) for n in range(data["episodes"])}
         assert not ours & theirs

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ntp_dsl.core import keyframes
-from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.user_code.loading import load_with_python
@@ -20,7 +20,7 @@ def test_each_call_has_frames_of_its_own_from_the_end_of_the_one_before(example:
     for seed in range(5):
         instance = draw(registry, find_task(registry, example), np.random.default_rng(seed))
         shown = demonstrate(registry, Expert(registry), world, instance, seed)
-        assert isinstance(shown, Shown) and shown.calls is not None
+        assert isinstance(shown, RecordedDemonstration) and shown.calls is not None
         for call in shown.calls.walk():
             kept = keyframes.within(shown.demonstration, call.scope)
             for child in (each for each in call.children if each.name in registry.programs):

@@ -20,7 +20,7 @@ from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.starts import scattered
+from ntp_dsl.worlds.starts import nominal_start
 
 SEEDS = range(8)
 
@@ -91,7 +91,7 @@ def test_the_scene_is_declared_for_one_goal_the_demonstration_shows_another_and_
     demonstrated, shown = shown_task(stacking, seed)
     assert declared.goal != demonstrated.goal
     world = KinematicWorld()
-    world.reset(scattered(declared.objects, np.random.default_rng(seed)), seed)
+    world.reset(nominal_start(declared.objects, np.random.default_rng(seed)), seed)
     policy = LearnedPolicy(shipped.core, replace(shown.demonstration, origin=UNKNOWN))
     Interpreter(stacking, policy, world).run(declared.program, declared.arguments)
     state = State(stacking, world.truth())
@@ -128,7 +128,7 @@ def test_a_demonstration_that_lacks_a_object_of_the_scene_is_refused(
         ask(shipped, replace(query, demonstration=lacking))
 
 
-def test_the_core_agrees_with_the_expert_in_scrambled_states(stacking: Registry, shipped: Checkpoint) -> None:
+def test_the_core_agrees_with_the_expert_in_perturbed_starts(stacking: Registry, shipped: Checkpoint) -> None:
     expert, right, asked = Expert(stacking), 0, 0
     for seed in range(40):
         for query in queries(stacking, 100 + seed):

@@ -64,7 +64,7 @@ def test_arguments_survive_being_taken_apart_and_put_together(registry: Registry
     rng = np.random.default_rng(0)
     world, memory = KinematicWorld(), Memory.of(registry)
     instance = draw(registry, find_task(registry, "mine"), rng)
-    world.reset(instance.scrambled(rng), 0)
+    world.reset(instance.perturbed_start(rng), 0)
     for name, count in (("stack", 2), ("turned", 5), ("pick", 1)):
         arguments = random_arguments(registry[name].parameters, State(registry, world.truth()), rng)
         assert arguments is not None
@@ -94,7 +94,7 @@ def test_a_core_calls_with_records(text: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     instance = draw(registry, find_task(registry, "mine"), rng)
     world = KinematicWorld()
-    world.reset(instance.scattered(rng), 1)
+    world.reset(instance.nominal_start(rng), 1)
     policy = LearnedPolicy(core, read_demonstration(tmp_path / "episode_00000.demo.parquet"))
     call = policy.decide(policy.root(instance.program, ()), world, END)
     assert call.callee == "stack" and isinstance(call.arguments[0], Record)

@@ -8,7 +8,7 @@ import pytest
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.sizing import carries_a_load, sized
-from ntp_dsl.datasets.recording import Shown, demonstrate
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
@@ -20,7 +20,7 @@ from ntp_dsl.worlds.catalogue import make_world
 def shown(registry: Registry, world: str, seed: int = 0) -> Demonstration:
     instance = draw(registry, find_task(registry, registry.name), np.random.default_rng(seed))
     demonstration = demonstrate(registry, Expert(registry), make_world(world, registry), instance, seed)
-    assert isinstance(demonstration, Shown)
+    assert isinstance(demonstration, RecordedDemonstration)
     return demonstration.demonstration
 
 
@@ -39,10 +39,10 @@ def test_a_load_is_noticed_whatever_else_there_is_and_in_whatever_order() -> Non
     positions, closed = demonstration.relative, demonstration.closed
     order = np.random.default_rng(0).permutation(positions.shape[1])
     table = [obj.name for obj in demonstration.objects].index("table")
-    bystanders = np.repeat(positions[:, table : table + 1], 3, axis=1) + 0.1
+    distractors = np.repeat(positions[:, table : table + 1], 3, axis=1) + 0.1
     assert carries_a_load(positions, closed)
     assert carries_a_load(positions[:, order], closed)
-    assert carries_a_load(np.concatenate([positions, bystanders], axis=1), closed)
+    assert carries_a_load(np.concatenate([positions, distractors], axis=1), closed)
     assert not carries_a_load(positions, np.zeros_like(closed)), "an empty hand takes nothing along"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ntp_dsl.datasets.dataset import MOST_NEW_STATES, RecordingPlan, record, samples
-from ntp_dsl.datasets.labels import ASIDE, NAMED, NEW_OFF_STACK, with_bystander
+from ntp_dsl.datasets.labels import ASIDE, DISTRACTOR, NEW_OFF_STACK, with_distractor
 from ntp_dsl.datasets.manifest import read_manifest
 from ntp_dsl.language.loader import load
 from ntp_dsl.policies.expert import Expert, NextCall
@@ -24,11 +24,11 @@ def test_a_bystander_stands_apart_and_is_of_no_account() -> None:
     for seed in range(20):
         rng = np.random.default_rng(seed)
         instance = draw(registry, find_task(registry, "block_stacking"), rng)
-        world.reset(instance.scrambled(rng), seed)
+        world.reset(instance.perturbed_start(rng), seed)
         alone = world.truth()
-        joined = with_bystander(alone, rng)
-        assert [obj.name for obj in joined.objects] == [*(t.name for t in alone.objects), NAMED]
-        place = joined.positions[NAMED]
+        joined = with_distractor(alone, rng)
+        assert [obj.name for obj in joined.objects] == [*(t.name for t in alone.objects), DISTRACTOR]
+        place = joined.positions[DISTRACTOR]
         others = [p for name, p in alone.positions.items() if name != "table"]
         assert min(dist(place[:2], other[:2]) for other in others) > ASIDE
         for program in (p for p in registry.programs.values() if not p.takes_list):

@@ -28,7 +28,7 @@ ROWS = "    return list(zip(items, [marks[0], *items], gaps, strict=False))"
 SET_DOWN, LINE_UP, IN_THE_WAY = "set_down", "line_up", "in_the_way"
 LINK = "record Link(item: Movable, after: Place, gap: length)"
 GOAL = "rows(marks, blocks, length=2..3) -> list[Link] by python"
-OUTCOME, TRUTH = "expected an Outcome: return what world.call", "expected True or False"
+OUTCOME, TRUTH = "expected an Outcome: return that of world.call", "expected True or False"
 CALLS = "expected call(...), several of them in a list, or None"
 ERRORS = {
     # error: original text, replacement, excerpt at its location, code, and message
@@ -141,7 +141,7 @@ def test_a_number_out_of_its_range_is_an_error_of_the_expert_and_refused_of_othe
     """A learned program may err in a number: its call fails, and the run goes on."""
     registry = load_with_python(written(tmp_path))
     world = make_world(name, registry)
-    world.reset(draw(registry, find_task(registry, "in_a_row"), rng()).scattered(rng()), 0)
+    world.reset(draw(registry, find_task(registry, "in_a_row"), rng()).nominal_start(rng()), 0)
     outcome = world.call("set_down", ("block_0", "mark_0", 9.0))
     assert outcome.failure is Failure.NOT_READY and outcome.evidence == {"out of range": ["gap = 9.0"]}
     with pytest.raises(OutOfRange, match=r"gap = 9, and takes 0.08 \.\. 0.14"):

@@ -53,7 +53,7 @@ def verdict(folder: Path, moved_first: str | None) -> str:
     registry = load(path)
     rng = np.random.default_rng(0)
     instance = draw(registry, find_task(registry, "serving"), rng)
-    scene = instance.scattered(rng)
+    scene = instance.nominal_start(rng)
     world = make_world("kinematic", registry)
     world.reset(scene, 0)
     if moved_first is not None:

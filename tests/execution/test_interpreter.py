@@ -20,7 +20,7 @@ from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 
 
 class Stubborn:
-    """A policy that wants the same call for ever, unless it is told that it may not have it."""
+    """A policy that makes the same call for ever, unless it is barred."""
 
     def __init__(self, wanted: dict[str, tuple[str, tuple[Argument, ...]]]) -> None:
         self.wanted = wanted
@@ -44,14 +44,14 @@ def run(registry: Registry, policy: Stubborn, change: Callable[[KinematicWorld],
     rng = np.random.default_rng(0)
     instance = draw(registry, find_task(registry, "block_stacking"), rng)
     world = KinematicWorld()
-    world.reset(instance.scattered(rng), 0)
+    world.reset(instance.nominal_start(rng), 0)
     if change is not None:
         change(world)
     return Interpreter(registry, policy, world).run("stack", ())
 
 
 class Alternating(Stubborn):
-    """Wants one of several calls, the first that it may have; returns where it may have none."""
+    """Makes the first of several calls that is not barred; returns where all are."""
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         self.asked.append(barred)
@@ -109,7 +109,7 @@ def test_a_program_whose_calls_are_all_refused_is_unfinished_and_not_done(stacki
 
 def test_a_state_that_comes_round_again_is_the_same_state(stacking: Registry) -> None:
     rng = np.random.default_rng(0)
-    scene = draw(stacking, find_task(stacking, "block_stacking"), rng).scattered(rng)
+    scene = draw(stacking, find_task(stacking, "block_stacking"), rng).nominal_start(rng)
     world = KinematicWorld()
     world.reset(scene, 0)
     here = world.truth()

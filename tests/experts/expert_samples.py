@@ -8,26 +8,26 @@ import numpy as np
 
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.policies.expert import Expert, NextCall, View, call, first
+from ntp_dsl.policies.expert import Expert, ExpertContext, NextCall, call, first
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Record
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances
-from ntp_dsl.worlds.starts import scrambled
+from ntp_dsl.worlds.starts import perturbed_start
 
 PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement fails until luck helps
 
 
-def stack_in_python(view: View, goal: Iterable[Record]) -> list[NextCall]:
-    """What the body of `stack` says, as a function."""
+def stack_in_python(view: ExpertContext, goal: Iterable[Record]) -> list[NextCall]:
+    """Do in Python what the body of `stack` declares."""
     return first(
         call("pick_and_place", p["item"], p["support"]) for p in goal if not view.on(p["item"], p["support"])
     )
 
 
-def pick_and_place_in_python(view: View, item: str, support: str) -> NextCall:
+def pick_and_place_in_python(view: ExpertContext, item: str, support: str) -> NextCall:
     if not view.clear(support):
         return call("clear", support)
     return call("place", item, support) if view.holding(item) else call("pick", item)
@@ -39,22 +39,22 @@ def experts(registry: Registry) -> dict[str, Expert]:
 
 
 def drawn(registry: Registry, seed: int, task: str = "") -> tuple[Instance, KinematicWorld]:
-    """A goal, and a world in a scrambled state."""
+    """Return a goal, and a world in a perturbed start."""
     rng = np.random.default_rng(seed)
     name = task or ("block_stacking", "tall_towers")[seed % 2]
     instance = draw(registry, find_task(registry, name), rng)
     world = KinematicWorld()
-    world.reset(scrambled(instance.objects, rng), seed)
+    world.reset(perturbed_start(instance.objects, rng), seed)
     return instance, world
 
 
 def run_from_anywhere(
     expert: Expert, seed: int, disturbances: Disturbances, primitives: int = PRIMITIVES
 ) -> tuple[Run, bool]:
-    """A run from a scrambled state, and whether the goal holds in truth at its end."""
+    """Return a run from a perturbed start, and whether the goal holds in truth at its end."""
     rng = np.random.default_rng(seed)
     instance, world = drawn(expert.registry, seed)
-    world.reset(scrambled(instance.objects, rng), seed, disturbances)
+    world.reset(perturbed_start(instance.objects, rng), seed, disturbances)
     limits = Limits(primitives=primitives)
     interpreter = Interpreter(expert.registry, ScriptedPolicy(expert), world, limits=limits)
     run = interpreter.run(instance.program, instance.arguments)

@@ -13,7 +13,7 @@ from expert_samples import drawn, experts
 from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.policies.expert import Decision, Expert, NextCall, UndeclaredCall, View, call
+from ntp_dsl.policies.expert import Decision, Expert, ExpertContext, NextCall, UndeclaredCall, call
 from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Literal, State
 
@@ -35,7 +35,7 @@ Question = tuple[str, tuple[Argument, ...], Observation]
 
 
 def questions(registry: Registry, seed: int) -> Iterator[Question]:
-    """The root and a few programs that nobody runs, in one scrambled state."""
+    """Return the root call and calls of a few other programs, in one perturbed start."""
     instance, world = drawn(registry, seed)
     yield instance.program, instance.arguments, world.truth()
     rng = np.random.default_rng((seed, 7))
@@ -126,7 +126,7 @@ def test_a_call_that_a_program_does_not_declare_is_refused(stacking: Registry) -
 def test_a_python_expert_sees_declared_predicates_and_nothing_else(stacking: Registry) -> None:
     _, world = drawn(stacking, 1)
     state = State(stacking, world.truth())
-    view = View(stacking, state)
+    view = ExpertContext(stacking, state)
     objects = view.objects("Block")
     assert len(objects) == 10 and "table" not in objects
     assert view.clear(objects[0]) == state.holds(Literal("clear", (objects[0],)))

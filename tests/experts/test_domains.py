@@ -25,7 +25,7 @@ EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_d
 
 
 def starts(objects: int, soak: bool) -> int:
-    """How many, which is fewer where a run takes longer."""
+    """Return a number of runs, fewer where a run takes longer."""
     if objects < 30:
         return SOAKED if soak else STARTS
     return (100 if objects < 60 else 10) if soak else int(objects < 60)
@@ -33,7 +33,7 @@ def starts(objects: int, soak: bool) -> int:
 
 @pytest.mark.parametrize("slips", [0.0, 0.25])
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_an_expert_reaches_the_goal_from_any_scrambled_state(soak: bool, example: str, slips: float) -> None:
+def test_an_expert_reaches_the_goal_from_any_perturbed_start(soak: bool, example: str, slips: float) -> None:
     registry = load_with_python(example)
     policy = ScriptedPolicy(Expert(registry))
     world = make_world("kinematic", registry)
@@ -42,7 +42,7 @@ def test_an_expert_reaches_the_goal_from_any_scrambled_state(soak: bool, example
         for seed in range(starts(objects, soak)):
             rng = np.random.default_rng(seed)
             instance = draw(registry, find_task(registry, name), rng)
-            world.reset(instance.scrambled(rng), seed, Disturbances(slips=slips))
+            world.reset(instance.perturbed_start(rng), seed, Disturbances(slips=slips))
             limits = Limits(primitives=1000)
             interpreter = Interpreter(registry, policy, world, limits=limits)
             run = interpreter.run(instance.program, instance.arguments)
@@ -58,7 +58,7 @@ def test_a_drawn_goal_and_scene_hang_on_the_seed_alone(example: str) -> None:
     for task in registry.tasks.values():
         first, again = (draw(registry, task, np.random.default_rng(7)) for _ in range(2))
         assert first == again
-        scenes = [first.scattered(np.random.default_rng(8)) for _ in range(2)]
+        scenes = [first.nominal_start(np.random.default_rng(8)) for _ in range(2)]
         assert scenes[0] == scenes[1]
 
 
@@ -93,7 +93,7 @@ def test_a_sampler_in_python_can_be_held_as_well(example: str) -> None:
     assert goals(semantics=(0, 0), topology=(5, 5)) != goals(semantics=(1, 1), topology=(6, 6))
 
 
-def test_a_sampler_in_python_says_which_knobs_it_has() -> None:
+def test_a_sampler_in_python_says_which_parameters_it_has() -> None:
     registry = load_with_python("blueprint")
     task = find_task(registry, "blueprint")
     with pytest.raises(NtpError, match="the sampler '.*' has no 'topology'; its function takes rng"):
@@ -104,7 +104,7 @@ def test_a_skill_in_python_is_refused_where_what_its_api_requires_does_not_hold(
     registry = load_with_python("set_the_table")
     world, rng = make_world("kinematic", registry), np.random.default_rng(0)
     instance = draw(registry, find_task(registry, "set_the_table"), rng)
-    world.reset(instance.scattered(rng), 0)
+    world.reset(instance.nominal_start(rng), 0)
     before = world.truth()
     outcome = world.call("move_beside", ("plate_0", "left", 0.11))
     assert outcome.failure is Failure.NOT_READY and outcome.evidence == {"lacks": ["holding(any)"]}

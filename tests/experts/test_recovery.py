@@ -14,7 +14,7 @@ STARTS, SOAKED, SHARDS = 150, 2000, 5
 @pytest.mark.parametrize("shard", range(SHARDS))
 @pytest.mark.parametrize("slips", [0.0, 0.25])
 @pytest.mark.parametrize("kind", ["declared", "in Python"])
-def test_the_goal_is_reached_from_any_scrambled_state(
+def test_the_goal_is_reached_from_any_perturbed_start(
     stacking: Registry, soak: bool, kind: str, slips: float, shard: int
 ) -> None:
     expert = experts(stacking)[kind]
@@ -28,6 +28,6 @@ def test_towers_that_are_pushed_over_are_built_again(stacking: Registry, soak: b
     """A tower of five is pushed three times of four before it is up, so that this takes long."""
     expert = experts(stacking)["declared"]
     for seed in range(shard, SOAKED if soak else STARTS // 5, SHARDS):
-        trouble = Disturbances(slips=0.25, pushes=0.25)
-        run, reached = run_from_anywhere(expert, seed, trouble, primitives=3000)
+        disturbances = Disturbances(slips=0.25, pushes=0.25)
+        run, reached = run_from_anywhere(expert, seed, disturbances, primitives=3000)
         assert run.done and reached, f"seed {seed}: {run.reason}"

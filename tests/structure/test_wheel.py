@@ -51,8 +51,9 @@ def test_the_wheel_carries_the_data(contents: set[str], pattern: str) -> None:
 
 
 def test_the_wheel_carries_the_examples_inside_the_package(contents: set[str]) -> None:
-    wanted = {f"ntp_dsl/{path.relative_to(ROOT)}" for path in ROOT.glob("examples/*/*.ntp")}
-    assert wanted and wanted <= contents
+    for kind in ("ntp", "py", "urdf"):
+        wanted = {f"ntp_dsl/{path.relative_to(ROOT)}" for path in ROOT.glob(f"examples/*/*.{kind}")}
+        assert wanted and wanted <= contents
 
 
 def test_the_wheel_carries_every_module_and_nothing_else(contents: set[str]) -> None:

@@ -36,10 +36,10 @@ from ntp_dsl.traces.schema import (
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Scene
-from ntp_dsl.worlds.starts import scrambled
+from ntp_dsl.worlds.starts import perturbed_start
 
 HERE = Path("a.trace.jsonl")
-TROUBLE = Disturbances(slips=0.3, pushes=0.3)
+DISTURBED = Disturbances(slips=0.3, pushes=0.3)
 
 
 HEADER = b'{"format": "ntp-trace", "version": 3}\n'
@@ -156,9 +156,9 @@ VERSION_2 += b"\n"
 def start_episode(registry: Registry, seed: int) -> tuple[KinematicWorld, Scene]:
     rng = np.random.default_rng(seed)
     instance = draw(registry, find_task(registry, "few_placements"), rng)
-    scene = scrambled(instance.objects, rng)
+    scene = perturbed_start(instance.objects, rng)
     world = KinematicWorld()
-    world.reset(scene, seed, TROUBLE)
+    world.reset(scene, seed, DISTURBED)
     return world, scene
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ntp_dsl.datasets.recording import Shown, demonstrate, header
+from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate, header
 from ntp_dsl.execution.interpreter import Interpreter, Limits
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
@@ -23,10 +23,10 @@ from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, End, Ending, Header, Po
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances
-from ntp_dsl.worlds.starts import scrambled
+from ntp_dsl.worlds.starts import perturbed_start
 
 HERE = Path("a.trace.jsonl")
-TROUBLE = Disturbances(slips=0.3, pushes=0.3)
+DISTURBED = Disturbances(slips=0.3, pushes=0.3)
 CUBE = SceneObject("block_0", "Block", (0.05, 0.05, 0.05))
 SEEN = Observation((CUBE,), {"block_0": (0.5, 0.0, 0.025)}, (0.4, 0.0, 0.4), False)
 
@@ -45,11 +45,11 @@ def recorded(registry: Registry, seed: int, task: str = "few_placements", primit
     instance = draw(registry, find_task(registry, task), rng)
     world, expert = KinematicWorld(), Expert(registry)
     recorded = demonstrate(registry, expert, world, instance, seed)
-    world.reset(scrambled(instance.objects, rng), seed, TROUBLE)
+    world.reset(perturbed_start(instance.objects, rng), seed, DISTURBED)
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(header(registry, instance, seed, PolicyKind.SCRIPTED))
-    policy = ScriptedPolicy(expert, recorded.calls if isinstance(recorded, Shown) else None)
+    policy = ScriptedPolicy(expert, recorded.calls if isinstance(recorded, RecordedDemonstration) else None)
     limits = Limits(primitives=primitives)
     run = Interpreter(registry, policy, world, writer, limits).run(instance.program, instance.arguments)
     writer.end(run.end())

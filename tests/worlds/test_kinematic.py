@@ -12,9 +12,9 @@ from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene
 from ntp_dsl.worlds.scenes import movable
-from ntp_dsl.worlds.starts import REGION, SPACING, scattered, scrambled
+from ntp_dsl.worlds.starts import REGION, SPACING, nominal_start, perturbed_start
 
-TROUBLE = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
+DISTURBED = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
 SIZE = (0.05, 0.05, 0.05)
 THINGS = (
     *(SceneObject(name, "Block", SIZE) for name in "abc"),
@@ -28,9 +28,9 @@ PLACES: dict[str, Vector] = {
 }
 
 
-def world(seed: int = 0, trouble: Disturbances | None = None, **scene: object) -> KinematicWorld:
+def world(seed: int = 0, disturbances: Disturbances | None = None, **scene: object) -> KinematicWorld:
     made = KinematicWorld()
-    made.reset(Scene(THINGS, PLACES, **scene), seed, trouble or Disturbances())  # type: ignore[arg-type]
+    made.reset(Scene(THINGS, PLACES, **scene), seed, disturbances or Disturbances())  # type: ignore[arg-type]
     return made
 
 
@@ -41,10 +41,10 @@ def objects() -> tuple[SceneObject, ...]:
 
 
 def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
-    """Primitives at random from a scrambled state; what is seen after each and meanwhile."""
+    """Carry out random primitives from a perturbed start; yield the observations after each and meanwhile."""
     rng = np.random.default_rng(seed)
     made = KinematicWorld()
-    made.reset(scrambled(objects(), rng), seed, TROUBLE)
+    made.reset(perturbed_start(objects(), rng), seed, DISTURBED)
     seen: list[Observation] = []
     made.on_frame = seen.append
     names = [obj.name for obj in objects()]
@@ -58,7 +58,7 @@ def blunder(seed: int) -> tuple[KinematicWorld, list[Observation]]:
 
 
 def assert_nothing_floats(seen: Observation) -> None:
-    """What is not in hand rests on the table or on something right below it."""
+    """Assert that every object but the held one rests on the table or on an object right below it."""
     items = {obj.name: seen.positions[obj.name] for obj in movable(seen.objects)}
     tool = np.array(seen.gripper)
     for name, place in items.items():
@@ -101,7 +101,7 @@ def test_time_passes_frame_by_frame() -> None:
 
 
 def test_a_slip_is_said_and_leaves_the_hand_empty() -> None:
-    made = world(trouble=Disturbances(slips=1.0))
+    made = world(disturbances=Disturbances(slips=1.0))
     made.call("move_to", ("a",))
     made.call("grasp", ("a",))
     outcome = made.call("move_to", ("c",))
@@ -112,7 +112,7 @@ def test_a_slip_is_said_and_leaves_the_hand_empty() -> None:
 
 
 def test_a_push_topples_what_was_built_and_says_so() -> None:
-    made = world(trouble=Disturbances(pushes=1.0))
+    made = world(disturbances=Disturbances(pushes=1.0))
     for api, arguments in [("move_to", ("a",)), ("grasp", ("a",)), ("move_to", ("b",))]:
         made.call(api, arguments)
     outcome = made.call("release", ())
@@ -130,7 +130,7 @@ def test_slips_are_as_frequent_as_was_asked(share: float) -> None:
 
 
 def test_noise_is_seen_and_changes_nothing() -> None:
-    made = world(trouble=Disturbances(noise=0.003))
+    made = world(disturbances=Disturbances(noise=0.003))
     truth = made.truth()
     shifts = [
         np.array(made.observe().positions[name]) - truth.positions[name] for _ in range(200) for name in "abc"
@@ -157,8 +157,8 @@ def test_what_cannot_be_done_is_said_with_a_reason(
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_scattered_objects_stand_apart_and_within_reach(seed: int) -> None:
-    scene = scattered(objects(), np.random.default_rng(seed))
+def test_objects_of_a_nominal_start_stand_apart_and_within_reach(seed: int) -> None:
+    scene = nominal_start(objects(), np.random.default_rng(seed))
     places = np.array([scene.positions[obj.name][:2] for obj in movable(objects())])
     assert (places >= [REGION[0][0], REGION[1][0]]).all()
     assert (places <= [REGION[0][1], REGION[1][1]]).all()
@@ -166,8 +166,8 @@ def test_scattered_objects_stand_apart_and_within_reach(seed: int) -> None:
     assert gaps.min() >= SPACING
 
 
-def test_scrambled_starts_have_towers_buried_objects_and_full_hands() -> None:
-    scenes = [scrambled(objects(), np.random.default_rng(seed)) for seed in range(100)]
+def test_perturbed_starts_have_towers_buried_objects_and_full_hands() -> None:
+    scenes = [perturbed_start(objects(), np.random.default_rng(seed)) for seed in range(100)]
     heights = [max(place[2] for place in scene.positions.values()) for scene in scenes]
     assert 10 < sum(scene.held is not None for scene in scenes) < 60
     assert sum(height > 0.12 for height in heights) > 30

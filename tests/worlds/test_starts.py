@@ -55,7 +55,7 @@ def starts(folder: Path, scene: str, seed: int) -> Scene:
     path.write_text(LIBRARY.format(scene=scene))
     registry = load(path)
     rng = np.random.default_rng(seed)
-    return draw(registry, find_task(registry, "filling"), rng).scattered(rng)
+    return draw(registry, find_task(registry, "filling"), rng).nominal_start(rng)
 
 
 def test_a_tray_that_is_a_constant_carries_what_starts_on_it(tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_a_long_tray_stands_where_it_is_told_to(tmp_path: Path, size: str) -> No
 
 
 def overlap(scene: Scene, a: str, b: str) -> bool:
-    """Whether two objects take up some of the same room."""
+    """Return whether two objects overlap."""
     gaps = [
         abs(scene.positions[a][axis] - scene.positions[b][axis])
         - (scene.by_name[a].size[axis] + scene.by_name[b].size[axis]) / 2

@@ -24,7 +24,7 @@ from ntp_dsl.cli.options import (
     varied,
 )
 from ntp_dsl.datasets.dataset import RecordingPlan, record
-from ntp_dsl.datasets.recording import TROUBLE
+from ntp_dsl.datasets.recording import PERTURBATION_RATE
 from ntp_dsl.language.diagnostics.diagnostics import TaskFailed
 from ntp_dsl.tasks.instances import Configuration, configuration
 from ntp_dsl.tasks.task_files import read_tasks
@@ -46,7 +46,7 @@ def command(
             max=1,
             help="Probability of slips, pushes and wrong subprograms, per primitive.",
         ),
-    ] = TROUBLE,
+    ] = PERTURBATION_RATE,
     exclude: Annotated[
         list[Path] | None,
         typer.Option(help="A task file whose goal configurations are never drawn; may be repeated."),

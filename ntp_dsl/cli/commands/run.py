@@ -29,7 +29,7 @@ from ntp_dsl.cli.options import (
     varied,
 )
 from ntp_dsl.common.files import episode_files
-from ntp_dsl.datasets.recording import Shown
+from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
@@ -73,14 +73,18 @@ def command(
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
     evaluator = Evaluator(plan)
-    recorded = Shown(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
+    recorded = (
+        RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
+    )
     if recorded is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
     run_episode(evaluator, recorded, out, json)
     return 0
 
 
-def run_episode(evaluator: Evaluator, recorded: Shown | None, out: Path | None, json: bool) -> None:
+def run_episode(
+    evaluator: Evaluator, recorded: RecordedDemonstration | None, out: Path | None, json: bool
+) -> None:
     """Run one episode and show its calls. Raises `TaskFailed` with the reason where it fails."""
     camera = _camera(evaluator, out)
     episode = evaluator.episode(

@@ -29,7 +29,6 @@ SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "cylinder": ("diameter", "height"),
     "bowl": ("diameter", "height"),
     "bin": ("length", "width", "height"),
-    "fork": ("length",),
     "mesh": ("file", "length", "width", "height"),
     "urdf": ("file", "length", "width", "height"),
 }
