@@ -26,6 +26,8 @@ from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation import episode_parts
 from ntp_dsl.evaluation.success import Verdict
 from ntp_dsl.execution.interpreter import Run
+from ntp_dsl.graph import calls
+from ntp_dsl.graph.picture import CallPicture
 from ntp_dsl.language import loader
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -36,7 +38,9 @@ from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import Instance, find_task
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import PolicyKind, Trace
+from ntp_dsl.traces.schema import PolicyKind
+from ntp_dsl.traces.sources import library_sources
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import with_functions, with_python
 from ntp_dsl.worlds.catalogue import equip, make_world
@@ -94,6 +98,15 @@ def load_text(text: str, functions: Sequence[Callable[..., Any]] = (), name: str
     Raises `SourceError`, which carries every diagnostic, where it is not sound.
     """
     return with_functions(loader.load_text(text, name), functions)
+
+
+def call_graph(registry: Registry, program: str | None = None) -> CallPicture:
+    """Return who calls whom in a library, as a picture.
+
+    Args:
+        program: shows this one and what it calls, and no other.
+    """
+    return CallPicture(calls.call_graph(registry, program))
 
 
 def draw(registry: Registry, task: str, seed: int = 0) -> Task:
@@ -192,7 +205,7 @@ def run(
         policy,
         world,
         TraceWriter(stream),
-        with_fields(facts, sources=_sources(task.registry), disturbances=disturbances),
+        with_fields(facts, sources=library_sources(task.registry), disturbances=disturbances),
         task.seed,
         FIRST,
         disturbances,
@@ -201,12 +214,6 @@ def run(
     trace = parse_trace(stream.getvalue().encode(), Path(task.name))
     assert done.verdict is not None, "a task that was drawn has a goal"
     return Episode(task, done.run, done.verdict, trace)
-
-
-def _sources(registry: Registry) -> dict[str, str]:
-    """Return the text of the library and of what it uses, as far as it comes from files."""
-    paths = {row.span.path for row in registry.programs.values() if row.span.path}
-    return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths) if path.is_file()}
 
 
 def _equipped(world: World | None, registry: Registry) -> World:

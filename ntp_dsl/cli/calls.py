@@ -9,8 +9,9 @@ from rich.text import Text
 
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import format_call, printable
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.times import Times
+from ntp_dsl.traces.trace import Trace
 
 BAR = 12  # [characters] for the whole demonstration
 COLOURS = {"done": "green", "achieved": "green", "unfinished": "yellow"}

@@ -16,7 +16,8 @@ from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.policies.scripted import counterpart, shown_anywhere
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
-from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall, Trace
+from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall
+from ntp_dsl.traces.trace import Trace
 
 OFF_STACK = 2  # queries about programs off the stack, for each state
 NEW_OFF_STACK = 8  # the same, for each new state

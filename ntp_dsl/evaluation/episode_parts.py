@@ -31,7 +31,7 @@ REDRAWS = 100  # of a goal that holds from the start
 
 
 class NoDemonstration(TaskFailed):
-    """The expert could not show the task, so there is nothing to learn it from."""
+    """The expert failed to demonstrate the task."""
 
 
 def drawn_instance(
@@ -43,7 +43,7 @@ def drawn_instance(
         instance = draw(registry, task, np.random.default_rng((seed, number, 0, *again)), varied)
         if not instance.holds_in(registry, starting_scene(instance, seed, number)):
             return instance
-    raise NtpError(f"all of {REDRAWS} goals that were drawn for '{task.name}' hold from the start")
+    raise NtpError(f"all {REDRAWS} goals that were drawn for '{task.name}' hold at the start")
 
 
 def starting_scene(instance: Instance, seed: int, number: int) -> Scene:
@@ -64,7 +64,7 @@ def demonstration(
         if isinstance(shown, RecordedDemonstration):
             return shown, attempt + 1
         reason = shown.reason
-    raise NoDemonstration(f"the expert failed at {ATTEMPTS} demonstrations of {instance.name}: {reason}")
+    raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
 
 
 @dataclass(frozen=True)

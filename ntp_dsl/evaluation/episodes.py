@@ -5,39 +5,40 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
-import numpy as np
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.files import episode_files
-from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
-from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate, header
+from ntp_dsl.datasets.recording import RecordedDemonstration, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
-from ntp_dsl.evaluation.success import Verdict, judge
-from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
+from ntp_dsl.evaluation.episode_parts import (
+    ATTEMPTS,
+    NoDemonstration,
+    OnFrame,
+    carry_out,
+    demonstration,
+    drawn_instance,
+)
+from ntp_dsl.execution.interpreter import Watcher
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Observation, Record
+from ntp_dsl.semantics.observation import Record
 from ntp_dsl.tasks.goal_samplers import Goal
-from ntp_dsl.tasks.instances import Instance, draw, enough_primitives, find_task, from_file
-from ntp_dsl.traces.schema import Attribution, End, Header, PolicyKind
+from ntp_dsl.tasks.instances import Instance, find_task, from_file
+from ntp_dsl.traces.schema import Attribution, Header, PolicyKind
+from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
-from ntp_dsl.worlds.protocol import Disturbances, Scene
-
-OnFrame = Callable[[Observation], str | None]  # returns the path of a picture, if it took one
-ATTEMPTS = 5  # at a demonstration, each from a different placement
-REDRAWS = 100  # of a goal that holds from the start
+from ntp_dsl.worlds.protocol import Disturbances
 
 
 @dataclass(frozen=True)
@@ -77,10 +78,6 @@ class Episode:
     planning_seconds: float = field(default=0.0, compare=False)
 
 
-class NoDemonstration(TaskFailed):
-    """The expert failed to demonstrate the task."""
-
-
 class Evaluator:
     """The library, policy and world of one process. Episode n depends only on the plan and n."""
 
@@ -111,31 +108,15 @@ class Evaluator:
         """Return the instance of an episode: from the task file, cyclically, or drawn until work is left."""
         if self._file:
             return self._file[number % len(self._file)]
-        for attempt in range(REDRAWS):
-            again = (attempt,) if attempt else ()
-            rng = np.random.default_rng((self.plan.seed, number, 0, *again))
-            drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
-            if not drawn.holds_in(self.registry, self.scene(drawn, number)):
-                return drawn
-        raise NtpError(f"all {REDRAWS} goals that were drawn for '{self.plan.task}' hold at the start")
-
-    def scene(self, instance: Instance, number: int) -> Scene:
-        """Return the start of an episode."""
-        return instance.nominal_start(np.random.default_rng((self.plan.seed, number, 1)))
+        varied = dict(self.plan.varied)
+        return drawn_instance(self.registry, self.task, self.plan.seed, number, varied)
 
     def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """Return the expert's demonstration from another placement, and the number of attempts.
 
         Raises `NoDemonstration` where all attempts fail.
         """
-        reason = ""
-        for attempt in range(ATTEMPTS):
-            seed = derived(self.plan.seed, number, 2, attempt)
-            recorded = demonstrate(self.registry, self.expert, self.world, instance, seed)
-            if isinstance(recorded, RecordedDemonstration):
-                return recorded, attempt + 1
-            reason = recorded.reason
-        raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
+        return demonstration(self.registry, self.expert, self.world, instance, self.plan.seed, number)
 
     def policy(self, recorded: RecordedDemonstration | None) -> Policy:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
@@ -170,16 +151,21 @@ class Evaluator:
             except NoDemonstration as failure:
                 if self.is_learned:
                     return _without_demonstration(number, instance, failure)
-        scene = self.scene(instance, number)
         with traced(self.plan.traces, number) as writer:
-            writer.header(self._header(instance, number, recorded))
-            started = perf_counter()
-            self.world.reset(scene, derived(self.plan.seed, number, 3), self.plan.disturbances)
-            run = self._run(instance, writer, self.policy(recorded), watch, on_frame)
-            wall = perf_counter() - started
-            simulated = self.world.time
-            verdict = judge(self.registry, self.world, instance, scene, run) if instance.goal else None
-            writer.end(_end(run, verdict))
+            done = carry_out(
+                self.registry,
+                instance,
+                self.policy(recorded),
+                self.world,
+                writer,
+                self._header(instance, number, recorded),
+                self.plan.seed,
+                number,
+                self.plan.disturbances,
+                watch,
+                on_frame,
+            )
+        run, verdict = done.run, done.verdict
         return Episode(
             number,
             instance.name,
@@ -189,19 +175,13 @@ class Evaluator:
             verdict.attributed_to if verdict else None,
             verdict.reason if verdict else run.reason,
             run.primitives,
-            round(simulated, 3),
+            round(done.simulated_seconds, 3),
             run.disturbances,
             attempts if self.is_learned else 0,
-            wall,
+            done.wall_seconds,
             run.deciding_seconds,
             run.planning_seconds,
         )
-
-    @cached_property
-    def _sources(self) -> dict[str, str]:
-        """The texts of the library and of those it uses, for the statements that a trace refers to."""
-        paths = {row.span.path for row in self.registry.programs.values() if row.span.path}
-        return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
     def _header(self, instance: Instance, number: int, recorded: RecordedDemonstration | None) -> Header:
         """Return the header of a trace, and write the demonstration beside the trace."""
@@ -214,40 +194,13 @@ class Evaluator:
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
             demonstration=reference,
-            sources=self._sources,
+            sources=library_sources(self.registry),
             episode=number,
             world=self.plan.world,
             arm=self.plan.arm,
             model=str(self.plan.model) if self.plan.model else None,
             disturbances=self.plan.disturbances,
         )
-
-    def _run(
-        self,
-        instance: Instance,
-        writer: TraceWriter,
-        policy: Policy,
-        watch: Watcher | None,
-        on_frame: OnFrame | None,
-    ) -> Run:
-        def frame(seen: Observation) -> None:
-            number = writer.frame(self.world.time, seen)
-            if on_frame is not None and (picture := on_frame(seen)):
-                writer.picture(number, picture)
-
-        self.world.on_frame = frame
-        interpreter = Interpreter(
-            self.registry,
-            policy,
-            self.world,
-            writer,
-            limits=Limits(primitives=enough_primitives(instance)),
-            watch=watch,
-            frame_number=lambda: writer.frames,
-        )
-        run = interpreter.run(instance.program, instance.arguments)
-        self.world.on_frame = None
-        return run
 
 
 @contextmanager
@@ -256,17 +209,6 @@ def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
     path = episode_files(folder, number)[0] if folder else None
     with path.open("w", encoding="utf-8") if path else nullcontext() as stream:
         yield TraceWriter(stream)
-
-
-def _end(run: Run, verdict: Verdict | None) -> End:
-    if verdict is None:
-        return run.end()
-    return with_fields(
-        run.end(),
-        success=verdict.success,
-        attributed_to=verdict.attributed_to,
-        verdict=verdict.reason,
-    )
 
 
 def _without_demonstration(number: int, instance: Instance, failure: NoDemonstration) -> Episode:

@@ -11,7 +11,8 @@ from ntp_dsl.policies.protocol import Barred, Frame, Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy, counterpart
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.traces.decision import NO_DECISION, Answer, Decision
-from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, DemonstratedCall, PolicyKind, Trace
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, DemonstratedCall, PolicyKind
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import World
 

@@ -30,21 +30,13 @@ class Node:
         return " ".join(self.docstring.split("\n\n")[0].split())
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class CallGraph:
-    """Who calls whom in a library; a notebook shows it as a picture."""
+    """Who calls whom in a library."""
 
     name: str
     nodes: tuple[Node, ...]  # tasks, then programs from the roots down, then apis
     edges: tuple[Edge, ...]
-
-    def __repr__(self) -> str:
-        return f"<CallGraph of {self.name}: {len(self.nodes)} nodes, {len(self.edges)} calls>"
-
-    def _repr_svg_(self) -> str:
-        from ntp_dsl.graph.svg import draw
-
-        return draw(self)
 
     def node(self, key: str) -> Node:
         return next(node for node in self.nodes if node.key == key)

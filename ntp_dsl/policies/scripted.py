@@ -9,7 +9,8 @@ from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import check_ranges
 from ntp_dsl.traces.decision import Decision
-from ntp_dsl.traces.schema import Call, DemonstratedCall, PolicyKind, Trace
+from ntp_dsl.traces.schema import Call, DemonstratedCall, PolicyKind
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.worlds.protocol import World
 
 

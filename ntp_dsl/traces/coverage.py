@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.failure_attribution import attribute_all
-from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Attribution, Call
+from ntp_dsl.traces.trace import Trace
 
 
 @dataclass
@@ -47,7 +48,7 @@ class Coverage:
     def add(self, trace: Trace) -> None:
         """Count the calls of statements, and the returns of programs."""
         self.traces += 1
-        for call, attribution in zip(trace.calls, attribute_all(trace), strict=True):
+        for call, attribution in zip(trace.calls, attribute_all(trace.calls), strict=True):
             if call.parent != ROOT and (place := call.decision.source):
                 self.lines[place].count(call, attribution, call.decision.probability)
             if call.return_decision and (place := call.return_decision.source):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallOutcome, Trace
+from collections.abc import Sequence
+
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallOutcome
 
 ATTRIBUTION_OF_OUTCOME = {
     CallOutcome.NO_IK: Attribution.PLANNER,
@@ -28,14 +30,14 @@ def attribute_call(call: Call) -> Attribution | None:
     return ATTRIBUTION_OF_OUTCOME.get(call.outcome, Attribution.DECISION)
 
 
-def attribute_all(trace: Trace) -> list[Attribution | None]:
+def attribute_all(calls: Sequence[Call]) -> list[Attribution | None]:
     """Return the attribution of every call, by number.
 
     An unfinished program has that of the last failed primitive below it.
     """
-    attributions = [attribute_call(call) for call in trace.calls]
+    attributions = [attribute_call(call) for call in calls]
     last: list[Attribution | None] = [None] * len(attributions)  # of the primitives below each call
-    for call in reversed(trace.calls):
+    for call in reversed(calls):
         if call.is_program:
             if attributions[call.id]:
                 attributions[call.id] = last[call.id] or attributions[call.id]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import format_call, headline, printable
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.schema import ROOT, Call, End, Header
 
 if TYPE_CHECKING:
     import pandas
@@ -15,29 +15,29 @@ if TYPE_CHECKING:
 LINES = 60  # beyond so many, an outline is cut
 
 
-def outline(trace: Trace) -> str:
+def outline(header: Header, calls: Sequence[Call], end: End | None) -> str:
     """Return the call tree, a line a call, with what each came to."""
-    lines = list(_lines(trace))
+    lines = list(_lines(calls))
     more = [f"... {len(lines) - LINES} more calls"] if len(lines) > LINES else []
-    end = "cut off" if trace.end is None else printable(f"{trace.end.ending} {trace.end.verdict}".strip())
-    return "\n".join([headline(trace), *lines[:LINES], *more, end])
+    ended = "cut off" if end is None else printable(f"{end.ending} {end.verdict}".strip())
+    return "\n".join([headline(header), *lines[:LINES], *more, ended])
 
 
-def _lines(trace: Trace) -> Iterator[str]:
-    for call, depth in zip(trace.calls, depths(trace), strict=True):
+def _lines(calls: Sequence[Call]) -> Iterator[str]:
+    for call, depth in zip(calls, depths(calls), strict=True):
         sure = f"  p={p:.2f}" if (p := call.decision.probability) is not None else ""
         yield f"{'  ' * depth}{format_call(call)}  {call.outcome or 'cut off'}{sure}"
 
 
-def depths(trace: Trace) -> list[int]:
+def depths(calls: Sequence[Call]) -> list[int]:
     """Return how deep each call lies, the root's at 0."""
     found: list[int] = []
-    for call in trace.calls:
+    for call in calls:
         found.append(0 if call.parent == ROOT else found[call.parent] + 1)
     return found
 
 
-def dataframe(trace: Trace) -> pandas.DataFrame:
+def dataframe(calls: Sequence[Call]) -> pandas.DataFrame:
     """Return a row for each call. Needs pandas, of the extra `notebook`."""
     import pandas
 
@@ -62,6 +62,6 @@ def dataframe(trace: Trace) -> pandas.DataFrame:
             "moving_seconds": call.execution.moving,
             "disturbances": ", ".join(call.execution.disturbances),
         }
-        for call, depth in zip(trace.calls, depths(trace), strict=True)
+        for call, depth in zip(calls, depths(calls), strict=True)
     ]
     return pandas.DataFrame(rows).set_index("id")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Frames
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.schema import Call, Header
 
 MAX_LIST_ITEMS = 3  # of a list in a text
 
@@ -33,9 +33,8 @@ def format_invocation(name: str, arguments: tuple[Argument, ...]) -> str:
     return printable(f"{name}({', '.join(map(format_argument, arguments))})")
 
 
-def headline(trace: Trace) -> str:
+def headline(header: Header) -> str:
     """Return the origin of a trace in one line."""
-    header = trace.header
     origin = {
         "library": header.library or None,
         "task": header.task or None,

@@ -24,7 +24,8 @@ from ntp_dsl.traces.events import (
     StateEvent,
 )
 from ntp_dsl.traces.old_versions import OLDEST, Upgrade
-from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, End, Header, Motion, Trace
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, End, Header, Motion
+from ntp_dsl.traces.trace import Trace
 
 EVENTS: dict[str, type[Any]] = {
     "header": Header,

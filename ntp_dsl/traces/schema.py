@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
+from ntp_dsl.semantics.observation import Argument, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 FORMAT = "ntp-trace"
 VERSION = 3
@@ -202,71 +200,3 @@ class Motion:
     positions: Mapping[str, Vector]  # of the objects that moved
     gripper: Vector
     closed: bool
-
-
-@dataclass(repr=False)
-class Trace:
-    """A trace read back; a notebook shows its call tree."""
-
-    header: Header
-    calls: list[Call] = field(default_factory=list)
-    states: Sequence[Observation] = ()
-    motions: list[Motion] = field(default_factory=list)
-    pictures: list[tuple[int, str]] = field(
-        default_factory=list
-    )  # frame, path relative to the trace's folder
-    end: End | None = None  # None where the writer was cut off
-
-    @cached_property
-    def _children(self) -> list[list[int]]:
-        """Return the numbers of the calls that each call made; those of the root come last."""
-        children: list[list[int]] = [[] for _ in range(len(self.calls) + 1)]
-        for call in self.calls:
-            children[call.parent].append(call.id)
-        return children
-
-    def children(self, parent: int) -> list[Call]:
-        """Return the calls that a call made, or the root calls for `ROOT`."""
-        return [self.calls[number] for number in self._children[parent]]
-
-    def ancestors(self, number: int) -> Iterator[Call]:
-        """Yield the call, its caller, and so on to the root."""
-        while number != ROOT:
-            call = self.calls[number]
-            yield call
-            number = call.parent
-
-    def events(self) -> Iterator[tuple[Call, bool]]:
-        """Yield calls and returns in order of execution, each with whether it is a return."""
-        running: list[Call] = []
-        for call in self.calls:
-            while running and running[-1].id != call.parent:
-                yield running.pop(), True
-            yield call, False
-            running.append(call)
-        yield from ((call, True) for call in reversed(running) if call.outcome)
-
-    @property
-    def is_replayed(self) -> bool:
-        """Whether it records a policy's answers at every state of another trace."""
-        return self.header.policy is PolicyKind.REPLAYED
-
-    @property
-    def is_learned(self) -> bool:
-        """Whether a learned core decided or answered."""
-        return self.header.policy is PolicyKind.LEARNED or self.header.model is not None
-
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return a row for each call: see `outline.dataframe`. Needs pandas, of the extra `notebook`."""
-        from ntp_dsl.traces.outline import dataframe
-
-        return dataframe(self)
-
-    def __repr__(self) -> str:
-        ended = "cut off" if self.end is None else str(self.end.ending)
-        return f"<Trace of {self.header.task or 'a run'}: {len(self.calls)} calls, {ended}>"
-
-    def _repr_html_(self) -> str:
-        from ntp_dsl.traces.outline import outline
-
-        return f"<pre>{escape(outline(self))}</pre>"

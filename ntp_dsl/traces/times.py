@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.trace import Trace
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.coverage import Coverage
 from ntp_dsl.traces.failure_attribution import attribute_all
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Call, CallKind, CallOutcome, Trace
+from ntp_dsl.traces.schema import ROOT, Call, CallKind, CallOutcome
+from ntp_dsl.traces.trace import Trace
 
 EVAL = "eval block_stacking few_placements --episodes 4 --slips .6 --seed 3".split()
 
@@ -119,5 +120,5 @@ def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> Non
         Call(3, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("unfinished")),
         Call(4, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("done")),
     ]
-    assert attribute_all(Trace({}, calls=calls)) == ["planner", "grasp", "planner", "decision", None]
+    assert attribute_all(calls) == ["planner", "grasp", "planner", "decision", None]
     assert Coverage().lines == {}

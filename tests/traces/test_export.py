@@ -20,8 +20,9 @@ from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.schema import ROOT
 from ntp_dsl.traces.times import inclusive_times
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 
 RUN = "run block_stacking few_placements --world kinematic --slips .3 --seed 3".split()

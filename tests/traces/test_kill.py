@@ -18,7 +18,7 @@ from trees import headed
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 
 RUN = "run block_stacking tall_towers --slips .4 --pushes .2 --seed 3"

@@ -21,7 +21,7 @@ from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import World
 

@@ -23,16 +23,8 @@ from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, R
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision, FactProbability
 from ntp_dsl.traces.reader import parse_trace, read_trace
-from ntp_dsl.traces.schema import (
-    ROOT,
-    Attribution,
-    Call,
-    CallOutcome,
-    Ending,
-    Execution,
-    PolicyKind,
-    Trace,
-)
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallOutcome, Ending, Execution, PolicyKind
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances, Scene

@@ -21,15 +21,8 @@ from ntp_dsl.traces.page.document import NO_ROW
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.page.page_rows import page_rows
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import (
-    ROOT,
-    DemonstratedCall,
-    DemonstrationReference,
-    End,
-    Ending,
-    Execution,
-    Trace,
-)
+from ntp_dsl.traces.schema import ROOT, DemonstratedCall, DemonstrationReference, End, Ending, Execution
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>&\"'\u2028"

@@ -19,7 +19,8 @@ from ntp_dsl.semantics.observation import Argument, Observation, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, End, Ending, Header, PolicyKind, Trace
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, End, Ending, Header, PolicyKind
+from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Disturbances

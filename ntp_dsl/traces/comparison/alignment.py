@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from ntp_dsl.traces.comparison.comparison_rules import Rules
 from ntp_dsl.traces.comparison.longest_common_subsequence import common_subsequence
-from ntp_dsl.traces.schema import ROOT, Trace
+from ntp_dsl.traces.schema import ROOT
+from ntp_dsl.traces.trace import Trace
 
 MAX_CELLS = 400_000  # of dynamic programming in one alignment; beyond it, costs are estimated
 MAX_GAP_CELLS = (

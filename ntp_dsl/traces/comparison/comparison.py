@@ -9,7 +9,8 @@ from ntp_dsl.traces.comparison.alignment import Level
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.confidence import Confidence
 from ntp_dsl.traces.decision import Answer
-from ntp_dsl.traces.schema import Attribution, Trace
+from ntp_dsl.traces.schema import Attribution
+from ntp_dsl.traces.trace import Trace
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from enum import StrEnum
 
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Frames
-from ntp_dsl.traces.schema import Call, CallOutcome, Trace
+from ntp_dsl.traces.schema import Call, CallOutcome
+from ntp_dsl.traces.trace import Trace
 
 MIN_SCOPE_OVERLAP = 0.5  # intersection over union of two scopes that count as the same
 NUMBER_TOLERANCE = 0.01  # between numbers that count as the same [SI]

@@ -14,7 +14,8 @@ from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.comparison.teacher_forcing import disagreements
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.failure_attribution import attribute_call
-from ntp_dsl.traces.schema import ROOT, Attribution, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Attribution, Call
+from ntp_dsl.traces.trace import Trace
 
 STATE_TOLERANCE = 0.01  # [m] between positions in two states that count as the same
 

@@ -9,7 +9,8 @@ from ntp_dsl.traces.comparison.comparison import Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind, Rules
 from ntp_dsl.traces.comparison.confidence import confidence
 from ntp_dsl.traces.decision import Answer, Decision
-from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallKind, Trace
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, CallKind
+from ntp_dsl.traces.trace import Trace
 
 
 def disagreements(a: Trace, b: Trace, rules: Rules) -> list[Divergence]:

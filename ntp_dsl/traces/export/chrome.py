@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ntp_dsl.traces.phrases import format_call, headline
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.schema import Call
+from ntp_dsl.traces.trace import Trace
 
 Event = dict[str, Any]
 MIN_DURATION = 1  # [µs] of a slice, so that it is visible
@@ -26,7 +27,7 @@ def _events(trace: Trace, process: int) -> list[Event]:
     """Return the events by begin: of two slices with one span, readers take the first as the outer."""
     place = {"pid": process, "tid": 1}
     events: list[Event] = [
-        {"ph": "M", "name": "process_name", "args": {"name": headline(trace)}, **place},
+        {"ph": "M", "name": "process_name", "args": {"name": headline(trace.header)}, **place},
         {"ph": "M", "name": "thread_name", "args": {"name": "calls"}, **place},
     ]
     clock = 0

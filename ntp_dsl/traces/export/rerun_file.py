@@ -11,7 +11,8 @@ from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.traces.page.page_calls import motion
 from ntp_dsl.traces.page.page_pictures import pictures
 from ntp_dsl.traces.phrases import format_call
-from ntp_dsl.traces.schema import ROOT, Call, Trace
+from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.trace import Trace
 
 APPLICATION = "ntp_dsl"
 FRAME, TIME = "frame", "time"  # timelines: a number, and seconds of the robot's clock

@@ -30,9 +30,10 @@ from ntp_dsl.traces.page.page_calls import finite, motion, page_call
 from ntp_dsl.traces.page.page_pictures import pictures
 from ntp_dsl.traces.page.page_rows import page_rows
 from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline
-from ntp_dsl.traces.schema import ROOT, DemonstratedCall, Trace
+from ntp_dsl.traces.schema import ROOT, DemonstratedCall
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import inclusive_times
+from ntp_dsl.traces.trace import Trace
 
 if TYPE_CHECKING:
     from ntp_dsl.demonstrations.demonstration import Demonstration
@@ -109,7 +110,7 @@ def _trace(trace: Trace, folder: Path) -> PageTrace:
     times = inclusive_times(trace)
     frames = [call.end_frame or call.frame for call in trace.calls]
     return PageTrace(
-        headline=headline(trace),
+        headline=headline(trace.header),
         calls=[page_call(trace, call, times[call.id]) for call in trace.calls],
         motion=motion(trace),
         sizes={each.name: each.size for each in trace.header.objects},

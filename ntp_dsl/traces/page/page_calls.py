@@ -14,9 +14,10 @@ from ntp_dsl.traces.decision import Answer
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.page.document import Moment, PageCall, Ranking
 from ntp_dsl.traces.phrases import format_argument, format_invocation
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import Times
+from ntp_dsl.traces.trace import Trace
 
 MAX_EVIDENCE = 300  # [characters]
 

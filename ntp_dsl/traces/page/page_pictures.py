@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.trace import Trace
 
 MAX_PICTURES = 300  # of one trace; of more, evenly spaced ones are taken
 MAX_SIZE = 1_000_000  # [bytes] of one picture

@@ -17,6 +17,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.coverage import Coverage, Line
 from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.sources import library_sources
 
 TRACES = "*.trace.jsonl"
 
@@ -39,7 +40,7 @@ def command(
     """
     registry = load(library)
     covered = _covered(list(_found(files)), against)
-    sources = _sources(registry)
+    sources = library_sources(registry)
     unknown = sorted({place.rpartition(":")[0] for place in covered.lines} - sources.keys())
     if unknown:
         raise NtpError(f"the traces refer to {', '.join(unknown)}, which '{registry.name}' does not use")
@@ -74,11 +75,6 @@ def _covered(files: list[Path], against: Path | None) -> Coverage:
                 covered.compare(compare(read_trace(against / file.name), trace))
             bar.advance()
     return covered
-
-
-def _sources(registry: Registry) -> dict[str, str]:
-    paths = {row.span.path for row in registry.programs.values() if row.span.path}
-    return {path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
 
 def _statements(registry: Registry) -> set[str]:

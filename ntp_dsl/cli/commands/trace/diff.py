@@ -19,8 +19,9 @@ from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Answer
 from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline, printable
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import Call, Trace
+from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.sources import statement
+from ntp_dsl.traces.trace import Trace
 
 SAME, DIFFERENT = 0, 1
 MAX_SHOWN = 20  # most divergences that --all shows in full
@@ -47,8 +48,8 @@ def command(
     if json:
         print_json(document(comparison))
     else:
-        answers.print(Text(f"A {first}: {headline(comparison.a)}", style="bold"))
-        answers.print(Text(f"B {second}: {headline(comparison.b)}", style="bold"))
+        answers.print(Text(f"A {first}: {headline(comparison.a.header)}", style="bold"))
+        answers.print(Text(f"B {second}: {headline(comparison.b.header)}", style="bold"))
         for row in report(comparison, everywhere):
             answers.print(row)
     return DIFFERENT if comparison.first else SAME

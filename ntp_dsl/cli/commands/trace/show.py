@@ -16,8 +16,9 @@ from ntp_dsl.cli.options import Json
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.traces.phrases import format_call, headline, printable
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import ROOT, Call, Ending, Trace
+from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.times import Times, inclusive_times
+from ntp_dsl.traces.trace import Trace
 
 LINES = 160  # beyond which successful calls are folded
 UNSURE = 0.5  # probability below which a decision is not folded
@@ -55,7 +56,7 @@ def command(
         rows = [as_json(trace.calls[number], times[number]) for number in sorted(chosen)]
         print_json({"header": trace.header, "calls": rows, "end": trace.end})
         return
-    answers.print(Text(headline(trace), style="bold"))
+    answers.print(Text(headline(trace.header), style="bold"))
     narrowed = failed or only is not None
     for row in _lines(trace, times, chosen, narrowed):
         answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)

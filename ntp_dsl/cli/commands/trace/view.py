@@ -15,7 +15,7 @@ from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import Trace
+from ntp_dsl.traces.trace import Trace
 
 
 def command(
