@@ -207,9 +207,7 @@ class Trace:
     calls: list[Call] = field(default_factory=list)
     states: Sequence[Observation] = ()
     motions: list[Motion] = field(default_factory=list)
-    pictures: list[tuple[int, str]] = field(
-        default_factory=list
-    )  # frame, path relative to the trace's folder
+    pictures: list[tuple[int, str]] = field(default_factory=list)  # frame, path from the trace's folder
     end: End | None = None  # None where the writer was cut off
 
     @cached_property
