@@ -42,7 +42,7 @@ COMMANDS: Table = {
         "coverage": "Show a library's source with figures from many traces at each line.",
         "export": "Export traces to Perfetto, speedscope or rerun.",
     },
-    "import-vat": "Convert a task file of the paper's authors to the format of `ntp eval --tasks`.",
+    "import-vat": "Convert a task file of the paper's authors to our own format.",
 }
 GROUPS = {
     "": "Declare a library of robot tasks, demonstrate a task once, and let the arm do it.",

@@ -44,7 +44,7 @@ Topology = Annotated[
     str,
     typer.Option(
         metavar="N..M",
-        help="Range of goal arrangements to draw from; disjoint ranges, such as 0..9 and 10..19, share none.",
+        help="Range of goal arrangements to draw from; disjoint ranges, as 0..9 and 10..19, share none.",
     ),
 ]
 Semantics = Annotated[

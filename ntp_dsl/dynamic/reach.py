@@ -1,4 +1,4 @@
-"""The executable part of a library: without what needs Python that is not imported, or lacks in the world."""
+"""The executable part of a library: without Python that is not loaded and what the world does not implement."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,31 +14,59 @@ from ntp_dsl.traces.schema import Attribution
 KINDS = (Attribution.DECISION, Attribution.PLANNER, Attribution.GRASP, Attribution.PHYSICS)
 
 
-def summary(episodes: Sequence[Episode], seed: int) -> dict[str, Any]:
-    """Return the figures that `eval --json` prints."""
+@dataclass(frozen=True)
+class FailedEpisode:
+    """An episode that failed, and why."""
+
+    episode: int
+    task: str
+    attributed_to: Attribution | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """The figures of many episodes; times are means over the episodes."""
+
+    episodes: int
+    success: float  # rate
+    success_interval: tuple[float, float]  # 95 %
+    success_authors: float  # rate
+    failures: Mapping[Attribution, int]
+    seconds_per_episode: float  # wall time
+    deciding_seconds_per_episode: float  # wall time
+    planning_seconds_per_episode: float  # wall time
+    simulated_seconds_per_episode: float
+    placements_per_episode: float
+    disturbances: int
+    demonstrations_repeated: int
+    failed: tuple[FailedEpisode, ...]
+    seed: int
+
+
+def statistics(episodes: Sequence[Episode], seed: int) -> Statistics:
+    """Return the figures of episodes that were drawn from a seed."""
     count = len(episodes)
     wins = sum(bool(episode.success) for episode in episodes)
     failures = Counter(episode.attributed_to for episode in episodes if episode.attributed_to)
-    return {
-        "episodes": count,
-        "success": wins / count,
-        "success_interval": wilson(wins, count),
-        "success_authors": sum(bool(episode.success_authors) for episode in episodes) / count,
-        "failures": {str(kind): failures[kind] for kind in KINDS},
-        "seconds_per_episode": _mean(episode.wall_seconds for episode in episodes),
-        "deciding_seconds_per_episode": _mean(episode.deciding_seconds for episode in episodes),
-        "planning_seconds_per_episode": _mean(episode.planning_seconds for episode in episodes),
-        "simulated_seconds_per_episode": _mean(e.simulated_seconds for e in episodes),
-        "placements_per_episode": _mean(float(episode.placements) for episode in episodes),
-        "disturbances": sum(episode.disturbances for episode in episodes),
-        "demonstrations_repeated": sum(max(e.demonstrations - 1, 0) for e in episodes),
-        "failed": [
-            {"episode": e.number, "task": e.name, "attributed_to": e.attributed_to, "reason": e.reason}
-            for e in episodes
-            if not e.success
-        ],
-        "seed": seed,
-    }
+    return Statistics(
+        episodes=count,
+        success=wins / count,
+        success_interval=wilson(wins, count),
+        success_authors=sum(bool(episode.success_authors) for episode in episodes) / count,
+        failures={kind: failures[kind] for kind in KINDS},
+        seconds_per_episode=_mean(episode.wall_seconds for episode in episodes),
+        deciding_seconds_per_episode=_mean(episode.deciding_seconds for episode in episodes),
+        planning_seconds_per_episode=_mean(episode.planning_seconds for episode in episodes),
+        simulated_seconds_per_episode=_mean(episode.simulated_seconds for episode in episodes),
+        placements_per_episode=_mean(float(episode.placements) for episode in episodes),
+        disturbances=sum(episode.disturbances for episode in episodes),
+        demonstrations_repeated=sum(max(episode.demonstrations - 1, 0) for episode in episodes),
+        failed=tuple(
+            FailedEpisode(e.number, e.name, e.attributed_to, e.reason) for e in episodes if not e.success
+        ),
+        seed=seed,
+    )
 
 
 def wilson(wins: int, count: int) -> tuple[float, float]:

@@ -54,9 +54,7 @@ class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     probability: Probability | None = None  # of the whole decision
     end_probability: Probability | None = None  # that the program is at its end
     callees: Ranking[str] = ()
-    arguments: tuple[
-        Ranking[str | float], ...
-    ] = ()  # one for each argument; for a record, one for each field
+    arguments: tuple[Ranking[str | float], ...] = ()  # one for each argument or field of a record
     scopes: Ranking[Frames | None] = ()
     facts: tuple[FactProbability, ...] = ()
     answer: Answer | None = None

@@ -29,7 +29,7 @@ class Times:
 
 
 def own_times(call: Call) -> Times:
-    """Return a call's own_times times, without those of the calls below it."""
+    """Return the times of a call without those of the calls below it."""
     returning = call.return_decision.seconds if call.return_decision else 0.0
     return Times(call.decision.seconds + returning, call.execution.planning, call.execution.moving)
 

@@ -85,7 +85,7 @@ def test_misuse_is_one_sentence_and_status_two(
 
 
 @pytest.mark.parametrize("words", [["--help"], ["-h"], ["check", "--help"], ["trace", "-h"]])
-def test_help_is_an_answer(capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+def test_help_goes_to_standard_output(capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
     status, out, err = output(capsys, *words)
     assert (status, err) == (0, "") and "Usage: ntp" in out
 

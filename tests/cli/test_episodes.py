@@ -47,7 +47,7 @@ def test_a_recorded_demonstration_is_imitated(recorded: Path) -> None:
     assert run([*RUN, "--demo", str(recorded / "episode_00001.demo.parquet")]) == 0
 
 
-def test_a_demonstration_made_elsewhere_needs_its_columns_alone(
+def test_a_demonstration_from_elsewhere_only_needs_its_columns(
     recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Without header and goal, the objects are those of the scene, and the result cannot be judged."""
@@ -75,7 +75,7 @@ def test_a_recording_can_be_trained_on(recorded: Path, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["block_stacking.safetensors"]
 
 
-def test_figures_come_as_one_document(capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_are_one_document(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["eval", "block_stacking", "few_placements", "--episodes", "3", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     keys = "episodes success success_interval success_authors failures seconds_per_episode"

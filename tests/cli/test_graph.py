@@ -21,7 +21,7 @@ EXAMPLES = sorted(path.parent.name for path in examples_folder().glob("*/*.ntp")
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def test_tasks_call_programs_and_programs_say_in_which_loop_they_call(stacking: Registry) -> None:
+def test_edges_have_the_loops_of_calls(stacking: Registry) -> None:
     graph = call_graph(stacking)
     assert ("task block_stacking", "stack", "") in graph.edges
     assert ("stack", "pick_and_place", "for p in goal") in graph.edges
@@ -30,7 +30,7 @@ def test_tasks_call_programs_and_programs_say_in_which_loop_they_call(stacking: 
     assert {root.kind for root in graph.roots()} == {"task"}
 
 
-def test_only_one_program_may_be_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_program_can_be_selected(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["graph", "block_stacking", "--program", "place", "--list"]) == 0
     names = re.findall(r"^(?:program|api) +(\w+)", capsys.readouterr().out, re.MULTILINE)
     assert names == ["place", "move_to", "release"]
@@ -71,14 +71,14 @@ def test_no_box_of_the_picture_covers_another(name: str, tmp_path: Path) -> None
     assert all(x >= 0 and y >= 0 and x + w <= right and y + h <= bottom for x, y, w, h in boxes)
 
 
-def test_the_picture_needs_nothing_else_and_knows_the_dark(stacking: Registry) -> None:
+def test_the_picture_is_self_contained_with_a_dark_theme(stacking: Registry) -> None:
     text = draw(call_graph(stacking))
     assert "prefers-color-scheme: dark" in text and "href" not in text
     assert text.count("line back") == 1 and "covers(b, item)" in text
     assert draw(call_graph(stacking)) == text
 
 
-def test_what_a_library_says_cannot_break_the_picture(tmp_path: Path) -> None:
+def test_texts_of_a_library_cannot_break_the_picture(tmp_path: Path) -> None:
     path = tmp_path / "a.ntp"
     path.write_text(
         'library a\nuse tabletop\nprogram go(x: Object):\n    """<b> & \\"c\\"."""\n'
@@ -88,7 +88,7 @@ def test_what_a_library_says_cannot_break_the_picture(tmp_path: Path) -> None:
     assert ElementTree.fromstring(text).tag == f"{SVG}svg" and "line back" in text
 
 
-def test_callers_stand_above_what_they_call_but_for_circles() -> None:
+def test_callers_are_above_callees_except_in_cycles() -> None:
     edges = [("a", "b"), ("b", "c"), ("c", "a"), ("a", "c"), ("a", "d")]
     placed = place(dict.fromkeys("abcd", 10.0), edges, last="d")
     assert [placed.ranks[each] for each in "abcd"] == [0, 1, 2, 3]

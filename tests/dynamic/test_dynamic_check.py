@@ -183,7 +183,7 @@ EXAMPLES = sorted(path.name for path in examples_folder().iterdir() if path.is_d
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_an_example_passes_whole(example: str) -> None:
+def test_an_example_passes(example: str) -> None:
     path = find(example)
     assert [str(each) for each in check_dynamically(with_python(load(path)), path)] == []
 
@@ -264,13 +264,13 @@ task stones:
 
 
 @pytest.mark.parametrize("text", [STONES, STONES + OTHER_STONES], ids=["no task", "a task that says less"])
-def test_what_a_scene_leaves_out_is_no_fault_of_who_asks(tmp_path: Path, text: str) -> None:
+def test_readings_that_a_scene_leaves_out_are_not_reported(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.ntp").write_text(f"library a\nuse tabletop\n{text}")
     assert [str(each) for each in diagnostics(tmp_path / "a.ntp")] == []
 
 
 @pytest.mark.parametrize("text", ["library a\n", "library a\ntype Thing\ntype Tool is Thing\n"])
-def test_of_a_library_without_objects_there_is_nothing_to_try(tmp_path: Path, text: str) -> None:
+def test_a_library_without_objects_has_nothing_to_test(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.ntp").write_text(text)
     assert diagnostics(tmp_path / "a.ntp") == []
 

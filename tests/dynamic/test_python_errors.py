@@ -104,7 +104,7 @@ def test_the_library_is_sound_as_it_is(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_numpys_answers_and_other_callables_are_as_good(tmp_path: Path, old: str, new: str) -> None:
+def test_numpy_values_and_other_callables_are_accepted(tmp_path: Path, old: str, new: str) -> None:
     path = written(tmp_path, old, new)
     if "far" in new:
         python = path.with_suffix(".py")
@@ -161,7 +161,7 @@ def test_a_sampler_may_draw_more_than_its_length_and_not_less(tmp_path: Path) ->
         draw(registry, task, rng(), {"length": (40, 40)})
 
 
-def test_a_truth_of_numpy_is_a_truth(tmp_path: Path) -> None:
+def test_a_numpy_bool_is_accepted(tmp_path: Path) -> None:
     answer = "    import numpy\n    return numpy.bool_(distance(observation, o, after, gap) < 0.07)"
     assert checked(written(tmp_path, NEAR, answer)) == []
 
@@ -175,6 +175,6 @@ def test_an_outcome_is_true_where_it_achieved_something() -> None:
     assert "if not (over := world.move_over" in PYTHON
 
 
-def test_a_recording_may_go_astray_with_numbers_that_no_api_takes(tmp_path: Path) -> None:
+def test_wrong_subprograms_of_a_recording_may_have_numbers_out_of_range(tmp_path: Path) -> None:
     path = written(tmp_path)
     assert run(["record", str(path), "in_a_row", "-n", "8", "--out", str(tmp_path / "data")]) == 0

@@ -1,4 +1,4 @@
-"""The figures of the example domains, and the lines of their READMEs: a few here, all with `--soak`."""
+"""Success rates of the example domains, and the commands of their READMEs: a few here, all with `--soak`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, s
 @pytest.mark.needs("torch")
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_path: Path) -> None:
-    """Without `--soak` with two demonstrations, three iterations and no arm."""
+    """Run the commands; without `--soak` with two demonstrations, three iterations and no arm."""
     lines = README_LINE.findall((examples_folder() / example / "README.md").read_text())
     assert {line.split()[0] for line in lines} >= {"check", "run"}
     for line in lines:
@@ -45,7 +45,7 @@ def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_p
             line = re.sub(r"-n \d+", "-n 2", line)
             line += {"train": " --iterations 3", "run": " --world kinematic"}.get(verb, "")
         done = ntp(line, tmp_path)
-        may_fail = verb == "run" and "--model" in line and not soak  # it has hardly been trained
+        may_fail = verb == "run" and "--model" in line and not soak  # after so little training
         assert done.returncode in ((0, 1) if may_fail else (0,)), (line, done.stderr)
 
 

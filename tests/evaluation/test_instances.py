@@ -1,4 +1,4 @@
-"""What an evaluation draws: there is always something to do."""
+"""The instances of an evaluation always have something to do."""
 
 from __future__ import annotations
 
@@ -56,6 +56,6 @@ def test_a_goal_that_holds_from_the_start_is_drawn_again(library: Path) -> None:
         assert evaluator.episode(number).success
 
 
-def test_a_task_whose_goals_all_hold_from_the_start_says_so(library: Path) -> None:
+def test_a_task_whose_goals_all_hold_from_the_start_is_refused(library: Path) -> None:
     with pytest.raises(NtpError, match="hold at the start"):
         Evaluator(Plan(library, "nothing", None, "kinematic", seed=0)).instance(0)

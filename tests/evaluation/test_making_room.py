@@ -1,4 +1,4 @@
-"""What a library has moved out of the way may move; whatever else is touched counts as a failure."""
+"""Objects that a library moves out of the way may move; any other object that moves is a failure."""
 
 from __future__ import annotations
 
@@ -66,10 +66,10 @@ def verdict(folder: Path, moved_first: str | None) -> str:
     return judge(registry, world, instance, scene, run).reason
 
 
-def test_what_was_in_the_way_may_be_moved(tmp_path: Path) -> None:
+def test_objects_in_the_way_may_be_moved(tmp_path: Path) -> None:
     assert verdict(tmp_path, None) == ""
 
 
 @pytest.mark.parametrize(("moved_first", "reason"), [("block_0", ""), ("block_1", "block_1 was moved")])
-def test_what_was_not_in_the_way_may_not(tmp_path: Path, moved_first: str, reason: str) -> None:
+def test_other_objects_may_not(tmp_path: Path, moved_first: str, reason: str) -> None:
     assert verdict(tmp_path, moved_first) == reason

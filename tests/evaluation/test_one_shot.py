@@ -1,4 +1,4 @@
-"""From one demonstration to a finished tower, in both worlds, and the figures that say so."""
+"""One-shot imitation in both worlds, and its statistics."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
-from ntp_dsl.evaluation.statistics import summary, wilson
+from ntp_dsl.evaluation.statistics import statistics, wilson
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.schema import Attribution
 from ntp_dsl.worlds.protocol import Disturbances
@@ -21,7 +21,7 @@ SCRIPTED = replace(STACKING, model=None)
 
 @pytest.fixture(scope="module")
 def count(soak: bool) -> int:
-    """Episodes of a figure."""
+    """Return the number of episodes of a figure."""
     return 200 if soak else 25
 
 
@@ -34,7 +34,7 @@ def test_tasks_it_has_never_seen_are_done_from_one_demonstration(count: int) -> 
 
 
 @pytest.mark.parametrize("slips, pushes", [(0.25, 0.0), (0.0, 0.25)])
-def test_what_slips_or_is_pushed_over_is_built_again(count: int, slips: float, pushes: float) -> None:
+def test_what_slips_or_is_pushed_is_rebuilt(count: int, slips: float, pushes: float) -> None:
     plan = replace(STACKING, disturbances=Disturbances(slips, pushes))
     assert success(plan, count) >= 0.9
 
@@ -80,12 +80,12 @@ def test_the_number_of_workers_does_not_matter(world: str) -> None:
     assert one == two
 
 
-def test_the_expert_is_never_at_a_loss_in_the_kinematic_world() -> None:
+def test_the_expert_always_succeeds_in_the_kinematic_world() -> None:
     plan = replace(SCRIPTED, disturbances=Disturbances(slips=0.25, pushes=0.25))
     assert success(plan, 40) == 1.0
 
 
-def test_an_unknown_task_and_an_unknown_world_are_told_what_there_is() -> None:
+def test_an_unknown_task_or_world_is_refused_with_the_known_ones() -> None:
     with pytest.raises(NtpError, match="(?s)no task is called 'juggling'.*The paper's"):
         next(run_all(replace(STACKING, task="juggling"), 1, 1))
     with pytest.raises(NtpError, match="no world is called 'mars'.*bullet"):
@@ -97,10 +97,10 @@ def test_every_failure_is_attributed() -> None:
         return Episode(number, "t", 3, not cause, not cause, cause, "", 9, 10.0, 0, 1)
 
     causes = [None, Attribution.GRASP, Attribution.DECISION]
-    figures = summary([episode(*each) for each in enumerate(causes)], seed=5)
-    assert figures["success"] == pytest.approx(1 / 3)
-    assert figures["failures"] == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0}
-    assert [row["episode"] for row in figures["failed"]] == [1, 2]
+    figures = statistics([episode(*each) for each in enumerate(causes)], seed=5)
+    assert figures.success == pytest.approx(1 / 3)
+    assert figures.failures == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0}
+    assert [row.episode for row in figures.failed] == [1, 2]
 
 
 def test_the_interval_is_wilsons() -> None:

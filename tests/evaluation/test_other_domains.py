@@ -1,4 +1,4 @@
-"""Domains of other kinds: relations of three objects, offsets in numbers, exchanges, objects in the way."""
+"""Other domains: relations of three objects, numeric offsets, exchanges, objects in the way."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DOMAINS = sorted(path.name for path in FOLDER.iterdir())
 
 @pytest.mark.parametrize("world, count", [("kinematic", 20), ("bullet", 1)])
 @pytest.mark.parametrize("domain", DOMAINS)
-def test_its_expert_carries_it_out_also_where_objects_slip(domain: str, world: str, count: int) -> None:
+def test_its_expert_succeeds_although_objects_slip(domain: str, world: str, count: int) -> None:
     plan = Plan(FOLDER / domain, domain, None, world, seed=1, disturbances=Disturbances(slips=0.15))
     failed = [(each.number, each.reason) for each in run_all(plan, count, workers=1) if not each.success]
     assert not failed

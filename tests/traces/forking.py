@@ -1,6 +1,6 @@
-"""Runs commands in forks of a process that has everything loaded, so that they can be killed by the hundred.
+"""Runs commands in forks of a process that has all modules loaded, so that starting them is cheap.
 
-Reads commands on standard input, one a line; answers each with the process's number, then with its status.
+Reads commands from standard input, one per line; prints for each its process id, then its exit status.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Plants known differences in a call tree, and knows the moment and the kind of the first."""
+"""Plants differences in a call tree, and records the moment and the kind of the first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Moment = tuple[float, float]
 
 @dataclass(frozen=True)
 class Plant:
-    """A difference: when, among the calls and returns of the first tree, and of what kind."""
+    """A difference: its moment among the calls and returns of the first tree, and its kind."""
 
     moment: Moment
     kind: DivergenceKind
@@ -23,7 +23,7 @@ class Plant:
 
 
 class Gardener:
-    """Edits a copy of a tree. No two edits touch the same call, so each is known to be there."""
+    """Edits a copy of a tree. No two edits touch the same call, so none hides another."""
 
     def __init__(self, run: Node, rng: np.random.Generator) -> None:
         self.run, self.rng = run.copy(), rng
@@ -36,7 +36,7 @@ class Gardener:
         self.fresh = 0
 
     def plant(self, kind: str) -> Plant | None:
-        """One difference at a place drawn at random; None where the tree has no place for it."""
+        """Plant a difference at a random place; return None where the tree has no place for it."""
         edit: Callable[[Node], Plant | None] = getattr(self, f"_{kind}")
         for index in self.rng.permutation(len(self.nodes)):
             if (found := edit(self.nodes[int(index)])) is not None:
@@ -44,7 +44,7 @@ class Gardener:
         return None
 
     def _claim(self, *nodes: Node) -> bool:
-        """Whether none of these has been edited; from now on they have."""
+        """Whether none of these has been edited; marks them as edited."""
         numbers = {id(node) for node in nodes}
         if numbers & self.touched:
             return False
@@ -86,7 +86,7 @@ class Gardener:
         return self._at_return(node, DivergenceKind.OUTCOME, self.number[id(node)])
 
     def _too_early(self, node: Node) -> Plant | None:
-        """From some call on, the program makes none."""
+        """Remove a call and all after it from a program."""
         siblings = self.siblings[id(node)]
         if not siblings or node.kids != siblings:
             return None

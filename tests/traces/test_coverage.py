@@ -1,4 +1,4 @@
-"""Every decision of many traces is counted at the line that it followed."""
+"""Every decision of many traces is counted at its line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EVAL = "eval block_stacking few_placements --episodes 4 --slips .6 --seed 3".spl
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Learned and scripted episodes of the same seeds, with slips."""
+    """Record learned and scripted episodes of the same seeds, with slips."""
     path = tmp_path_factory.mktemp("covered")
     assert run([*EVAL, "--out", str(path / "learned"), "--json"]) == 0
     assert run([*EVAL, "--expert", "--out", str(path / "scripted"), "--json"]) == 0
@@ -64,7 +64,7 @@ def test_a_learned_programs_lines_come_with_their_mean_probability(
     assert all(0.5 < float(str(row["probability"])) <= 1 for row in figures.values())
 
 
-def test_divergences_are_counted_at_the_line_that_the_script_followed(
+def test_divergences_are_counted_at_the_line_that_the_expert_followed(
     folders: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (folders[1] / "episode_00000.trace.jsonl").read_text()
@@ -79,7 +79,7 @@ def test_divergences_are_counted_at_the_line_that_the_script_followed(
     assert counted == {"program": 2}
 
 
-def test_the_source_stands_beside_its_counts(
+def test_the_source_is_shown_beside_its_counts(
     folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
@@ -112,7 +112,7 @@ def test_misuse_is_one_sentence(
     assert message in capsys.readouterr().err
 
 
-def test_a_program_that_gave_up_hands_on_the_blame_of_what_failed_below() -> None:
+def test_an_unfinished_program_has_the_attribution_of_the_failure_below() -> None:
     calls = [
         Call(0, ROOT, CallKind.PROGRAM, "build", (), None, 0, 0, outcome=CallOutcome("unfinished")),
         Call(1, 0, CallKind.API, "grasp", (), None, 0, 0, outcome=CallOutcome("grasp failed")),

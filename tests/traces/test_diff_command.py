@@ -79,7 +79,7 @@ def first(capsys: pytest.CaptureFixture[str], a: Path, b: Path, *options: str) -
     return found
 
 
-def test_what_is_the_same_is_said_to_be(
+def test_equal_traces_are_reported_as_the_same(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     same = learned.api("pick", "a").api("place", "a").end()
@@ -89,7 +89,7 @@ def test_what_is_the_same_is_said_to_be(
     assert json.loads(capsys.readouterr().out)["first"] is None
 
 
-def test_another_callee_is_told_with_its_margin_rank_and_statement(
+def test_another_callee_is_reported_with_margin_rank_and_statement(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     other = learned.api("pick", "a").api("pick", "c", decision=SURE).end()
@@ -104,7 +104,7 @@ def test_another_callee_is_told_with_its_margin_rank_and_statement(
     assert "not shown: the 1 following calls of A, 1 of B" in output
 
 
-def test_another_object_is_told_with_where_the_right_one_stood(
+def test_another_object_is_reported_with_the_rank_of_the_right_one(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     other = learned.api("pick", "b", decision=POINTED).api("place", "b").end()
@@ -133,7 +133,7 @@ def test_a_member_is_ranked_among_members_and_an_object_among_objects(
     assert (found.rank, found.chosen) == (rank, chosen)
 
 
-def test_an_end_too_early_is_told_by_the_probability_of_the_end(
+def test_an_end_too_early_has_the_probability_of_the_end(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     found = first(capsys, right, learned.api("pick", "a").end(end_probability=0.8))
@@ -159,7 +159,7 @@ def test_an_end_too_late_follows_the_programs_own_line(
         ("not ready", [], "decision"),
     ],
 )
-def test_another_outcome_is_blamed_on_what_failed(
+def test_another_outcome_is_attributed_to_what_failed(
     capsys: pytest.CaptureFixture[str],
     right: Path,
     learned: Story,
@@ -172,7 +172,7 @@ def test_another_outcome_is_blamed_on_what_failed(
     assert (found["kind"], found["attributed_to"]) == ("outcome", attribution)
 
 
-def test_a_wrong_decision_is_told_from_being_off_course(
+def test_a_wrong_decision_is_distinguished_from_different_states(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story, tmp_path: Path
 ) -> None:
     pushed = learned.api("pick", "a", disturbances=["push a"]).drifts(0.04).api("pick", "c").end()
@@ -184,7 +184,7 @@ def test_a_wrong_decision_is_told_from_being_off_course(
     assert first(capsys, right, elsewhere.end())["attributed_to"] == "start"
 
 
-def test_every_divergence_is_told_where_it_is_asked_for(
+def test_all_divergences_are_reported_on_request(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     other = learned.api("pick", "b").api("place", "a", "place failed").end()
@@ -194,7 +194,7 @@ def test_every_divergence_is_told_where_it_is_asked_for(
     assert "then: outcome, attributed to physics" in capsys.readouterr().out
 
 
-def test_a_file_that_is_cut_off_is_no_decision(
+def test_a_cut_off_file_is_not_a_decision(
     capsys: pytest.CaptureFixture[str], right: Path, learned: Story
 ) -> None:
     whole = learned.api("pick", "a").end()
@@ -203,7 +203,7 @@ def test_a_file_that_is_cut_off_is_no_decision(
     assert (found["kind"], found["attributed_to"]) == ("cut off", "")
 
 
-def test_scopes_can_be_left_out(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_scopes_can_be_ignored(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     paths = []
     for name, scope in (("a", (0, 10)), ("b", (50, 60))):
         story = Story(tmp_path / f"{name}.jsonl", "scripted")

@@ -1,4 +1,4 @@
-"""Where two traces part is found, whatever else differs; an independent tree edit distance is the judge."""
+"""The first divergence of two traces is found; an independent tree edit distance is the judge."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ FEW = 6  # trees that it is asked about where they are compared whole
 
 @pytest.fixture(scope="module")
 def grown(stacking: Registry) -> list[Node]:
-    """Trees of real episodes, small enough for the judge."""
+    """Return trees of real episodes, small enough for the judge."""
     trees = [tree(parse_trace(recorded(stacking, seed), HERE)) for seed in range(24)]
     return [run for run in trees if 10 < len(list(run.walk())) <= SMALL]
 
 
 def judged(a: Node, b: Node) -> int:
-    """How many calls must be changed, left out or added to make one tree of the other."""
+    """Return how many calls must be changed, removed or added to turn one tree into the other."""
     return int(zss.simple_distance(a, b, lambda n: n.kids, _label, lambda x, y: int(x != y)))
 
 
@@ -95,15 +95,15 @@ def test_a_trace_does_not_differ_from_itself(grown: list[Node]) -> None:
         assert comparison.first is None and cost(comparison) == judged(run, run) == 0
 
 
-def test_no_alignment_is_cheaper_than_the_least_edits(grown: list[Node]) -> None:
-    """As an edit distance need not match calls below matched callers only, it is a lower bound."""
+def test_no_alignment_is_cheaper_than_the_edit_distance(grown: list[Node]) -> None:
+    """The edit distance is a lower bound: it may match calls below unmatched callers."""
     for a, b in zip(grown[:FEW], grown[1:], strict=False):
         comparison = compare(written(a), written(b))
         everything = len(list(a.walk())) + len(list(b.walk()))
         assert judged(a, b) <= cost(comparison) < everything
 
 
-def test_every_call_stands_in_an_alignment_once_and_in_order(grown: list[Node]) -> None:
+def test_every_call_is_in_an_alignment_once_and_in_order(grown: list[Node]) -> None:
     for a, b in zip(grown, grown[1:], strict=False):
         comparison = compare(written(a), written(b))
         for side, trace in ((0, comparison.a), (1, comparison.b)):
@@ -120,7 +120,7 @@ def test_every_call_stands_in_an_alignment_once_and_in_order(grown: list[Node]) 
 
 
 def large(rng: np.random.Generator, calls: int, flat: bool) -> Node:
-    """Like an episode of many placements: at most five levels, much of it alike."""
+    """Return a tree like that of an episode of many placements: at most five levels, much of it equal."""
     run = Node("run", "run", kids=[Node("program", "build")])
     nodes = [run.kids[0]]
     while len(nodes) < calls:
@@ -156,7 +156,7 @@ def test_ten_thousand_calls_are_aligned_in_two_seconds(flat: bool, share: float)
     assert sum(len(level.pairs) for level in levels) > 0
 
 
-def test_two_foreign_trees_of_ten_thousand_calls_are_aligned_in_two_seconds() -> None:
+def test_two_unrelated_trees_of_ten_thousand_calls_are_aligned_in_two_seconds() -> None:
     a, b = (written(large(np.random.default_rng(seed), 10_000, bool(seed % 2))) for seed in (1, 3))
     start = process_time()
     align(a, b, Rules.between(a, b))
@@ -195,8 +195,8 @@ def test_scopes_overlap_by_their_frames(
     assert overlap(a, b) == pytest.approx(shared) == overlap(b, a)
 
 
-def test_a_learned_program_is_not_blamed_for_what_it_is_not_given() -> None:
-    """No lists, and no way to tell done from unfinished; a primitive reads no demonstration."""
+def test_lists_and_unfinished_returns_do_not_count_for_a_learned_program() -> None:
+    """Learned programs are not given lists, and primitives read no demonstration."""
     goal = ()
     call = Node("program", "build", (goal,), (0, 50), "unfinished", [Node("api", "go", ("a",), (0, 9))])
     other = Node("program", "build", (), (0, 48), "done", [Node("api", "go", ("a",), (30, 39))])

@@ -1,4 +1,4 @@
-"""What is written for other viewers, read back by those viewers' own readers."""
+"""Exports for other viewers, read back by the viewers' own readers."""
 
 from __future__ import annotations
 
@@ -87,9 +87,7 @@ def read_by_perfetto(file: Path) -> list[list[Any]]:
         return rows
 
 
-def test_perfetto_finds_every_call_of_both_traces_one_in_another(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_perfetto_finds_all_nested_calls_of_both_traces(files: tuple[Path, Path], tmp_path: Path) -> None:
     rows = read_by_perfetto(exported(tmp_path, "chrome", *files))
     for process, file in enumerate(files, 1):
         trace = read_trace(file)
@@ -108,7 +106,7 @@ def depths(trace: Trace) -> Iterator[int]:
         yield found[call.id]
 
 
-def test_slices_nest_and_tell_what_a_call_came_to(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_slices_nest_and_have_the_outcomes_of_calls(files: tuple[Path, Path], tmp_path: Path) -> None:
     document = json.loads(exported(tmp_path, "chrome", files[1]).read_text())
     slices = [event for event in document["traceEvents"] if event["ph"] == "X"]
     ends: list[int] = []
@@ -127,7 +125,7 @@ def test_slices_nest_and_tell_what_a_call_came_to(files: tuple[Path, Path], tmp_
 
 
 def read_by_rerun(path: Path) -> dict[str, dict[str, list[Any]]]:
-    """Entity -> column -> values, over all of its chunks, as rerun's own reader has them."""
+    """Return entity -> column -> values over all chunks, by rerun's own reader."""
     chunks = pytest.importorskip("rerun.chunk", reason="rerun is not here: pip install 'ntp_dsl[viz]'")
     found: dict[str, dict[str, list[Any]]] = {}
     for chunk in chunks.RrdReader(str(path)).stream():
@@ -173,7 +171,7 @@ def hostile(path: Path) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["chrome", "rerun"])
-def test_hostile_names_are_names(kind: str, tmp_path: Path) -> None:
+def test_hostile_names_are_escaped(kind: str, tmp_path: Path) -> None:
     out = exported(tmp_path, kind, hostile(tmp_path / "a.jsonl"))
     if kind == "chrome":
         (event,) = [e for e in json.loads(out.read_text())["traceEvents"] if e["ph"] == "X"]
@@ -191,7 +189,7 @@ def test_misuse_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "'pdf' is not one of 'chrome', 'rerun'" in capsys.readouterr().err
 
 
-def test_where_rerun_is_missing_the_extra_is_told(
+def test_without_rerun_the_extra_is_named(
     files: tuple[Path, Path],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

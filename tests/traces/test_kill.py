@@ -1,4 +1,4 @@
-"""A process that is killed at whatever moment leaves traces that are read up to their last whole step."""
+"""Traces of a process killed at any moment are read up to their last complete step."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ KILLS = {"run": 30, "script": 10, "eval": 10, "record": 50}  # with --soak; else
 
 
 class Forks:
-    """Commands to be killed."""
+    """Runs commands that can be killed."""
 
     def __init__(self) -> None:
         words = [sys.executable, str(Path(__file__).with_name("forking.py"))]
         self._server = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def run(self, command: str, after: float | None = None) -> tuple[int, float]:
-        """Exit status and seconds; killed after so many, if it takes as long."""
+        """Run a command, killed after a time [s]; return its exit status and duration [s]."""
         assert self._server.stdin and self._server.stdout
         self._server.stdin.write(command + "\n")
         self._server.stdin.flush()
@@ -50,7 +50,7 @@ class Forks:
             try:
                 os.kill(child, signal.SIGKILL)
             except ProcessLookupError:
-                pass  # it was faster
+                pass  # it has ended already
         status = int(self._server.stdout.readline())
         return status, time.monotonic() - start
 
@@ -81,7 +81,7 @@ def steps(trace: Trace) -> list[tuple[object, ...]]:
 
 @pytest.mark.needs("torch", "pybullet")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_what_a_killed_process_wrote_is_read_up_to_the_last_whole_step(
+def test_traces_of_a_killed_process_are_read_up_to_the_last_complete_step(
     forks: Forks, command: str, tmp_path: Path, soak: bool
 ) -> None:
     whole = tmp_path / "whole"
@@ -102,7 +102,7 @@ def test_what_a_killed_process_wrote_is_read_up_to_the_last_whole_step(
     assert not soak or (killed > KILLS[command] / 2 and read > KILLS[command] / 4)
 
 
-def test_every_step_is_with_the_system_before_the_next_begins(tmp_path: Path) -> None:
+def test_every_step_is_flushed_before_the_next(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with path.open("w", encoding="utf-8") as stream:
         writer = TraceWriter(stream)

@@ -1,4 +1,4 @@
-"""A policy asked at every state of a trace: each decision is judged by itself."""
+"""A replay compares a policy's decision at every state of a trace, each independently."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def replayed(registry: Registry, policy: Policy, trace: Trace) -> Trace:
 
 
 class Stubborn:
-    """An expert that answers one object where it should not: at its so-many-th decision."""
+    """An expert that answers a wrong object in one of its decisions."""
 
     def __init__(self, expert: Expert, number: int, answer: Choice) -> None:
         self._script, self._left, self._answer = ScriptedPolicy(expert), number, answer
@@ -53,7 +53,7 @@ class Stubborn:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_script_answers_at_every_state_as_it_did(stacking: Registry, seed: int) -> None:
+def test_an_expert_answers_as_in_its_own_trace(stacking: Registry, seed: int) -> None:
     trace = parse_trace(recorded(stacking, seed), HERE)
     policy = ScriptedPolicy(Expert(stacking))
     again = replayed(stacking, policy, trace)
@@ -63,7 +63,7 @@ def test_a_script_answers_at_every_state_as_it_did(stacking: Registry, seed: int
 
 
 @pytest.mark.parametrize("number", [1, 7, 30])
-def test_one_wrong_answer_is_found_and_nothing_follows_from_it(
+def test_one_wrong_answer_is_found_and_has_no_consequences(
     stacking: Registry, trace: Trace, number: int
 ) -> None:
     wrong = Choice("grasp", ("nothing",))
@@ -88,7 +88,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_shipped_checkpoint_answers_nearly_as_the_script_did(
+def test_the_shipped_checkpoint_answers_nearly_as_the_expert(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, out = folder / "episode_00000.trace.jsonl", tmp_path / "answers.jsonl"
@@ -103,9 +103,7 @@ def test_the_shipped_checkpoint_answers_nearly_as_the_script_did(
     assert json.loads(capsys.readouterr().out)["counts"] == document["counts"]
 
 
-def test_the_script_answers_as_it_did_scopes_and_all(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_expert_answers_with_the_same_scopes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "replay", str(folder / "episode_00000.trace.jsonl"), "--expert"]) == 0
     assert "decisions as in the trace\nthe same" in capsys.readouterr().out
 

@@ -1,4 +1,4 @@
-"""What two sequences have in common is in both, in order, and the longest there is while little differs."""
+"""The common subsequence is in both sequences, in order, and longest where little differs."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def test_it_is_a_longest_one(xs: list[int], ys: list[int]) -> None:
 
 
 @pytest.mark.parametrize("every", [2, 3, 50])
-def test_beyond_many_edits_it_is_still_found_stretch_by_stretch(every: int) -> None:
+def test_beyond_many_edits_it_is_found_in_parts(every: int) -> None:
     xs = list(range(20 * MAX_EDITS))
     ys = [-x if x % every == 0 else x for x in xs]
     check(xs, ys)
     assert len(common_subsequence(xs, ys)) >= 0.9 * (len(xs) - len(xs) / every)
 
 
-def test_sequences_with_nothing_in_common_have_nothing_in_common() -> None:
+def test_disjoint_sequences_have_nothing_in_common() -> None:
     assert common_subsequence(list(range(2000)), list(range(-3000, -1))) == []

@@ -69,9 +69,7 @@ def test_failed_shows_what_failed_and_who_called_it(capsys: pytest.CaptureFixtur
     assert len(shown_lines) == 4 and "move(a)" in shown_lines[2]
 
 
-def test_a_trace_that_was_cut_off_is_shown_as_far_as_it_goes(
-    capsys: pytest.CaptureFixture[str], trace: Path
-) -> None:
+def test_a_cut_off_trace_is_shown_to_its_end(capsys: pytest.CaptureFixture[str], trace: Path) -> None:
     whole = trace.read_bytes()
     trace.write_bytes(whole[: whole.index(b'"return"') + 20])
     *_, grasp, end = lines(capsys, str(trace))
@@ -163,7 +161,7 @@ def test_names_cannot_command_the_terminal(capsys: pytest.CaptureFixture[str], t
 
 @pytest.mark.parametrize("begin", range(0, 90, 7))
 @pytest.mark.parametrize("length", [0, 1, 30, 200])
-def test_a_scope_is_always_seen(begin: int, length: int) -> None:
+def test_a_scope_is_always_visible(begin: int, length: int) -> None:
     call = Call(0, ROOT, "api", "go", (), (begin, begin + length), 0, 0)
     bar = scope_bar(call, 90)
     assert len(bar) == BAR and "█" in bar

@@ -172,7 +172,7 @@ def text(stacking: Registry) -> bytes:
     return recorded(stacking)
 
 
-def test_a_trace_cut_at_any_byte_reads_up_to_its_last_whole_line(text: bytes) -> None:
+def test_a_trace_cut_at_any_byte_is_read_up_to_its_last_complete_line(text: bytes) -> None:
     whole = parse_trace(text, HERE)
     first = text.index(b"\n") + 1
     for end in [*range(first, min(first + 2000, len(text))), *range(first, len(text), 97)]:
@@ -254,7 +254,7 @@ def test_an_invalid_trace_is_refused_in_one_sentence(content: bytes, found: str)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
 
 
-def test_what_this_version_does_not_know_is_passed_over() -> None:
+def test_unknown_events_and_fields_are_skipped() -> None:
     obj = {"name": "a", "type": "Cup", "size": [0.1, 0.1, 0.1], "weight": 3}
     header = {"format": "ntp-trace", "version": 3, "objects": [obj], "weather": "fair"}
     odd = b'{"event": "weather", "id": "fair"}\n'
@@ -297,7 +297,7 @@ def test_motion_and_pictures_are_read_as_they_were_written() -> None:
     assert trace.pictures == [(2, "frames/00002.jpg")]
 
 
-def test_a_file_that_is_not_there_is_told_in_one_sentence(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(NtpError, match="none.jsonl: cannot be read"):
         read_trace(tmp_path / "none.jsonl")
 
@@ -338,7 +338,7 @@ def primitives(trace: Trace) -> list[Call]:
 
 
 def replay(trace: Trace, world: KinematicWorld) -> list[tuple[object, str]]:
-    """Each primitive again: the state that it was called in, and what came of it."""
+    """Execute each primitive again, and return the state it was called in and its outcome."""
     found = []
     for call in trace.calls:
         if call.kind == "api":
@@ -357,7 +357,7 @@ def row(positions: object) -> object:
     "argument",
     ["block_1", 0.25, Record("Placement", (("item", "a"), ("support", "b"))), ()],
 )
-def test_arguments_come_back_as_they_were(argument: Argument) -> None:
+def test_arguments_are_read_as_they_were_written(argument: Argument) -> None:
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(headed(arguments=(argument,)))
@@ -366,7 +366,7 @@ def test_arguments_come_back_as_they_were(argument: Argument) -> None:
     assert trace.header.arguments == (argument,) == trace.calls[0].arguments
 
 
-def test_all_that_an_observation_carries_comes_back() -> None:
+def test_an_observation_is_read_as_it_was_written() -> None:
     seen = replace(
         SEEN,
         unreachable=frozenset(["block_0"]),
@@ -394,7 +394,7 @@ LEARNED_DECISION = Decision(
 )
 
 
-def test_a_decision_comes_back_with_all_that_it_weighed() -> None:
+def test_a_decision_is_read_as_it_was_written() -> None:
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(headed())
@@ -405,7 +405,7 @@ def test_a_decision_comes_back_with_all_that_it_weighed() -> None:
     assert call.decision == call.return_decision == LEARNED_DECISION
 
 
-def test_what_was_measured_may_be_an_array_of_numpy() -> None:
+def test_evidence_may_be_a_numpy_array() -> None:
     stream = io.StringIO()
     writer = TraceWriter(stream)
     writer.header(headed())
@@ -416,7 +416,7 @@ def test_what_was_measured_may_be_an_array_of_numpy() -> None:
     assert call.execution.evidence == {"tilt": 0.5, "place": [1.0, 2.0], "file": "a"}
 
 
-def test_a_trace_of_the_version_before_reads_as_it_was_meant() -> None:
+def test_a_trace_of_version_2_is_converted() -> None:
     trace = parse_trace(VERSION_2, HERE)
     assert trace.header.goal == (Record("Placement", (("item", "a"), ("support", "b"))),)
     assert trace.header.arguments == (trace.header.goal,) and trace.header.policy is PolicyKind.LEARNED

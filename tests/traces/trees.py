@@ -59,7 +59,7 @@ def recorded(registry: Registry, seed: int, task: str = "few_placements", primit
 
 @dataclass(eq=False)
 class Node:
-    """A call, by what two traces are compared by."""
+    """A call with the properties that are compared."""
 
     kind: str
     name: str

@@ -28,7 +28,7 @@ from ntp_dsl.cli.options import (
     varied,
 )
 from ntp_dsl.evaluation.episodes import Plan, run_all
-from ntp_dsl.evaluation.statistics import summary
+from ntp_dsl.evaluation.statistics import statistics
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.worlds.protocol import Disturbances
 
@@ -48,7 +48,7 @@ def command(
     noise: Noise = 0.0,
     tasks: Annotated[
         Path | None,
-        typer.Option(help="Take goals from a file, in order and cyclically; see `ntp import-vat`."),
+        typer.Option(help="A file of goals, ours or the paper's authors', taken in order and cyclically."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the traces.")] = None,
     length: Length = "",
@@ -76,21 +76,21 @@ def command(
             wins = sum(bool(each.success) for each in done)
             bar.describe(f"{wins} of {len(done)} episodes")
             bar.advance()
-    figures = summary(done, seed)
+    figures = statistics(done, seed)
     if json:
         print_json(figures)
         return 0
-    low, high = figures["success_interval"]
-    answers.print(f"success          {figures['success']:.3f}   (95 %: {low:.3f} to {high:.3f})")
-    answers.print(f"authors' test    {figures['success_authors']:.3f}")
-    failures = ", ".join(f"{kind} {count}" for kind, count in figures["failures"].items())
+    low, high = figures.success_interval
+    answers.print(f"success          {figures.success:.3f}   (95 %: {low:.3f} to {high:.3f})")
+    answers.print(f"authors' test    {figures.success_authors:.3f}")
+    failures = ", ".join(f"{kind} {count}" for kind, count in figures.failures.items())
     answers.print(f"failures         {failures}")
-    answers.print(f"disturbances     {figures['disturbances']}")
+    answers.print(f"disturbances     {figures.disturbances}")
     answers.print(
-        f"per episode      {figures['seconds_per_episode']:.2f} s, "
-        f"simulated {figures['simulated_seconds_per_episode']:.1f} s, "
-        f"{figures['placements_per_episode']:.1f} placements"
+        f"per episode      {figures.seconds_per_episode:.2f} s, "
+        f"simulated {figures.simulated_seconds_per_episode:.1f} s, "
+        f"{figures.placements_per_episode:.1f} placements"
     )
-    for failure in figures["failed"]:
-        answers.print(f"episode {failure['episode']}: {failure['attributed_to']}: {failure['reason']}")
+    for failure in figures.failed:
+        answers.print(f"episode {failure.episode}: {failure.attributed_to}: {failure.reason}")
     return 0

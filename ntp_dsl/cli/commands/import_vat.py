@@ -16,7 +16,7 @@ def command(
         Path | None, typer.Option(metavar="FILE", help="File to write; by default standard output.")
     ] = None,
 ) -> None:
-    """Convert a task file of the paper's authors to the format of `ntp eval --tasks`.
+    """Convert a task file of the paper's authors to our own format.
 
     Example: ntp import-vat stack_unseen_500.json --out unseen.json
     """

@@ -17,9 +17,7 @@ from ntp_dsl.traces.schema import ROOT
 from ntp_dsl.traces.trace import Trace
 
 MAX_CELLS = 400_000  # of dynamic programming in one alignment; beyond it, costs are estimated
-MAX_GAP_CELLS = (
-    20_000  # of one gap between equal siblings; in larger ones only calls of one label are matched
-)
+MAX_GAP_CELLS = 20_000  # of one gap; in larger ones only calls of one label are matched
 MAX_DEPTH = 60  # levels below a pair that its cost takes into account
 
 Pair = tuple[int | None, int | None]  # numbers of calls: a match, or an unmatched call
