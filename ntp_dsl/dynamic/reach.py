@@ -1,4 +1,4 @@
-"""The executable part of a library: without Python that is not loaded and what the world does not implement."""
+"""The executable part of a library: without Python that is not loaded, or what the world lacks."""
 
 from __future__ import annotations
 

@@ -58,4 +58,4 @@ def test_the_functions_of_the_reference_are_what_its_declarations_leave_to_pytho
     laid = draw(registry, find_task(registry, "set_out"), np.random.default_rng(0))
     assert laid.starts["block_0"].surface == "shelf_0" and 2 <= len(laid.goal) <= 3
     assert all(thing.traits for thing in draw(registry, find_task(registry, "put_in_order"),
-        np.random.default_rng(0)).things if thing.type == "Drawer")  # fmt: skip
+        np.random.default_rng(0)).objects if thing.type == "Drawer")  # fmt: skip
