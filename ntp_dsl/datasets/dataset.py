@@ -13,7 +13,7 @@ import numpy as np
 from ntp_dsl.common.files import episode_files, written_whole
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
-from ntp_dsl.datasets.labels import labelled
+from ntp_dsl.datasets.labels import LabelConfig, labelled
 from ntp_dsl.datasets.manifest import (
     FORMAT,
     MANIFEST,
@@ -39,9 +39,8 @@ from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import World
 
+LABELS = LabelConfig()
 REDRAWS = 1000  # of a goal that is excluded
-NEW_STATES = 3000  # for more queries, in all
-MOST_NEW_STATES = 60  # the same, for an episode
 
 
 @dataclass(frozen=True)
@@ -160,12 +159,14 @@ def _open(plan: RecordingPlan) -> Callable[[int], RecordedEpisode]:
     return EpisodeRecorder(plan).record
 
 
-def samples(registry: Registry, folder: Path, manifest: Manifest, seed: int) -> Iterator[list[Sample]]:
+def samples(
+    registry: Registry, folder: Path, manifest: Manifest, seed: int, config: LabelConfig = LABELS
+) -> Iterator[list[Sample]]:
     """Yield the labelled queries of each episode that was kept."""
     expert = Expert(registry)
     task = find_task(registry, manifest.task)
     kept = [row for row in manifest.episodes if row.is_kept]
-    more = min(MOST_NEW_STATES, NEW_STATES // max(1, len(kept)))
+    more = min(config.new_states_of_episode, config.new_states // max(1, len(kept)))
     for row in kept:
         path, shown_in = episode_files(folder, row.number)
         trace = read_trace(path)
@@ -177,7 +178,7 @@ def samples(registry: Registry, folder: Path, manifest: Manifest, seed: int) -> 
         shown = trace.header.demonstration.calls
         rng = np.random.default_rng((seed, row.number))
         new_states = _new_states(registry, task, more, rng)
-        yield list(labelled(expert, demonstration, shown, trace, new_states, rng))
+        yield list(labelled(config, expert, demonstration, shown, trace, new_states, rng))
 
 
 def _new_states(

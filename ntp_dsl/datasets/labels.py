@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -19,16 +19,26 @@ from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall
 from ntp_dsl.traces.trace import Trace
 
-OFF_STACK = 2  # queries about programs off the stack, for each state
-NEW_OFF_STACK = 8  # the same, for each new state
-DISTRACTORS = 0.5  # how often a distractor, one more object, is added
 DISTRACTOR = "distractor"
 ASIDE = 0.2  # from all other objects, seen from above [m]
 TABLE = ((0.15, 0.95), (-0.5, 0.5))  # where it may stand [m]
 DRAWS = 20  # of its place
 
 
+@dataclass(frozen=True)
+class LabelConfig:
+    """What a core is asked in training; part of a checkpoint's recipe."""
+
+    off_stack: int = 2  # queries about programs off the stack, for each state
+    off_stack_of_new: int = 8  # the same, for each state that no episode went through
+    distractors: float = 0.5  # how often one more object is added to a state
+    demonstrated: float = 0.5  # how often a query is about a call that the demonstration shows
+    new_states: int = 3000  # in all,
+    new_states_of_episode: int = 60  # and for an episode, at most
+
+
 def labelled(
+    config: LabelConfig,
     expert: Expert,
     demonstration: Demonstration,
     shown: DemonstratedCall,
@@ -43,11 +53,12 @@ def labelled(
     """
     yield from _on_stack(expert, demonstration, trace)
     for observation in trace.states:
-        for _ in range(OFF_STACK):
-            yield _off_stack(expert, demonstration, shown, observation, rng)
+        for _ in range(config.off_stack):
+            yield _off_stack(config, expert, demonstration, shown, observation, rng)
     for observation in new_states:
-        for _ in range(NEW_OFF_STACK):
-            yield replace(_off_stack(expert, demonstration, None, observation, rng), is_new=True)
+        for _ in range(config.off_stack_of_new):
+            sample = _off_stack(config, expert, demonstration, None, observation, rng)
+            yield replace(sample, is_new=True)
 
 
 def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Iterator[Sample]:
@@ -69,14 +80,15 @@ def _query(call: Call, state: Observation, demonstration: Demonstration) -> Quer
 
 
 def _off_stack(
+    config: LabelConfig,
     expert: Expert,
     demonstration: Demonstration,
     shown: DemonstratedCall | None,
     observation: Observation,
     rng: np.random.Generator,
 ) -> Sample:
-    program, arguments = random_call(expert, observation, shown, rng)
-    if rng.random() < DISTRACTORS:
+    program, arguments = random_call(expert, observation, shown, rng, config.demonstrated)
+    if rng.random() < config.distractors:
         observation = with_distractor(observation, rng)
     node = shown_anywhere(shown, program.name, arguments) if shown else None
     scope = node.scope if node else None
@@ -94,18 +106,19 @@ def random_call(
     observation: Observation,
     shown: DemonstratedCall | None,
     rng: np.random.Generator,
+    demonstrated: float = LabelConfig.demonstrated,
 ) -> tuple[Program, tuple[Argument, ...]]:
-    """Return a program without lists on random objects, or (half of the time) a demonstrated call."""
+    """Return a program without lists on random objects, or, so often, a demonstrated call."""
     programs = [p for p in expert.registry.programs.values() if not p.takes_list]
     program = programs[int(rng.integers(len(programs)))]
-    if shown is not None and rng.random() < 0.5:
+    if shown is not None and rng.random() < demonstrated:
         calls = [call for call in shown.walk() if call.name == program.name]
         if calls:
             return program, calls[int(rng.integers(len(calls)))].arguments
     state = State(expert.registry, observation)
     arguments = random_arguments(program.parameters, state, rng)
     if arguments is None:  # the scene has nothing for it: another program
-        return random_call(expert, observation, shown, rng)
+        return random_call(expert, observation, shown, rng, demonstrated)
     return program, arguments
 
 

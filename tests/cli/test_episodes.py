@@ -10,6 +10,7 @@ from pyarrow import parquet
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.common.resources import checkpoints_folder
+from ntp_dsl.core.checkpoint import load_core
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Ending
@@ -72,7 +73,10 @@ def test_recording_writes_what_its_manifest_names(recorded: Path) -> None:
 def test_a_recording_can_be_trained_on(recorded: Path, tmp_path: Path) -> None:
     words = ["train", "block_stacking", "--data", str(recorded), "--out", str(tmp_path)]
     assert run([*words, "--iterations", "3"]) == 0
-    assert [path.name for path in tmp_path.iterdir()] == ["block_stacking.safetensors"]
+    (made,) = tmp_path.iterdir()
+    recipe = load_core(made).recipe
+    assert made.name == "block_stacking.safetensors"
+    assert recipe["labels"]["off_stack"] == 2 and recipe["training"]["observation_noise"] == 0.002
 
 
 def test_figures_are_one_document(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.datasets.dataset import MOST_NEW_STATES, RecordingPlan, record, samples
-from ntp_dsl.datasets.labels import ASIDE, DISTRACTOR, NEW_OFF_STACK, with_distractor
+from ntp_dsl.datasets.dataset import RecordingPlan, record, samples
+from ntp_dsl.datasets.labels import ASIDE, DISTRACTOR, LabelConfig, with_distractor
 from ntp_dsl.datasets.manifest import read_manifest
 from ntp_dsl.language.loader import load
 from ntp_dsl.policies.expert import Expert, NextCall
@@ -16,6 +16,8 @@ from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
+
+CONFIG = LabelConfig()
 
 
 def test_a_bystander_stands_apart_and_is_of_no_account() -> None:
@@ -48,10 +50,10 @@ def test_queries_are_also_about_scenes_that_no_episode_went_through(tmp_path: Pa
     assert told[0] == told[1]
     expert = Expert(registry)
     for episode in first:
-        count = MOST_NEW_STATES * NEW_OFF_STACK
+        count = CONFIG.new_states_of_episode * CONFIG.off_stack_of_new
         old, new = episode[:-count], episode[-count:]
         places = [{tuple(s.query.observation.positions["block_0"]) for s in each} for each in (old, new)]
-        assert len(places[1]) == MOST_NEW_STATES and not places[0] & places[1]
+        assert len(places[1]) == CONFIG.new_states_of_episode and not places[0] & places[1]
         for sample in new:
             query, answer = sample.query, sample.answer
             assert query.scope is None and answer.scope is None

@@ -20,6 +20,7 @@ from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.sizing import sized
 from ntp_dsl.core.training import Trainer, use_threads
 from ntp_dsl.datasets.dataset import samples
+from ntp_dsl.datasets.labels import LabelConfig
 from ntp_dsl.datasets.manifest import Manifest, read_manifest
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -51,7 +52,8 @@ def command(
     registry = load_with_python(library)
     started = perf_counter()
     manifests = [read_manifest(folder, registry) for folder in data]
-    labelled = _labelled(registry, data, manifests, seed)
+    labels = LabelConfig()
+    labelled = _labelled(registry, data, manifests, seed, labels)
     if not labelled:
         raise NtpError(f"{', '.join(map(str, data))}: no episode was kept, so there is nothing to train on")
     memory = Memory.of(registry)
@@ -69,6 +71,7 @@ def command(
     recipe = {
         "command": "ntp " + " ".join(sys.argv[1:]),
         "training": asdict(config),
+        "labels": asdict(labels),
         "data": data_facts,
         "queries": len(labelled),
         "seconds": round(perf_counter() - started, 1),
@@ -84,12 +87,14 @@ def command(
     return 0
 
 
-def _labelled(registry: Registry, folders: list[Path], manifests: list[Manifest], seed: int) -> list[Sample]:
+def _labelled(
+    registry: Registry, folders: list[Path], manifests: list[Manifest], seed: int, labels: LabelConfig
+) -> list[Sample]:
     found: list[Sample] = []
     total = sum(len(manifest.episodes) for manifest in manifests)
     with progress("labelling", total) as bar:
         for folder, manifest in zip(folders, manifests, strict=True):
-            for episode in samples(registry, folder, manifest, seed):
+            for episode in samples(registry, folder, manifest, seed, labels):
                 found += episode
                 bar.advance()
     return found
