@@ -57,7 +57,7 @@ def compound_from_urdf(path: Path) -> Compound:
 
 
 def mass_from_urdf(path: Path) -> float | None:
-    """The mass of a URDF of one link [kg], where it has one. Raises `UnusableShape` for none that can be."""
+    """Return the mass of a URDF of one link [kg], if it has one. Raises `UnusableShape` for an impossible one."""
     element = urdf.read(path).root.find("link/inertial/mass")
     if element is None:
         return None
@@ -68,7 +68,7 @@ def mass_from_urdf(path: Path) -> float | None:
 
 
 def colour_from_urdf(path: Path) -> Colour | None:
-    """The colour that a URDF of one link has, where it has one."""
+    """Return the colour that a URDF of one link has, where it has one."""
     element = urdf.read(path).root.find("link/visual/material/color")
     if element is None:
         return None
