@@ -57,7 +57,10 @@ def compound_from_urdf(path: Path) -> Compound:
 
 
 def mass_from_urdf(path: Path) -> float | None:
-    """Return the mass of a URDF of one link [kg], if it has one. Raises `UnusableShape` for an impossible one."""
+    """Return the mass of a URDF of one link [kg], if it has one.
+
+    Raises `UnusableShape` for an impossible one.
+    """
     element = urdf.read(path).root.find("link/inertial/mass")
     if element is None:
         return None
