@@ -144,7 +144,9 @@ def _command_name(words: Sequence[str]) -> str:
 
 
 def _report(sentence: object, status: int) -> int:
-    print(sentence, file=sys.stderr)
+    text = str(sentence)
+    lines = (line if line.isprintable() else repr(line)[1:-1] for line in text.split("\n"))
+    print("\n".join(lines), file=sys.stderr)  # what a name contains cannot command the terminal
     return status
 
 

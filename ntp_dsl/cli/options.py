@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import isnan
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,14 @@ import typer
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
+
+
+def number(value: float) -> float:
+    """Return a number. Raises `BadParameter` for NaN, which no bound excludes."""
+    if isnan(value):
+        raise typer.BadParameter("expected a number, found nan")
+    return value
+
 
 Library = Annotated[Path, typer.Argument(help="An .ntp file, a folder with one, or the name of an example.")]
 Task = Annotated[str, typer.Argument(help="A task of the library.")]
@@ -27,16 +36,23 @@ Model = Annotated[
 Scripted = Annotated[
     bool, typer.Option("--expert", help="Run the scripted expert instead of a learned program.")
 ]
-Slips = Annotated[float, typer.Option(min=0, max=1, help="Probability that an object slips while carried.")]
+Slips = Annotated[
+    float, typer.Option(min=0, max=1, callback=number, help="Probability that an object slips while carried.")
+]
 Pushes = Annotated[
-    float, typer.Option(min=0, max=1, help="Probability that a placed object is pushed, and may topple.")
+    float,
+    typer.Option(
+        min=0, max=1, callback=number, help="Probability that a placed object is pushed, and may topple."
+    ),
 ]
 Gui = Annotated[bool, typer.Option("--gui", help="Show the bullet world in a window, in real time.")]
 Arm = Annotated[
     str | None,
     typer.Option(help="Arm of the bullet world: panda, xarm6, or your own TOML beside its URDF."),
 ]
-Noise = Annotated[float, typer.Option(min=0, max=0.1, help="Standard deviation of observed positions [m].")]
+Noise = Annotated[
+    float, typer.Option(min=0, max=0.1, callback=number, help="Standard deviation of observed positions [m].")
+]
 Length = Annotated[
     str, typer.Option(metavar="N..M", help="Number of elements of a goal; overrides the task.")
 ]

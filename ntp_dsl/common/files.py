@@ -2,23 +2,54 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import re
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import EISDIR
 from pathlib import Path
+
+LOCK = ".ntp.lock"
 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Yield a path beside the final one, which replaces it on success and is removed on failure."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    """Yield a path beside the final one, which replaces it on success and is removed on failure.
+
+    A link is followed, and a device or pipe is written to: neither is replaced. Raises `OSError`.
+    """
+    target = path.resolve()
+    if target.is_dir():
+        raise IsADirectoryError(EISDIR, "is a folder, not a file", str(path))
+    if target.exists() and not target.is_file():
+        with tempfile.TemporaryDirectory() as folder:
+            yield (whole := Path(folder) / "whole")
+            with target.open("wb") as stream:
+                stream.write(whole.read_bytes())
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         yield partial
-        os.replace(partial, path)
+        os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold a folder for this process alone. Raises `BlockingIOError` where another holds it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / LOCK
+    with path.open("w") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
 
 
 def rewrite(path: Path, text: str) -> None:
@@ -27,6 +58,9 @@ def rewrite(path: Path, text: str) -> None:
     with written_whole(target) as partial:
         partial.write_bytes(text.encode())
         shutil.copymode(target, partial)
+
+
+EPISODE_FILE = re.compile(r"\.?episode_\d{5,}\.(trace\.jsonl|demo\.parquet)(\.\d+\.partial)?")
 
 
 def episode_files(folder: Path, number: int) -> tuple[Path, Path]:

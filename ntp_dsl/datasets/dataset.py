@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.common.files import episode_files, written_whole
+from ntp_dsl.common.files import EPISODE_FILE, LOCK, episode_files, locked, written_whole
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.labels import LabelConfig, labelled
@@ -21,9 +21,17 @@ from ntp_dsl.datasets.manifest import (
     Manifest,
     Recorded,
     RecordedEpisode,
+    is_recording,
+    recorded_files,
     write_manifest,
 )
-from ntp_dsl.datasets.recording import PERTURBATION_RATE, RecordedDemonstration, demonstrate, record_episode
+from ntp_dsl.datasets.recording import (
+    PERTURBATION_RATE,
+    RecordedDemonstration,
+    demonstrate,
+    demonstration_start,
+    record_episode,
+)
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -58,6 +66,7 @@ class RecordingPlan:
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     arm: str | None = None  # of the bullet world; the Panda by default
+    overwrite: bool = False  # whether the folder may hold what no recording's manifest names
 
 
 class EpisodeRecorder:
@@ -75,9 +84,14 @@ class EpisodeRecorder:
         for attempt in range(REDRAWS):
             rng = np.random.default_rng((self.plan.seed, number, attempt))
             drawn = draw(self.registry, self.task, rng, dict(self.plan.varied))
-            if end_configuration(drawn.goal) not in self.plan.excluded:
+            if end_configuration(drawn.goal) not in self.plan.excluded and self._is_left(drawn, number):
                 return drawn
-        raise NtpError(f"all of {REDRAWS} goals that were drawn are excluded")
+        raise NtpError(f"all {REDRAWS} goals that were drawn are excluded, or hold at the start")
+
+    def _is_left(self, instance: Instance, number: int) -> bool:
+        """Return whether there is anything to demonstrate."""
+        start = demonstration_start(instance, derived(self.plan.seed, number))
+        return not instance.holds_in(self.registry, start)
 
     def record(self, number: int) -> RecordedEpisode:
         """Record an episode's two files; a failed one leaves only its row of the manifest."""
@@ -117,12 +131,22 @@ class EpisodeFailed(Exception):
 def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[RecordedEpisode]:
     """Yield the manifest's rows, in order, whatever the number of workers.
 
-    The manifest comes last, also where the recording is interrupted: what it names is whole.
+    An earlier recording in the folder is replaced, and nothing else. The manifest comes last, also where the
+    recording is interrupted: what it names is whole.
+
+    Raises `NtpError`, before anything is deleted, where nothing could be recorded, where another process
+    records into the folder, or where it holds other files.
     """
-    plan.out.mkdir(parents=True, exist_ok=True)
-    left_over = plan.out.glob(".episode_*.partial")  # by a recording that was killed
-    for old in [plan.out / MANIFEST, *plan.out.glob("episode_*"), *left_over]:
-        old.unlink(missing_ok=True)
+    EpisodeRecorder(plan).instance(0)  # whatever is wrong with the plan shows here
+    try:
+        with locked(plan.out):
+            clear(plan.out, plan.overwrite)
+            yield from _recorded(plan, episodes, workers)
+    except BlockingIOError as error:
+        raise NtpError(f"{plan.out}: another process is recording into this folder") from error
+
+
+def _recorded(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[RecordedEpisode]:
     rows: list[RecordedEpisode] = []
     try:
         for row in in_order(partial(_open, plan), episodes, workers):
@@ -130,10 +154,32 @@ def record(plan: RecordingPlan, episodes: int, workers: int) -> Iterator[Recorde
             yield row
     finally:
         if rows:
-            _write_manifest(plan, rows)
+            _write_manifest(plan, rows, episodes)
 
 
-def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode]) -> None:
+def clear(folder: Path, overwrite: bool) -> None:
+    """Delete an earlier recording, by its manifest, and what a killed one left unfinished.
+
+    Args:
+        overwrite: deletes episodes that no manifest names, too, and lets other files be.
+
+    Raises `NtpError`, and deletes nothing, for a folder with other files that may not be overwritten.
+    """
+    ours = {MANIFEST, *recorded_files(folder)} if is_recording(folder) else set()
+    unfinished = {path.name for path in folder.glob(".episode_*.partial")}
+    others = {path.name for path in folder.iterdir()} - ours - unfinished - {LOCK}
+    if others and not overwrite:
+        listed = ", ".join(sorted(others)[:3]) + (", ..." if len(others) > 3 else "")
+        raise NtpError(
+            f"{folder} holds files that no recording's manifest names ({listed}): choose another folder, or "
+            "replace earlier episodes with --overwrite"
+        )
+    episodes = {name for name in others if EPISODE_FILE.fullmatch(name)}
+    for name in ours | unfinished | episodes:
+        (folder / name).unlink(missing_ok=True)
+
+
+def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode], wanted: int) -> None:
     registry = load_with_python(plan.library)
     manifest = Manifest(
         format=FORMAT,
@@ -142,6 +188,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode]) -> None:
         registry=registry.hash,
         task=plan.task,
         episodes=tuple(rows),
+        wanted=wanted,
         world=plan.world,
         arm=plan.arm,
         seed=plan.seed,

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.files import episode_files, written_whole
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Record
@@ -53,6 +53,7 @@ class Manifest(Struct, frozen=True, kw_only=True):
     registry: str  # hash of its programs and apis
     task: str
     episodes: tuple[RecordedEpisode, ...]
+    wanted: int = 0  # episodes that were asked for; fewer where a recording was interrupted
     world: str = "kinematic"
     arm: str | None = None
     seed: int = 0
@@ -83,6 +84,22 @@ def read_manifest(folder: Path, registry: Registry) -> Manifest:
             f"({manifest.registry}); expected '{registry.name}' ({registry.hash}): record anew"
         )
     return manifest
+
+
+def is_recording(folder: Path) -> bool:
+    """Return whether a folder's manifest is that of a recording, of whatever library."""
+    try:
+        _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
+    except (OSError, NtpError):
+        return False
+    return True
+
+
+def recorded_files(folder: Path) -> set[str]:
+    """Return the names of the files that a recording's manifest names."""
+    manifest = _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
+    kept = (row.number for row in manifest.episodes if row.is_kept)
+    return {path.name for number in kept for path in episode_files(folder, number)}
 
 
 def _decoded(text: bytes, path: Path) -> Manifest:

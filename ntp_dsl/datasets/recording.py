@@ -31,7 +31,7 @@ from ntp_dsl.traces.schema import (
     PolicyKind,
 )
 from ntp_dsl.traces.writer import TraceWriter
-from ntp_dsl.worlds.protocol import Disturbances, World
+from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
 PERTURBATION_RATE = 0.15  # per primitive: slips, pushes, misses and wrong subprograms
 WRONG_PRIMITIVES = 4  # primitives of a wrong program, at most
@@ -49,13 +49,16 @@ class RecordedDemonstration:
         return DemonstrationReference(file=file, frames=len(self.demonstration), calls=self.calls)
 
 
+def demonstration_start(instance: Instance, seed: int) -> Scene:
+    """Return the placement from which a task is demonstrated."""
+    return instance.nominal_start(np.random.default_rng((seed, 0)))
+
+
 def demonstrate(
     registry: Registry, expert: Expert, world: World, instance: Instance, seed: int
 ) -> RecordedDemonstration | Run:
     """Record the expert, undisturbed, from a nominal start. Return the failed run instead if it fails."""
-    rng = np.random.default_rng((seed, 0))
-    scene = instance.nominal_start(rng)
-    world.reset(scene, seed)
+    world.reset(demonstration_start(instance, seed), seed)
     recorder = Recorder(world)
     stream = io.StringIO()
     writer = TraceWriter(stream)

@@ -123,6 +123,8 @@ def _check(entry: TaskFileEntry, number: int) -> None:
     if len(set(entry.names)) < len(entry.names):
         raise Unexpected(f"{where}: expected objects of different names, found one name twice")
     for each in entry.objects:
+        if not (each.name.isprintable() and each.name.strip()):
+            raise Unexpected(f"{where}: expected a printable name, found {each.name!r}")
         if not all(side > 0 for side in each.size):
             raise Unexpected(f"{where}: expected three positive sizes of '{each.name}', found {each.size}")
     for row in entry.goal:

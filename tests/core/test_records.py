@@ -82,10 +82,12 @@ WITHOUT_MEMBERS = LIBRARY.replace("enum Side: left, right\n", "").replace("Side"
 def test_a_core_calls_with_records(text: str, tmp_path: Path) -> None:
     (tmp_path / "mine.ntp").write_text(text)
     registry = load(tmp_path / "mine.ntp")
-    rows = list(record(RecordingPlan(tmp_path / "mine.ntp", "mine", tmp_path), 3, workers=1))
+    rows = list(record(RecordingPlan(tmp_path / "mine.ntp", "mine", tmp_path / "data"), 3, workers=1))
     assert [row.outcome for row in rows] == ["done"] * 3
     labelled = [
-        s for episode in samples(registry, tmp_path, read_manifest(tmp_path, registry), 0) for s in episode
+        s
+        for episode in samples(registry, tmp_path / "data", read_manifest(tmp_path / "data", registry), 0)
+        for s in episode
     ]
     assert any(sample.query.program == "stack" and sample.query.scope for sample in labelled)
     corpus = Corpus(Memory.of(registry), labelled, lambda name: registry.programs[name].takes_list)

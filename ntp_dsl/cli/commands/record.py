@@ -21,6 +21,7 @@ from ntp_dsl.cli.options import (
     Topology,
     Workers,
     WorldName,
+    number,
     varied,
 )
 from ntp_dsl.datasets.dataset import RecordingPlan, record
@@ -44,6 +45,7 @@ def command(
         typer.Option(
             min=0,
             max=1,
+            callback=number,
             help="Probability of slips, pushes and wrong subprograms, per primitive.",
         ),
     ] = PERTURBATION_RATE,
@@ -51,6 +53,9 @@ def command(
         list[Path] | None,
         typer.Option(help="A task file whose goal configurations are never drawn; may be repeated."),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Record into a folder that holds other files, too.")
+    ] = False,
     length: Length = "",
     topology: Topology = "",
     semantics: Semantics = "",
@@ -79,6 +84,7 @@ def command(
         hashes,
         ranges,
         arm,
+        overwrite,
     )
     failed = []
     with progress("recording", episodes) as bar:

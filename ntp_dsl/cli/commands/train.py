@@ -39,7 +39,7 @@ def command(
         int, typer.Option(min=1, help="Number of optimiser steps.")
     ] = TrainingConfig.iterations,
     seed: Seed = 0,
-    threads: Annotated[int, typer.Option(min=1, help="Number of processor threads.")] = 1,
+    threads: Annotated[int, typer.Option(min=1, max=256, help="Number of processor threads.")] = 1,
     json: Json = False,
 ) -> int:
     """Train a core on the recorded traces of a library's expert.

@@ -15,6 +15,7 @@ from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -24,6 +25,7 @@ from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
+from ntp_dsl.traces.phrases import printable
 from ntp_dsl.traces.reader import parse_trace, read_trace
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
@@ -74,19 +76,24 @@ def command(
 
 
 def registry_path(trace: Trace) -> Path:
-    """Return the library that a trace names, as a path or the name of an example."""
-    return Path(trace.header.library)
+    """Return the shipped example that a trace names.
+
+    Raises `NtpError` for any other library: its Python would run on a trace's word.
+    """
+    shipped = {path.name: path for path in examples_folder().iterdir() if path.is_dir()}
+    if trace.header.library not in shipped:
+        raise NtpError(
+            f"the trace is of library '{printable(trace.header.library)}', which is no example: "
+            "give its path with --library"
+        )
+    return shipped[trace.header.library]
 
 
 def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
     for field, value in (("library", trace.header.library), ("task", trace.header.task)):
         if not value:
             raise NtpError(f"{file}: the trace names no {field}, so it cannot be replayed")
-    try:
-        registry = load_with_python(library or registry_path(trace))
-    except NtpError as error:
-        hint = "" if library else "; give its path with --library"
-        raise NtpError(f"{error}{hint}") from error
+    registry = load_with_python(library or registry_path(trace))
     if registry.hash != trace.header.registry:
         raise NtpError(
             f"{file}: was recorded with another version of library '{trace.header.library}' "
