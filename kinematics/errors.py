@@ -75,7 +75,7 @@ class UnknownBody(KinematicsError):
 
 
 class UnusablePose(KinematicsError):
-    """A pose that is not finite, or whose quaternion is not of length one."""
+    """A pose that is not finite, whose quaternion is not of length one, or whose matrix is no rotation."""
 
     def __init__(self, name: str, pose: object) -> None:
         message = f"'{name}' has no usable pose: {pose}"
