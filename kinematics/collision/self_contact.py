@@ -36,10 +36,10 @@ def always_touching(robot: Robot) -> tuple[Pair, ...]:
     built |= set(itertools.combinations(sorted(robot.hand_links, key=contacts.index), 2))
     at_home = contacts.distances(robot.home)
     adjacent = {contacts.ordered((joint.parent, joint.child)) for joint in robot.urdf.joints.values()}
-    faults = {pair: distance for pair, distance in at_home.items() if pair not in built | adjacent}
-    if faults:
+    built |= adjacent & at_home.keys()
+    if faults := {pair: distance for pair, distance in at_home.items() if pair not in built}:
         raise UnusableRobot(_told(robot, faults))
-    return tuple(sorted(built | at_home.keys()))
+    return tuple(sorted(built))
 
 
 def _told(robot: Robot, faults: dict[Pair, float]) -> str:
@@ -84,9 +84,11 @@ class _SelfContacts:
         self._data.qpos[:] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_collision(self._model, self._data)
+        contacts = self._data.contact
+        bodies = np.sort(self._model.geom_bodyid[contacts.geom], axis=1).tolist()
         found: dict[Pair, float] = {}
-        for contact in self._data.contact[: self._data.ncon]:
-            bodies = self._model.geom_bodyid[contact.geom]
-            first, second = (self._model.body(body).name for body in np.sort(bodies).tolist())
-            found[first, second] = min(float(contact.dist), found.get((first, second), MARGIN))
+        for (a, b), distance in zip(bodies, contacts.dist.tolist(), strict=True):
+            if distance < MARGIN:  # MuJoCo reports contacts up to the sum of two margins
+                pair = (self._model.body(a).name, self._model.body(b).name)
+                found[pair] = min(distance, found.get(pair, MARGIN))
         return found
