@@ -13,9 +13,11 @@ from kinematics.collision.scene import CollisionScene
 from kinematics.collision.scene_state import SceneState
 from kinematics.collision.self_contact import always_touching
 from kinematics.errors import UnusableRobot
+from kinematics.geometry import urdf
 from kinematics.geometry.bounded_files import MOST_DEPTH
 from kinematics.geometry.transforms import transform_of
 from kinematics.ik.global_ik import InverseKinematics
+from kinematics.robot import gripper
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import FOLDER, Robot, load
 from kinematics.shapes.bodies import TABLE
@@ -201,6 +203,24 @@ def test_a_fault_in_a_toml_is_a_sentence(
         write(None, instead(before, after)(texts[1]))
 
 
+def test_what_no_check_foresaw_is_a_sentence_that_asks_for_a_report(
+    write: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise KeyError("a\nname")
+
+    robot = write(None, None)
+    monkeypatch.setattr(gripper, "_ends", fails)
+    asks = (
+        r"waist5\.urdf: no arm can be made of it \(KeyError: .*\); no check foresaw this, so please report it"
+    )
+    with pytest.raises(UnusableRobot, match=asks):
+        gripper_of(robot)
+    monkeypatch.setattr(urdf, "check_rules", fails)
+    with pytest.raises(UnusableRobot, match=r"mine\.toml: no arm can be made of it \(KeyError"):
+        write(None, None)
+
+
 # -- What is unusual and sound -------------------------------------------------------------------------
 
 
@@ -242,14 +262,14 @@ def test_a_urdf_on_one_line_is_the_same_arm_in_the_simulator(tmp_path: Path) -> 
     """PyBullet breaks lines of more than 8,191 bytes anywhere, within numbers too."""
     path = elbow6(tmp_path)
     robot = load(str(path))
-    urdf = tmp_path / "elbow6.urdf"
+    written = tmp_path / "elbow6.urdf"
     ballast = "".join(
         f'<link name="x{k}"/><joint name="y{k}" type="fixed"><parent link="world"/>'
         f'<child link="x{k}"/></joint>'
         for k in range(60)
     )
     for spaces in range(0, 60, 7):
-        body = urdf.read_text().split(">", 2)[2].replace("\n", "")
+        body = written.read_text().split(">", 2)[2].replace("\n", "")
         one_line = path.with_name("line.urdf")
         one_line.write_text(f'<robot name="elbow6">{" " * spaces}{ballast}{body}')
         assert max(map(len, one_line.read_text().splitlines())) > 8_191
