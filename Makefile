@@ -65,7 +65,8 @@ soak-experts: install
 	$(SOAK) -n 2 tests/experts
 
 soak-fuzz: install
-	$(SOAK) -n 2 tests/language/test_fuzz.py tests/language/test_session.py
+	$(SOAK) -n 2 tests/language/test_fuzz.py tests/language/test_session.py \
+		tests/kinematics/test_arm_files_fuzz.py
 
 soak-grasp: install
 	$(SOAK) -n 2 tests/kinematics/test_execution_figures.py tests/kinematics/test_shapes.py

@@ -14,9 +14,14 @@ UnusableShape                  a file that describes no shape, or a body without
 UnusableRobot                  a URDF or TOML that describes no arm: says what is wrong, and where
 """
 
-from collections.abc import Iterable
+import reprlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
+
+_LONGEST_MESSAGE = 1500  # characters
 
 
 class Reason(StrEnum):
@@ -56,9 +61,49 @@ class KinematicsError(Exception):
 class UnusableShape(ValueError):
     """A file that describes no shape, or a body without volume or with an impossible mass."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__(_one_line(message))
+
 
 class UnusableRobot(ValueError):
     """A faulty description of an arm: what was expected, what was found, and where."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_one_line(message))
+
+
+def shown(value: object) -> str:
+    """Return a value found in a file, for a message; abridged, however long or deep it is."""
+    return _Abridged().repr(value)
+
+
+@contextmanager
+def unforeseen_is_unusable(path: Path) -> Iterator[None]:
+    """Turn what no check of an arm's files foresaw into an `UnusableRobot` that asks for a report."""
+    try:
+        yield
+    except (UnusableRobot, UnusableShape):
+        raise
+    except Exception as unexpected:
+        raise UnusableRobot(
+            f"{path}: no arm can be made of it ({type(unexpected).__name__}: {unexpected}); no check foresaw "
+            "this, so please report it, with the file"
+        ) from unexpected
+
+
+class _Abridged(reprlib.Repr):
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlist = self.maxtuple = self.maxdict = self.maxset = 12
+        self.maxstring = self.maxother = self.maxlong = 80
+        self.maxlevel = 4
+
+
+def _one_line(message: str) -> str:
+    """Return a message without line breaks and control characters, which names in files may have."""
+    line = " ".join(message.split())
+    printable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return printable if len(printable) <= _LONGEST_MESSAGE else f"{printable[:_LONGEST_MESSAGE]}…"
 
 
 class NoDisplay(RuntimeError):
@@ -75,7 +120,7 @@ class UnknownBody(KinematicsError):
 
 
 class UnusablePose(KinematicsError):
-    """A pose that is not finite, or whose quaternion is not of length one."""
+    """A pose that is not finite, whose quaternion is not of length one, or whose matrix is no rotation."""
 
     def __init__(self, name: str, pose: object) -> None:
         message = f"'{name}' has no usable pose: {pose}"

@@ -12,7 +12,7 @@ from ompl import base, geometric, util
 from kinematics.bench.cells import half_of
 from kinematics.bench.measuring import version
 from kinematics.bench.plan_queries import Query, Referee
-from kinematics.collision.models import always_touching
+from kinematics.collision.self_contact import always_touching
 from kinematics.geometry.transforms import Array, pose_of
 from kinematics.planning.planner import RANGE, RESOLUTION, Validity
 from kinematics.robot import models

@@ -4,17 +4,15 @@ A small one for collision checks, of which a plan needs thousands, and one for d
 rare.
 """
 
-import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from kinematics.geometry.transforms import Array, pose_of, wxyz
+from kinematics.geometry.transforms import Array, wxyz
 from kinematics.robot import models
-from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE
 from kinematics.shapes.shapes import (
@@ -34,8 +32,7 @@ ROBOT, SCENE, GHOST = 1, 2, 4
 PARKED = (0.0, 0.0, 50.0)  # where absent bodies are [m]
 GHOST_PARKED = (0.0, 0.0, 100.0)  # where the hand without an arm is between queries [m]
 TABLE_LOWERED = 1.2e-3  # the table is fixed: fingers may come nearer to it than to movable bodies [m]
-ALWAYS = 0.95  # share of random configurations from which a contact of two links counts as built in
-CONFIGURATIONS = 200  # random ones, for `ALWAYS` and for lever arms
+CONFIGURATIONS = 200  # random ones, for what is measured over all postures
 
 
 def held_body_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[Shape, str]:
@@ -45,11 +42,19 @@ def held_body_names(shapes: Mapping[str, Shape], fixed: frozenset[str]) -> dict[
 
 
 def for_planning(
-    robot: Robot, shapes: Mapping[str, Shape], in_hand: Mapping[Shape, str], margin: float
+    robot: Robot,
+    shapes: Mapping[str, Shape],
+    in_hand: Mapping[Shape, str],
+    margin: float,
+    unchecked: Iterable[tuple[str, str]],
 ) -> Any:
-    """Return arm, table, every body, and a second body in the hand for every shape that can be held."""
+    """Return arm, table, every body, and a second body in the hand for every shape that can be held.
+
+    Args:
+        unchecked: pairs of links whose contacts do not count.
+    """
     spec = _with_bodies(robot, shapes, margin)
-    for first, second in always_touching(robot):
+    for first, second in unchecked:
         spec.add_exclude(bodyname1=first, bodyname2=second)
     tool = spec.body(robot.tool_frame)
     for shape, name in in_hand.items():
@@ -98,32 +103,6 @@ def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> An
 
 
 @cache
-def always_touching(robot: Robot) -> tuple[tuple[str, str], ...]:
-    """Return the pairs of links that are nearer than `MARGIN` by construction: at home, or nearly everywhere.
-
-    And all pairs within the hand, whose joints no path moves.
-    """
-    spec = models.mujoco_spec(robot)
-    for geom in spec.geoms:
-        geom.margin = MARGIN
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    for link, transform in gripper_of(robot).link_poses(gripper_of(robot).maximum_opening).items():
-        body, pose = model.body(link).id, pose_of(transform)
-        model.body_pos[body], model.body_quat[body] = pose.position, wxyz(pose.quaternion_xyzw)
-    generator = np.random.default_rng(0)
-    limits = robot.limits
-    counts: dict[tuple[str, str], int] = {}
-    at_home = _pairs(model, data, robot.home)
-    for q in generator.uniform(limits.lower, limits.upper, (CONFIGURATIONS, robot.dof)):
-        for pair in _pairs(model, data, q):
-            counts[pair] = counts.get(pair, 0) + 1
-    often = {pair for pair, count in counts.items() if count >= ALWAYS * CONFIGURATIONS}
-    order = sorted(robot.hand_links, key=lambda link: int(model.body(link).id))
-    return tuple(sorted(often | at_home | set(itertools.combinations(order, 2))))
-
-
-@cache
 def lever_arms(robot: Robot) -> Array:
     """Return (dof,) how far any point of the arm moves with each joint [m/rad]; 1 for a sliding joint.
 
@@ -150,14 +129,6 @@ def _is_moved(model: Any, geom: int, joint: int) -> bool:
     while body > model.jnt_bodyid[joint]:  # a parent has a lower number
         body = model.body_parentid[body]
     return bool(body == model.jnt_bodyid[joint])
-
-
-def _pairs(model: Any, data: Any, q: Any) -> set[tuple[str, str]]:
-    data.qpos[:] = q
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_collision(model, data)
-    bodies = model.geom_bodyid[data.contact.geom[: data.ncon]]
-    return {(model.body(a).name, model.body(b).name) for a, b in np.sort(bodies, axis=1).tolist()}
 
 
 def _add(spec: Any, body: Any, piece: Piece, **options: Any) -> None:

@@ -15,6 +15,7 @@ from kinematics.collision.distance_queries import DistanceQueries
 from kinematics.collision.models import MARGIN, ROBOT, SCENE, for_planning, held_body_names
 from kinematics.collision.placing import geoms_of, mocap_ids, place_bodies, place_fingers, place_held
 from kinematics.collision.scene_state import HeldBody, SceneState
+from kinematics.collision.self_contact import always_touching
 from kinematics.geometry.transforms import Array
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE
@@ -41,7 +42,7 @@ class CollisionScene:
         self.robot = robot
         self.shapes = dict(shapes)
         in_hand = held_body_names(self.shapes, fixed)
-        self._model = for_planning(robot, self.shapes, in_hand, MARGIN)
+        self._model = for_planning(robot, self.shapes, in_hand, MARGIN, always_touching(robot))
         self._data = mujoco.MjData(self._model)
         self._q = self._data.qpos[: robot.dof]  # a view, taken once: every check writes to it
         self._mocap = mocap_ids(self._model, self.shapes)

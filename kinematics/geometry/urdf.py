@@ -5,17 +5,19 @@ Mesh paths become absolute. Faults that a library would pass over silently are e
 
 import copy
 import importlib.util
-import re
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from kinematics.errors import UnusableRobot
+from kinematics.errors import UnusableRobot, shown
+from kinematics.geometry.bounded_files import Element, XmlTree, exists, read_xml
 from kinematics.geometry.transforms import Array, rotation_about, rotation_from_rpy, transform_from
+from kinematics.geometry.urdf_rules import check_rules
 
-Element = ElementTree.Element
+MOST_BYTES = 10_000_000
 
 _PLACED = ("inertial", "visual", "collision")  # children of a link that have an origin
 
@@ -65,16 +67,27 @@ class Urdf:
         return [link.get("name", "?") for link in self.root.findall("link")]
 
     @property
+    def links_without_collision(self) -> list[str]:
+        """The links that can be seen, and that no check of collisions would notice."""
+        seen = (link for link in self.root.findall("link") if link.find("visual") is not None)
+        return [link.get("name", "?") for link in seen if link.find("collision") is None]
+
+    @property
     def parent_joint(self) -> dict[str, Joint]:
         """The joint above each link."""
         return {joint.child: joint for joint in self.joints.values()}
 
     def subtree_of(self, link: str) -> tuple[str, ...]:
         """Return the link and all its descendants."""
-        links = [link]
-        for parent in links:
-            children = [joint.child for joint in self.joints.values() if joint.parent == parent]
-            links += [child for child in children if child not in links]
+        below: dict[str, list[str]] = {}
+        for joint in self.joints.values():
+            below.setdefault(joint.parent, []).append(joint.child)
+        links = {link: None}
+        waiting = [link]
+        for parent in waiting:
+            children = [child for child in below.get(parent, []) if child not in links]
+            links |= dict.fromkeys(children)
+            waiting += children
         return tuple(links)
 
     def chain_to(self, link: str) -> tuple[Joint, ...]:
@@ -97,25 +110,23 @@ class Urdf:
                 origin = ElementTree.SubElement(element, "origin")
             xyz = _numbers(origin, "xyz", (0.0, 0.0, 0.0)) + by
             origin.set("xyz", " ".join(f"{number:.12g}" for number in xyz))
-        moved = {joint.name: joint for joint in (_joint(element, self.path) for element in on_base)}
+        moved = {joint.name: joint for joint in (_joint(element) for element in on_base)}
         return replace(self, root=root, joints=self.joints | moved)
 
 
 def read(path: Path) -> Urdf:
     """Read a URDF file; raise `UnusableRobot` if it or a mesh is missing, or it is malformed."""
-    if not path.is_file():
+    if not exists(path):
         raise UnusableRobot(f"there is no URDF at {path}")
-    try:
-        root = ElementTree.fromstring(_with_prefixes_declared(path.read_text(encoding="utf-8")))
-    except (ElementTree.ParseError, UnicodeDecodeError) as unexpected:
-        raise UnusableRobot(f"{path} is not XML: {unexpected}") from unexpected
-    _drop_foreign(root, path)
-    if root.tag != "robot":
-        raise UnusableRobot(f"{path}: expected a <robot>, found <{root.tag}>; is it a URDF?")
+    tree = read_xml(path, MOST_BYTES)
+    _drop_foreign(tree)
+    check_rules(tree)
+    root = tree.root
+    _keep_what_counts(root)
     for link in root.findall("link"):
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_mesh(mesh.get("filename", ""), path, link.get("name", "?"))))
-    joints = [_joint(element, path) for element in root.findall("joint")]
+    joints = [_joint(element) for element in root.findall("joint")]
     description = Urdf(path, root, {joint.name: joint for joint in joints})
     _check_tree(description, joints)
     return description
@@ -125,47 +136,75 @@ def _check_tree(description: Urdf, joints: list[Joint]) -> None:
     """Raise `UnusableRobot` unless links and joints form one tree."""
     path, links = description.path, description.links
     for kind, names in (("link", links), ("joint", [joint.name for joint in joints])):
-        if twice := sorted({name for name in names if names.count(name) > 1}):
+        if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise UnusableRobot(f"{path}: there are two {kind}s called '{twice[0]}'")
+    known = set(links)
     for joint in joints:
         for link in (joint.parent, joint.child):
-            if link not in links:
+            if link not in known:
                 raise UnusableRobot(f"{path}: joint '{joint.name}' refers to a missing link '{link}'")
-    children = [joint.child for joint in joints]
+    children = {joint.child for joint in joints}
     roots = [link for link in links if link not in children]
-    if len(roots) != 1 or set(description.subtree_of(roots[0])) != set(links) or len(children) >= len(links):
+    if len(roots) != 1 or set(description.subtree_of(roots[0])) != known or len(joints) >= len(links):
         raise UnusableRobot(
             f"{path}: links and joints must form one tree with one root; "
-            f"found {len(links)} links, {len(joints)} joints and the roots {roots}"
+            f"found {len(links)} links, {len(joints)} joints and the roots {shown(roots)}"
         )
 
 
-def _with_prefixes_declared(text: str) -> str:
-    """Declare the prefixes of other tools' tags and attributes, such as `drake:…`, which URDFs often omit."""
-    used = set(re.findall(r"[<\s/]([A-Za-z_][\w-]*):[A-Za-z_]", text)) - {"xml", "xmlns"}
-    needed = sorted(prefix for prefix in used if f"xmlns:{prefix}=" not in text)
-    declared = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in needed)
-    return re.sub(r"<robot\b", f"<robot{declared}", text, count=1)
-
-
-def _drop_foreign(root: Element, path: Path) -> None:
+def _drop_foreign(tree: XmlTree) -> None:
     """Remove tags and attributes of other tools; raise `UnusableRobot` for xacro's."""
-    for parent in list(root.iter()):
-        for child in [child for child in parent if str(child.tag).startswith("{")]:
-            if "xacro" in child.tag:
-                raise UnusableRobot(f"{path} is an unexpanded xacro; expand it with `xacro {path.name}`")
+    for parent in list(tree.root.iter()):
+        for child in [child for child in parent if ":" in child.tag]:
+            if child.tag.startswith("xacro:"):
+                raise UnusableRobot(
+                    f"{tree.place_of(child)}: this is an unexpanded xacro; expand it with "
+                    f"`xacro {tree.path.name}`"
+                )
             parent.remove(child)
-        for key in [key for key in parent.attrib if key.startswith("{")]:
+        for key in [key for key in parent.attrib if ":" in key or key == "xmlns"]:
             del parent.attrib[key]
+
+
+def _keep_what_counts(root: Element) -> None:
+    """Remove all but links and joints; give each visual its colour, which another may have declared."""
+    colours: dict[str, Element] = {}
+    for material in root.iter("material"):
+        colour = material.find("color")
+        if colour is not None and colour.get("rgba"):
+            colours.setdefault(material.get("name", ""), colour)
+    for other in [child for child in root if child.tag not in ("link", "joint")]:
+        root.remove(other)
+    for part in (*root.iterfind("link/visual"), *root.iterfind("link/collision")):
+        for material in part.findall("material"):
+            part.remove(material)
+            own = material.find("color")
+            colour = colours.get(material.get("name", "")) if own is None else own
+            if part.tag == "visual" and colour is not None:
+                _set_colour(part, colour.get("rgba", "").split())
+
+
+def _set_colour(visual: Element, rgba: list[str]) -> None:
+    """Give a visual a colour of its own; an opacity that is not given is 1."""
+    if rgba:
+        name = "_".join(rgba)  # readers share materials by name
+        material = ElementTree.SubElement(visual, "material", {"name": name})
+        ElementTree.SubElement(material, "color", {"rgba": " ".join([*rgba, "1"][:4])})
 
 
 def resolved_path(reference: str, folder: Path) -> Path:
     """Return the path of a reference relative to a folder, or `package://NAME/…` of an installed package."""
     if not reference.startswith("package://"):
-        return (folder / reference).resolve()
+        try:
+            return (folder / reference).resolve()
+        except (OSError, ValueError, RuntimeError):  # a path that no system accepts, or a loop of links
+            return folder / reference
     package, _, rest = reference.removeprefix("package://").partition("/")
     # Located without importing it, since some packages print on import.
-    spec = importlib.util.find_spec(package)
+    try:
+        spec = importlib.util.find_spec(package) if package.isidentifier() else None
+    except ValueError:  # of a module without a file
+        spec = None
     if spec is None or spec.origin is None:
         raise UnusableRobot(f"the Python package '{package}' of {reference} is not installed")
     return Path(spec.origin).parent / rest
@@ -180,7 +219,7 @@ def _mesh(filename: str, urdf: Path, link: str) -> Path:
         for folder in urdf.parents:
             tried += [folder / plain, folder / within]
     for place in tried:
-        if place.is_file():
+        if exists(place):
             return place.resolve()
     raise UnusableRobot(
         f"{urdf}: link '{link}' refers to a missing mesh {filename}; looked for {tried[0]}"
@@ -188,18 +227,16 @@ def _mesh(filename: str, urdf: Path, link: str) -> Path:
     )
 
 
-def _joint(element: Element, path: Path) -> Joint:
-    name = element.get("name", "?")
+def _joint(element: Element) -> Joint:
     parent, child = element.find("parent"), element.find("child")
-    if parent is None or child is None:
-        raise UnusableRobot(f"{path}: joint '{name}' lacks a <parent> or a <child>")
+    assert parent is not None and child is not None  # by the rules
     limit, soft, mimic = (element.find(tag) for tag in ("limit", "safety_controller", "mimic"))
     axis = _numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))
     lower, upper = _number(limit, "lower"), _number(limit, "upper")
     if limit is not None and element.get("type") in ("revolute", "prismatic"):
         lower, upper = lower or 0.0, upper or 0.0  # the format's defaults
     return Joint(
-        name,
+        element.get("name", "?"),
         element.get("type", "?"),
         parent.get("link", "?"),
         child.get("link", "?"),

@@ -15,6 +15,7 @@ import numpy as np
 from kinematics.geometry.transforms import (
     Array,
     Pose,
+    check_pose,
     rotation_about,
     rotation_from_quaternion,
     transform_from,
@@ -56,8 +57,8 @@ class Grasp:
 
 
 def grasps_by_cost(pose: Pose, shape: Shape, gripper: Gripper) -> Iterator[list[Grasp]]:
-    """Yield all grasps of a body in groups of equal cost, plain ones first."""
-    rotation = rotation_from_quaternion(pose.quaternion_xyzw)
+    """Yield all grasps of a body in groups of equal cost, plain ones first; raise `UnusablePose`."""
+    rotation = rotation_from_quaternion(check_pose("the body", pose).quaternion_xyzw)
     bottom = pose.position[2] - height_below(shape, rotation)
     closings = [
         closing

@@ -11,6 +11,9 @@ from kinematics.geometry.transforms import (
     Z_AXIS,
     Array,
     Pose,
+    check_finite,
+    check_rotation,
+    check_transform,
     rotation_about,
     rotation_from_quaternion,
     transform_from,
@@ -52,8 +55,12 @@ def placements(tool_to_body: Array, shape: Shape, tool: Array, yaw: float) -> li
     """Return all ways of putting the body down, least tilted hand first.
 
     A box stands on any of its faces, at a yaw [rad]. Any other body is put down as it was picked up, with an
-    upright hand that turns as little as possible from its rotation `tool` (3, 3).
+    upright hand that turns as little as possible from its rotation `tool` (3, 3). Raise `UnusablePose` for
+    what is no rotation, or not finite.
     """
+    check_transform("the body in the hand", tool_to_body)
+    check_rotation("the tool", tool)
+    check_finite("the yaw", yaw)
     if not isinstance(shape, Box):
         return [
             _as_held(tool_to_body, shape, rotation_about(Z_AXIS, turn) @ _levelled(tool))

@@ -5,7 +5,13 @@ import math
 import mink
 import numpy as np
 
-from kinematics.geometry.transforms import Array, quaternion_from_rotation, wxyz
+from kinematics.geometry.transforms import (
+    Array,
+    check_finite,
+    check_transform,
+    quaternion_from_rotation,
+    wxyz,
+)
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
 
@@ -30,8 +36,12 @@ class StraightLines:
         """Return joint positions (n, dof) that lead the tool from `start` through the corner transforms.
 
         The orientation is that of the next corner (corners of one line differ little). None if the line
-        leaves the joint limits or the arm would have to fold over.
+        leaves the joint limits or the arm would have to fold over. Raise `UnusablePose` for a corner that is
+        no transform.
         """
+        check_finite("the start of the line", *start.tolist())
+        for corner in corners:
+            check_transform("a corner of the line", corner)
         self._configuration.update(start)
         tool = self._configuration.get_transform_frame_to_world(self._frame, "body")
         here = np.asarray(tool.translation())

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 from scipy.linalg.lapack import dposv
 
-from kinematics.geometry.transforms import Array, check_finite
+from kinematics.geometry.transforms import Array, check_transform
 from kinematics.ik.seed_postures import SeedPostures
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
@@ -52,7 +52,14 @@ class InverseKinematics:
         return np.array(pinocchio.getFrameJacobian(self._model, self._data, self._frame, pinocchio.LOCAL))
 
     def solve(self, target: Array, start: Array) -> Array | None:
-        """Return the solution that the iteration reaches from `start`, or None."""
+        """Return the solution that the iteration reaches from `start`, or None.
+
+        Raise `UnusablePose` for a target that is no transform.
+        """
+        check_transform("the tool", target)
+        return self._iterate(target, start)
+
+    def _iterate(self, target: Array, start: Array) -> Array | None:
         model, data, frame = self._model, self._data, self._frame
         wanted = pinocchio.SE3(target)
         q = start
@@ -75,13 +82,16 @@ class InverseKinematics:
         return None
 
     def solutions(self, target: Array, starts: Iterator[Array]) -> Iterator[Array]:
-        """Yield every distinct solution found from the starts, in their order."""
+        """Yield every distinct solution found from the starts, in their order.
+
+        Raise `UnusablePose` for a target that is no transform.
+        """
         found: list[Array] = []
-        check_finite("the tool", float(target.sum()))
+        check_transform("the tool", target)
         if math.dist(target[:3, 3], self._shoulder) > self._reach:
             return
         for start in starts:
-            q = self.solve(target, start)
+            q = self._iterate(target, start)
             if q is not None and all(np.abs(q - other).max() > 1e-2 for other in found):
                 found.append(q)
                 yield q

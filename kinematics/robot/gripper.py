@@ -5,7 +5,7 @@ and joints may mimic one another.
 """
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -69,7 +69,7 @@ class Gripper:
         return {joint.child: joint.motion(values[joint.name]) for joint in self.robot.finger_joints}
 
 
-@cache
+@models.per_robot
 def gripper_of(robot: Robot) -> Gripper:
     """Measure the gripper; raise `UnusableRobot` if its joints do not open and close it."""
     hand = _HandModel(robot)

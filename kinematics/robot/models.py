@@ -1,23 +1,38 @@
 """From the description of a robot to models for Pinocchio, MuJoCo (also for mink) and PyBullet."""
 
 import copy
+import math
 import xml.etree.ElementTree as ElementTree
-from functools import cache
+from collections.abc import Callable
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
 import pinocchio
 
-from kinematics.errors import UnusableRobot
+from kinematics.errors import UnusableRobot, unforeseen_is_unusable
 from kinematics.geometry import meshes
 from kinematics.geometry.transforms import rpy_from_rotation
 from kinematics.robot.robot import TOOL_LINK, Robot
 
 Element = ElementTree.Element
+Measured = TypeVar("Measured")
 
 _MASS = 0.2  # of a link with a shape and without a mass in the URDF [kg]
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def per_robot(measure: Callable[[Robot], Measured]) -> Callable[[Robot], Measured]:
+    """Decorate a function of a robot: it runs once a robot, and fails by nothing but `UnusableRobot`."""
+
+    @cache
+    @wraps(measure)
+    def measured(robot: Robot) -> Measured:
+        with unforeseen_is_unusable(robot.urdf.path):
+            return measure(robot)
+
+    return measured
 
 
 def tree(robot: Robot) -> Element:
@@ -40,7 +55,8 @@ def tree(robot: Robot) -> Element:
 
 
 def text(root: Element) -> str:
-    """Return an XML tree as text."""
+    """Return an XML tree as text, in short lines: PyBullet breaks those of more than 8,191 bytes anywhere."""
+    ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -77,7 +93,7 @@ def for_kinematics(robot: Robot) -> Element:
     return root
 
 
-@cache
+@per_robot
 def pinocchio_model(robot: Robot) -> Any:
     """Return the arm alone, within its soft limits."""
     try:
@@ -92,7 +108,7 @@ def pinocchio_model(robot: Robot) -> Any:
     return model
 
 
-@cache
+@per_robot
 def mujoco_model(robot: Robot) -> Any:
     """Return the arm alone, for mink."""
     return compiled(mujoco_spec(robot), robot)
@@ -125,8 +141,6 @@ def mujoco_spec(robot: Robot) -> Any:
     settings = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
     ElementTree.SubElement(options, "compiler", settings)
     root.insert(0, options)
-    for extra in [e for e in root if e.tag not in ("mujoco", "link", "joint", "material")]:
-        root.remove(extra)
     try:
         spec = mujoco.MjSpec.from_string(text(root), assets=assets)
     except ValueError as unexpected:
@@ -153,9 +167,21 @@ def _limit_continuous_joints(root: Element, robot: Robot) -> None:
             joint.set("type", "revolute")
             limit = joint.find("limit")
             limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
-            index = robot.arm_joints.index(joint.get("name", ""))
-            limit.set("lower", f"{robot.limits.lower[index]:.12g}")
-            limit.set("upper", f"{robot.limits.upper[index]:.12g}")
+            lower, upper = _turn(joint.get("name", ""), robot)
+            limit.set("lower", f"{lower:.12g}")
+            limit.set("upper", f"{upper:.12g}")
+
+
+def _turn(name: str, robot: Robot) -> tuple[float, float]:
+    """Return the limits of a continuous joint of the arm, or of a finger [rad]."""
+    if name not in robot.arm_joints:
+        joint = robot.urdf.joints[name]
+        return (
+            -math.pi if joint.lower is None else joint.lower,
+            math.pi if joint.upper is None else joint.upper,
+        )
+    index = robot.arm_joints.index(name)
+    return float(robot.limits.lower[index]), float(robot.limits.upper[index])
 
 
 def _set_inertia(link: Element, mass: float) -> None:

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.errors import UnusableRobot
+from kinematics.errors import UnusableRobot, shown, unforeseen_is_unusable
 from kinematics.geometry import urdf
+from kinematics.geometry.bounded_files import exists, read_text
 from kinematics.geometry.transforms import Array, rotation_from_rpy, transform_from
 from kinematics.geometry.urdf import Joint, Urdf
 
@@ -23,6 +24,8 @@ FOLDER = Path(__file__).parents[1] / "robots"
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 TOOL_LINK = "tool_of_kinematics"  # added if no link of the URDF is in the tool frame
+MOST_BYTES = 20_000  # of a TOML, whose parser needs the square of its length for some texts
+LARGEST = 1e9  # number in a TOML, in its unit
 RAMP = 0.2  # from rest to full speed, if no acceleration is given [s]
 JERK_RAMP = 0.02  # from zero to full acceleration, if no jerk is given [s]
 
@@ -30,7 +33,17 @@ Region = tuple[tuple[float, float], tuple[float, float]]  # of x and of y, world
 
 _AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
 _TABLES = {
-    "": {"urdf", "arm", "home", "tool", "gripper", "limits", "workspace"},
+    "": {
+        "urdf",
+        "arm",
+        "home",
+        "tool",
+        "gripper",
+        "limits",
+        "workspace",
+        "allowed_collisions",
+        "without_collision",
+    },
     "tool": {"link", "xyz", "rpy", "approach", "closing"},
     "gripper": {"joints"},
     "limits": {"lower", "upper", "velocity", "effort", "acceleration", "jerk"},
@@ -66,6 +79,7 @@ class Robot:
     tool_link: str
     tool_from_link: Array  # (4, 4) of the tool frame to that link
     workspace: Region | None  # of the TOML; without it `workspace_of` measures one [m]
+    allowed_collisions: tuple[tuple[str, str], ...] = ()  # pairs of links that are never checked
 
     @property
     def dof(self) -> int:
@@ -76,7 +90,8 @@ class Robot:
     def tool_frame(self) -> str:
         """The link whose frame is the tool's."""
         exists = np.allclose(self.tool_from_link, np.eye(4))
-        return self.tool_link if exists else TOOL_LINK
+        is_unique = self.tool_link not in self.urdf.joints  # to Pinocchio joints are frames, too
+        return self.tool_link if exists and is_unique else TOOL_LINK
 
     @cached_property
     def chain(self) -> tuple[Joint, ...]:
@@ -109,8 +124,8 @@ class Robot:
 
     def contact_of(self, link: str) -> frozenset[str]:
         """Return the contact properties that the URDF gives for a link, such as `lateral_friction`."""
-        found = self.urdf.root.iterfind(f"link[@name='{link}']/contact/*")
-        return frozenset(element.tag for element in found)
+        (element,) = (each for each in self.urdf.root.findall("link") if each.get("name") == link)
+        return frozenset(child.tag for child in element.iterfind("contact/*"))
 
     @cached_property
     def finger_joints(self) -> tuple[Joint, ...]:
@@ -135,15 +150,12 @@ class Robot:
 def load(name_or_path: str) -> Robot:
     """Load one of `SHIPPED` by its name, or a TOML by its path."""
     shipped = FOLDER / f"{name_or_path}.toml"
-    path = shipped if shipped.is_file() else Path(name_or_path)
-    if not path.is_file():
+    path = shipped if exists(shipped) else Path(name_or_path)
+    if not exists(path):
         listed = ", ".join(SHIPPED)
         raise UnusableRobot(f"'{name_or_path}' is neither an arm nor a file; the arms are {listed}")
-    try:
-        table = tomllib.loads(path.read_text())
-    except tomllib.TOMLDecodeError as unexpected:
-        raise UnusableRobot(f"{path} is not TOML: {unexpected}") from unexpected
-    return _robot(path, table)
+    with unforeseen_is_unusable(path):
+        return _robot(path, _table(path))
 
 
 def panda() -> Robot:
@@ -161,6 +173,16 @@ def with_base_at(robot: Robot, x: float, y: float) -> Robot:
         (x0, x1), (y0, y1) = region
         region = ((x0 + x, x1 + x), (y0 + y, y1 + y))
     return replace(robot, urdf=robot.urdf.translated((x, y, 0.0)), workspace=region)
+
+
+def _table(path: Path) -> dict[str, Any]:
+    text = read_text(path, MOST_BYTES)
+    try:
+        return tomllib.loads(text)
+    except RecursionError as unexpected:
+        raise UnusableRobot(f"{path}: its lists or tables are nested too deeply") from unexpected
+    except ValueError as unexpected:  # beside its own error, of numbers with too many digits
+        raise UnusableRobot(f"{path} is not TOML: {unexpected}") from unexpected
 
 
 def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
@@ -181,6 +203,7 @@ def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
     home = _numbers(path, "home", table["home"])
     if home.shape != (len(arm),) or not limits.contains(home):
         raise UnusableRobot(f"{path}: home needs {len(arm)} joint positions within the limits, found {home}")
+    _check_collision_geometry(path, description, table.get("without_collision", []))
     made = Robot(
         path.stem,
         description,
@@ -191,6 +214,7 @@ def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
         link,
         _tool(path, table["tool"]),
         _workspace(path, table.get("workspace")),
+        _allowed_collisions(path, description, table.get("allowed_collisions", [])),
     )
     _check_fingers(path, made)
     return made
@@ -198,34 +222,67 @@ def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
 
 def _numbers(path: Path, key: str, value: Any) -> Array:
     """Return a list of finite numbers (n,)."""
-    try:
-        numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.array(math.nan)
-    if numbers.ndim != 1 or not np.isfinite(numbers).all():
-        raise UnusableRobot(f"{path}: `{key}` needs a list of numbers, found {value}")
-    return numbers
+    if not isinstance(value, list | tuple) or not all(map(_is_number, value)):
+        raise UnusableRobot(f"{path}: `{key}` needs a list of numbers, found {shown(value)}")
+    return np.array(value, dtype=float)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def _workspace(path: Path, value: Any) -> Region | None:
     if value is None:
         return None
     try:
-        (x0, x1), (y0, y1) = value
-        region = ((float(x0), float(x1)), (float(y0), float(y1)))
+        (x0, x1), (y0, y1) = (_numbers(path, "workspace", row).tolist() for row in value)
     except (TypeError, ValueError) as unexpected:
         raise UnusableRobot(
-            f"{path}: workspace is [[x from, x to], [y from, y to]] in metres, found {value}"
+            f"{path}: workspace is [[x from, x to], [y from, y to]] in metres, found {shown(value)}"
         ) from unexpected
     if not (x0 < x1 and y0 < y1):
-        raise UnusableRobot(f"{path}: workspace needs increasing limits, found {value}")
-    return region
+        raise UnusableRobot(f"{path}: workspace needs increasing limits, found {shown(value)}")
+    return (x0, x1), (y0, y1)
+
+
+def _check_collision_geometry(path: Path, description: Urdf, excepted: Any) -> None:
+    """Raise `UnusableRobot` for links that plans would lead through anything."""
+    _check_links(path, "without_collision", description, excepted)
+    if missing := [link for link in description.links_without_collision if link not in excepted]:
+        raise UnusableRobot(
+            f"{description.path}: these links have a <visual> and no <collision>, so plans would lead them "
+            f"through everything: {', '.join(missing)}; give them one, or list those that can meet nothing "
+            f"under `without_collision` in {path.name}"
+        )
+
+
+def _allowed_collisions(path: Path, description: Urdf, value: Any) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of links whose collisions the TOML allows."""
+    if not isinstance(value, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in value):
+        raise UnusableRobot(
+            f'{path}: `allowed_collisions` needs a list of pairs such as [["link_3", "link_5"]], '
+            f"found {shown(value)}"
+        )
+    for pair in value:
+        _check_links(path, "allowed_collisions", description, pair)
+    return tuple((first, second) for first, second in value)
+
+
+def _check_links(path: Path, key: str, description: Urdf, names: Any) -> None:
+    """Raise `UnusableRobot` unless these are names of the URDF's links."""
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise UnusableRobot(f"{path}: `{key}` needs names of links, found {shown(names)}")
+    links = description.links
+    if unknown := [name for name in names if name not in links]:
+        raise UnusableRobot(
+            f"{path}: `{key}`: no link of the URDF is called '{unknown[0]}'; there are {', '.join(links)}"
+        )
 
 
 def _check_keys(path: Path, top: Mapping[str, Any]) -> None:
     for name in filter(None, _TABLES):
         if not isinstance(top.get(name, {}), dict):
-            raise UnusableRobot(f"{path}: [{name}] must be a table, found {top[name]!r}")
+            raise UnusableRobot(f"{path}: [{name}] must be a table, found {shown(top[name])}")
     for name, allowed in _TABLES.items():
         table = top if not name else top.get(name, {})
         if unknown := sorted(set(table) - allowed):
@@ -237,10 +294,14 @@ def _check_keys(path: Path, top: Mapping[str, Any]) -> None:
             raise UnusableRobot(f"{path}: '{key}' is missing{f' from [{name}]' if name else ''}")
     for key, text in (("urdf", top["urdf"]), ("link", top["tool"]["link"])):
         if not isinstance(text, str):
-            raise UnusableRobot(f"{path}: '{key}' needs a string, found {text!r}")
+            raise UnusableRobot(f"{path}: '{key}' needs a string, found {shown(text)}")
     for key, names in (("arm", top["arm"]), ("joints", top["gripper"]["joints"])):
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise UnusableRobot(f"{path}: '{key}' needs a list of joint names, found {names!r}")
+            raise UnusableRobot(f"{path}: '{key}' needs a list of joint names, found {shown(names)}")
+        if not names or len(set(names)) < len(names):
+            raise UnusableRobot(
+                f"{path}: '{key}' must name one joint or more, each once, found {shown(names)}"
+            )
 
 
 def _check_chain(path: Path, description: Urdf, arm: tuple[str, ...], tool_link: str) -> None:
@@ -251,10 +312,20 @@ def _check_chain(path: Path, description: Urdf, arm: tuple[str, ...], tool_link:
             f"{path}: from the base to '{tool_link}' the URDF has the joints {list(moving)}, "
             f"'arm' has {list(arm)}; it must name the same joints in the same order"
         )
+    for name in arm:
+        if description.joints[name].type not in ("revolute", "continuous", "prismatic"):
+            kind = description.joints[name].type
+            raise UnusableRobot(f"{path}: joint '{name}' is {kind}; an arm has revolute or sliding joints")
 
 
 def _check_fingers(path: Path, made: Robot) -> None:
     for joint in made.finger_joints:
+        if joint.type not in ("revolute", "continuous", "prismatic"):
+            raise UnusableRobot(
+                f"{path}: the gripper joint '{joint.name}' is {joint.type}, so it does not move"
+            )
+        if joint.name in made.arm_joints:
+            raise UnusableRobot(f"{path}: '{joint.name}' is a joint of the arm and of the gripper")
         if joint.child not in made.hand_links:
             raise UnusableRobot(f"{path}: the gripper joint '{joint.name}' is not below the arm's last link")
         if joint.mimic is None and (joint.lower is None or joint.upper is None or joint.lower >= joint.upper):
@@ -305,8 +376,8 @@ def _tool(path: Path, table: Mapping[str, Any]) -> Array:
     """Return the transform of the tool frame to its link (4, 4), z along the approach and y along closing."""
     axes = {key: table.get(key, default) for key, default in (("approach", "z"), ("closing", "y"))}
     for key, axis in axes.items():
-        if axis not in _AXES:
-            raise UnusableRobot(f"{path}: '{key}' must be one of {', '.join(_AXES)}, found {axis!r}")
+        if not isinstance(axis, str) or axis not in _AXES:
+            raise UnusableRobot(f"{path}: '{key}' must be one of {', '.join(_AXES)}, found {shown(axis)}")
     z, y = (np.array(_AXES[axis], float) for axis in axes.values())
     if abs(float(z @ y)) > 0.5:
         raise UnusableRobot(f"{path}: the gripper cannot close along its own approach")

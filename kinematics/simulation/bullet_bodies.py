@@ -79,7 +79,7 @@ class CollisionBodies:
         return identity
 
     def _urdf(self, shape: Compound, mass: float) -> str:
-        pieces = "".join(self._collision(piece) for piece in shape.pieces)
+        pieces = "\n".join(self._collision(piece) for piece in shape.pieces)  # PyBullet breaks long lines
         inertia = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'  # PyBullet computes it from the shape
         inertial = f'<inertial><mass value="{mass}"/><inertia {inertia}/></inertial>'
         return f'<robot name="compound"><link name="base">{inertial}{pieces}</link></robot>'

@@ -31,8 +31,7 @@ class BulletRobot:
         self.robot = robot
         self.gripper = gripper_of(robot)
         self._world, self._client = world, client
-        with pybullet_loading.output_silenced():
-            self.id: int = world.loadURDF(str(urdf), useFixedBase=True, physicsClientId=client)
+        self.id = pybullet_loading.load_arm(world, client, urdf, robot.urdf.path)
         self._find_joints()
         self._effort = robot.limits.effort.tolist()
         self._rates = self._finger_rates()

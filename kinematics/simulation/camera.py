@@ -40,10 +40,10 @@ class Camera:
         self._bodies: Mapping[str, Body] = {}
         self._eye = _EYE
         self._visuals: dict[str, list[tuple[int, Array]]] = {}  # identity, and piece to body (4, 4)
-        with tempfile.TemporaryDirectory() as folder, pybullet_loading.output_silenced():
+        with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "robot.urdf"
-            path.write_text(models.for_bullet(robot, visuals=True))
-            self._robot = self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
+            path.write_text(models.for_bullet(robot, visuals=True), encoding="utf-8")
+            self._robot = pybullet_loading.load_arm(self._bullet, self._client, path, robot.urdf.path)
         self._joints = self._joint_indices()
         add_visual_body(self._bullet, self._client, TABLE_TOP, TABLE_COLOUR)
 

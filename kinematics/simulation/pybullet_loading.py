@@ -6,7 +6,10 @@ import importlib
 import os
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
+
+from kinematics.errors import UnusableRobot
 
 
 @contextlib.contextmanager
@@ -30,6 +33,16 @@ def output_silenced() -> Iterator[None]:
             os.dup2(original, descriptor)
             os.close(original)
         os.close(devnull)
+
+
+def load_arm(bullet: Any, client: int, path: Path, source: Path) -> int:
+    """Load an arm's URDF, and return its identity; raise `UnusableRobot`, which names the source."""
+    try:
+        with output_silenced():
+            identity: int = bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=client)
+    except bullet.error as unexpected:
+        raise UnusableRobot(f"{source}: PyBullet cannot read it: {unexpected}") from unexpected
+    return identity
 
 
 def load() -> Any:

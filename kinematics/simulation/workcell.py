@@ -16,6 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.collision.self_contact import always_touching
 from kinematics.errors import NoDisplay, UnknownBody
 from kinematics.geometry.transforms import Array, Pose, Vector, check_pose
 from kinematics.planning.trajectory import TIME_STEP
@@ -45,6 +46,8 @@ class Workcell:
 
     def __init__(self, robot: Robot | None = None, gui: bool = False) -> None:
         self.robot = robot or panda()
+        always_touching(self.robot)  # an arm that no motion could use is refused here, not at the first one
+        models.pinocchio_model(self.robot)
         self.gripper = gripper_of(self.robot)
         self._bullet: Any = pybullet_loading.load()
         self._client: int = window.connect(self._bullet) if gui else self._bullet.connect(self._bullet.DIRECT)
@@ -52,7 +55,7 @@ class Workcell:
         folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
         self._disconnect = weakref.finalize(self, _disconnect, self._bullet, self._client, folder)
         self._urdf = folder / "robot.urdf"
-        self._urdf.write_text(models.for_bullet(self.robot, visuals=gui))
+        self._urdf.write_text(models.for_bullet(self.robot, visuals=gui), encoding="utf-8")
         self._collision_bodies = CollisionBodies(self._bullet, self._client, folder)
         self._camera: Camera | None = None
         self.on_frame: Callable[[], None] | None = None

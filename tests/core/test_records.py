@@ -97,7 +97,7 @@ def test_a_core_calls_with_records(text: str, tmp_path: Path) -> None:
     instance = draw(registry, find_task(registry, "mine"), rng)
     world = KinematicWorld()
     world.reset(instance.nominal_start(rng), 1)
-    policy = LearnedPolicy(core, read_demonstration(tmp_path / "episode_00000.demo.parquet"))
+    policy = LearnedPolicy(core, read_demonstration(tmp_path / "data" / "episode_00000.demo.parquet"))
     call = policy.decide(policy.root(instance.program, ()), world, END)
     assert call.callee == "stack" and isinstance(call.arguments[0], Record)
     item, support = (value for _, value in call.arguments[0].fields)

@@ -7,7 +7,8 @@ import coal
 import numpy as np
 import pinocchio
 
-from kinematics.collision.models import TABLE_LOWERED, always_touching
+from kinematics.collision.models import TABLE_LOWERED
+from kinematics.collision.self_contact import always_touching
 from kinematics.geometry.transforms import Array, Pose, transform_of
 from kinematics.robot import models
 from kinematics.robot.gripper import gripper_of

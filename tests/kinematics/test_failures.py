@@ -8,8 +8,14 @@ import pytest
 from kinematics_scenes import cube, scattered
 
 from kinematics.errors import Reason, UnusablePose, UnusableShape
+from kinematics.geometry.transforms import Array, Pose
+from kinematics.grasping.grasps import grasps_by_cost
+from kinematics.grasping.placements import placements
+from kinematics.ik import global_ik
+from kinematics.ik.differential_ik import StraightLines
 from kinematics.ik.global_ik import InverseKinematics
 from kinematics.planning.planner import Planner
+from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import panda
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import Box, Compound, Cylinder, Hull, Shape, Sphere
@@ -100,6 +106,50 @@ def test_solver_and_planner_refuse_numbers_that_are_not_finite_or_beyond_a_limit
         for ends, end in (((robot.home, wrong), "goal"), ((wrong, robot.home), "start")):
             with pytest.raises(UnusablePose, match=f"the {end} of the motion"):
                 planner.plan(*ends, lambda q: True, seed=0)
+
+
+def _transforms_that_are_none() -> dict[str, Array]:
+    down = global_ik.tool_pointing_down(0.5, 0.0, 0.2)
+    changes = {
+        "mirrored": ((slice(0, 3), 0), -down[:3, 0]),
+        "scaled": ((slice(0, 3), slice(0, 3)), 1.1 * down[:3, :3]),
+        "sheared": ((0, 1), 0.2),
+        "zero": ((slice(0, 3), slice(0, 3)), 0.0),
+        "no number": ((0, 3), NAN),
+        "infinite": ((2, 3), -INF),
+        "projective": ((3, 0), 0.1),
+    }
+    found = {name: down.copy() for name in changes}
+    for name, (where, value) in changes.items():
+        found[name][where] = value
+    return found | {"of three rows": down[:3]}
+
+
+@pytest.mark.parametrize("name", _transforms_that_are_none())
+def test_a_target_that_is_no_transform_has_no_solutions_but_an_error(name: str) -> None:
+    target, robot = _transforms_that_are_none()[name], panda()
+    solver, lines = InverseKinematics(robot), StraightLines(robot)
+    at_home = iter([robot.home])
+    for question in (
+        lambda: list(solver.solutions(target, at_home)),
+        lambda: solver.solve(target, robot.home),
+        lambda: lines.follow(robot.home, [solver.forward(robot.home), target]),
+        lambda: placements(target, Box((0.02,) * 3), np.eye(3), 0.0),
+    ):
+        with pytest.raises(UnusablePose, match="no usable pose"):
+            question()
+
+
+@pytest.mark.parametrize("rotation", [np.diag([1.0, 1.0, -1.0]), 2 * np.eye(3), np.full((3, 3), NAN)])
+def test_grasps_and_placements_refuse_what_is_no_rotation(rotation: Array) -> None:
+    box = Box((0.02, 0.02, 0.02))
+    with pytest.raises(UnusablePose, match="'the tool'"):
+        placements(np.eye(4), box, rotation, 0.0)
+    with pytest.raises(UnusablePose, match="'the yaw'"):
+        placements(np.eye(4), box, np.eye(3), NAN)
+    for quaternion in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 2.0), (0.0, 0.0, NAN, 1.0)):
+        with pytest.raises(UnusablePose, match="'the body'"):
+            next(grasps_by_cost(Pose((0.5, 0.0, 0.02), quaternion), box, gripper_of(panda())))
 
 
 def test_a_gripper_that_stays_closed_is_noticed_before_it_comes_down(jammed: JammedCell) -> None:

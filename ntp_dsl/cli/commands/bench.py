@@ -54,11 +54,11 @@ def _measure(what: str, count: int, seed: int, arm: str) -> dict[str, Any]:
     pybullet_loading.load()  # first, since the shipped arms are files of PyBullet's, too
     try:
         robot = load(arm)
+        messages.print(f"{count} of each kind, on one processor core; this takes a while")
+        with pybullet_loading.output_silenced():
+            figures: dict[str, Any] = import_module(f"kinematics.bench.{what}").bench(count, seed, robot)
     except UnusableRobot as unusable:
         raise NtpError(str(unusable)) from unusable
-    messages.print(f"{count} of each kind, on one processor core; this takes a while")
-    with pybullet_loading.output_silenced():
-        figures: dict[str, Any] = import_module(f"kinematics.bench.{what}").bench(count, seed, robot)
     return figures
 
 
