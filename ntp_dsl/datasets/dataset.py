@@ -100,7 +100,7 @@ class EpisodeRecorder:
         row = partial(RecordedEpisode, number=number, seed=seed, goal=instance.goal)
         shown = demonstrate(self.registry, self.expert, self.world, instance, seed)
         if not isinstance(shown, RecordedDemonstration):
-            return row(outcome=Recorded.NO_DEMONSTRATION, reason=shown.reason)
+            return row(outcome=Recorded.NO_DEMONSTRATION, reason=str(shown))
         trace, shown_in = episode_files(self.plan.out, number)
         try:
             with written_whole(trace) as unfinished, unfinished.open("w") as stream:
@@ -116,7 +116,7 @@ class EpisodeRecorder:
                     shown_in.name,
                 )
                 if not run.done:
-                    raise EpisodeFailed(run.reason)
+                    raise EpisodeFailed(str(run))
         except (EpisodeFailed, OutOfRange) as failure:
             return row(outcome=Recorded.EPISODE_FAILED, reason=str(failure))
         write_demonstration(shown.demonstration, shown_in)

@@ -16,7 +16,7 @@ from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.policies.scripted import counterpart, shown_anywhere
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
-from ntp_dsl.traces.schema import ROOT, Call, DemonstratedCall
+from ntp_dsl.traces.schema import ROOT, Call, CallOutcome, DemonstratedCall
 from ntp_dsl.traces.trace import Trace
 
 DISTRACTOR = "distractor"
@@ -68,10 +68,10 @@ def _on_stack(expert: Expert, demonstration: Demonstration, trace: Trace) -> Ite
             query = _query(calls[call.parent], trace.states[call.state], demonstration)
             yield Sample(query, Answer(call.name, without_lists(call.arguments), call.scope))
     for call in trace.calls:
-        if call.kind == "program" and call.outcome in ("done", "unfinished"):
+        if call.is_program and call.outcome is not None and call.outcome.is_return:
             assert call.end_state is not None
             state = trace.states[call.end_state]
-            answer = Answer(None, done=call.outcome == "done")
+            answer = Answer(None, done=call.outcome is CallOutcome.DONE)
             yield Sample(_query(call, state, demonstration), answer)
 
 

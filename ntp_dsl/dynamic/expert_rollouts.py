@@ -21,6 +21,7 @@ from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
 from ntp_dsl.traces.phrases import format_argument
+from ntp_dsl.traces.schema import Ending
 from ntp_dsl.worlds.protocol import World
 
 MAX_OBJECTS_FOR_ALL_TRIALS, MIN_OBJECTS_FOR_ONE_TRIAL = 16, 60
@@ -157,7 +158,7 @@ class ExpertRollouts:
             scope = dict(zip((p.name for p in program.parameters), arguments, strict=True))
             is_ready = all(state.holds(fact) for fact in state.literals(program.requires, scope))
             if is_ready and not run.done:
-                reasons.append(run.reason)
+                reasons.append(str(run))
             elif is_ready:
                 return
         if len(livelocks) > 1:
@@ -190,10 +191,10 @@ def _check_reached(task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[D
     if not failed:
         return
     tried = sum(trial.start != "missing object" for trial in trials)
-    refused = all(trial.run.failures and not trial.run.reason.startswith("unfinished") for trial in failed)
+    refused = all(trial.run.failures and trial.run.ending is not Ending.UNFINISHED for trial in failed)
     kinds = ", ".join(dict.fromkeys(trial.start for trial in failed))
     example = failed[0]
-    notes = [Note(f"{example.unmet[0]} does not hold at the end; the run ended: {example.run.reason}")]
+    notes = [Note(f"{example.unmet[0]} does not hold at the end; the run ended: {example.run}")]
     notes.append(Note(f"it started ({example.start}) with {example.scene}; the goal was {example.goal}"))
     assert task.run is not None
     message = f"the expert of '{task.name}' did not reach its goal from {len(failed)} of {tried} starts"

@@ -63,7 +63,7 @@ def demonstration(
         shown = demonstrate(registry, expert, world, instance, derived(seed, number, 2, attempt))
         if isinstance(shown, RecordedDemonstration):
             return shown, attempt + 1
-        reason = shown.reason
+        reason = str(shown)
     raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
 
 

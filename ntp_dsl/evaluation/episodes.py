@@ -173,7 +173,7 @@ class Evaluator:
             verdict.success if verdict else None,
             verdict.success_authors if verdict else None,
             verdict.attributed_to if verdict else None,
-            verdict.reason if verdict else run.reason,
+            verdict.reason if verdict else str(run),
             run.primitives,
             round(done.simulated_seconds, 3),
             run.disturbances,

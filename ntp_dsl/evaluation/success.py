@@ -75,7 +75,7 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     reason = second.message
     if not run.done:
         last = _last_message(run) if attribution is not Attribution.DECISION else ""
-        reason = f"{reason}; {run.ending}: {run.reason}{last}"
+        reason = f"{reason}; {run}{last}"
     return Verdict(False, bool(authors), attribution, reason)
 
 

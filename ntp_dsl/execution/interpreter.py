@@ -56,6 +56,10 @@ class Run:
         """Return whether the program says that it is done."""
         return self.ending is Ending.DONE
 
+    def __str__(self) -> str:
+        """Return how it ended, and why."""
+        return f"{self.ending}: {self.reason}" if self.reason else str(self.ending or "running")
+
     def end(self) -> End:
         """Return the trace's record of its end."""
         assert self.ending is not None, "the run is not over"
