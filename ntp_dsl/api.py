@@ -87,17 +87,19 @@ def load(path: Path | str) -> Registry:
     return with_python(loader.load(path))
 
 
-def load_text(text: str, functions: Sequence[Callable[..., Any]] = (), name: str = "text") -> Registry:
+def load_text(
+    text: str, functions: Sequence[Callable[..., Any]] = (), path: Path | str | None = None
+) -> Registry:
     """Load a library from a string.
 
     Args:
         functions: what the library leaves to Python: functions marked with `@expert`, `@predicate`, `@skill`
             or `@sampler`.
-        name: in place of a file's, in diagnostics.
+        path: where the text belongs: diagnostics name it, and `use` looks beside it. It is not opened.
 
     Raises `SourceError`, which carries every diagnostic, where it is not sound.
     """
-    return with_functions(loader.load_text(text, name), functions)
+    return with_functions(loader.load_text(text, path), functions)
 
 
 def call_graph(registry: Registry, program: str | None = None) -> CallPicture:

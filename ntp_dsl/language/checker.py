@@ -2,100 +2,100 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from pathlib import Path
 
-from ntp_dsl.language import registry
+from ntp_dsl.language.checks.build_registry import build_registry
 from ntp_dsl.language.checks.check_library import examine
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.names.signatures import si
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError, has_errors, in_order
+from ntp_dsl.language.diagnostics.rendering import plain, render
+from ntp_dsl.language.names.incremental_cache import IncrementalCache
+from ntp_dsl.language.names.unknown_names import Shelf, standard_names
 from ntp_dsl.language.names.use_statements import unknown_library
-from ntp_dsl.language.names.visibility import Unit, collect
-from ntp_dsl.language.parsing.partial_library import Draft
-from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.formatter import hash_declaration
-from ntp_dsl.language.syntax.visitors import callees
+from ntp_dsl.language.names.visibility import Unit
+from ntp_dsl.language.parsing.partial_library import PartialLibrary
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import Library
 
 
-def check(*libraries: nodes.Library, sources: Mapping[Path | None, str] | None = None) -> registry.Registry:
+@dataclass(frozen=True, repr=False)
+class Report:
+    """All that is to be said of a library and of those it uses, and its registry if there is no error."""
+
+    diagnostics: tuple[Diagnostic, ...]  # in the order of the texts
+    sources: Mapping[Path | None, str]  # every text that was read, by its path
+    build: Callable[[], Registry] | None = field(compare=False, repr=False)
+
+    @property
+    def is_sound(self) -> bool:
+        return self.build is not None
+
+    @cached_property
+    def registry(self) -> Registry | None:
+        """The checked library; None where there is an error."""
+        return self.build() if self.build else None
+
+    def checked(self) -> Registry:
+        """Return the registry; raise `SourceError` with every diagnostic where there is an error."""
+        if self.registry is None:
+            raise SourceError(self.diagnostics, self.sources)
+        return self.registry
+
+    def __repr__(self) -> str:
+        """Return the diagnostics as the terminal shows them, without its colours."""
+        if not self.diagnostics:
+            return "<Report: nothing to say>"
+        return "\n".join(plain(render(each, self.sources)) for each in self.diagnostics)
+
+
+def check(*libraries: Library, sources: Mapping[Path | None, str] | None = None) -> Registry:
     """Check a library together with those it uses; `SourceError` carries every mistake.
 
     Args:
         libraries: the library that the registry is named after, then the libraries that it uses.
         sources: texts by path, for the excerpts in the error's message.
     """
-    units, mistakes = link([Draft.of(library) for library in libraries])
-    mistakes += examine(units)
-    if any(each.severity == "error" for each in mistakes):
-        raise SourceError(mistakes, sources)
-    table = Table()
-    collect(units, 0, table)
-    return _register(libraries[0].name, table)
+    units, found = link([PartialLibrary(library) for library in libraries])
+    return check_units(units, found, sources or {}).checked()
 
 
-def link(drafts: Sequence[Draft]) -> tuple[list[Unit], list[Diagnostic]]:
+def link(libraries: Sequence[PartialLibrary]) -> tuple[list[Unit], list[Diagnostic]]:
     """Find what each library uses among the others, by name."""
-    known = {draft.name: index for index, draft in reversed([*enumerate(drafts)])}
+    known = {each.library.name: index for index, each in reversed([*enumerate(libraries)])}
     units: list[Unit] = []
-    mistakes: list[Diagnostic] = []
-    for draft in drafts:
+    found: list[Diagnostic] = []
+    for each in libraries:
         used: list[int | None] = []
-        for use in draft.uses:
+        for use in each.library.uses:
             meant = use.library
             if meant not in known:
-                mistakes.append(unknown_library(use, known))
-                fix = mistakes[-1].fix
-                meant = fix.replacement if fix else ""
+                wrong = unknown_library(use, known)
+                found.append(wrong)
+                meant = wrong.fix.replacement if wrong.fix else ""
             used.append(known.get(meant))
-        units.append(Unit(draft, tuple(used)))
-    return units, mistakes
+        units.append(Unit(each, tuple(used)))
+    return units, found
 
 
-def _register(name: str, table: Table) -> registry.Registry:
-    return registry.Registry(
-        name=name,
-        parents={each.name: each.parent.name if each.parent else None for each in table.types.values()},
-        enums={each.name: each.members for each in table.enums.values()},
-        records={each.name: _parameters(each.fields) for each in table.records.values()},
-        constants={each.name: each.type.name for each in table.constants.values()},
-        predicates=dict(table.predicates),
-        apis={each.name: _api(each) for each in table.apis.values()},
-        programs={each.name: _program(each) for each in table.programs.values()},
-        tasks=dict(table.tasks),
-    )
+def check_units(
+    units: Sequence[Unit],
+    found: Iterable[Diagnostic],
+    sources: Mapping[Path | None, str],
+    shelf: Shelf = standard_names,
+    cache: IncrementalCache | None = None,
+) -> Report:
+    """Check the meaning of a library and of all that it uses.
 
-
-def _parameters(parameters: Sequence[nodes.Parameter]) -> tuple[registry.Parameter, ...]:
-    return tuple(
-        registry.Parameter(each.name, each.type.name, each.type.is_list, si(each.low), si(each.high))
-        for each in parameters
-    )
-
-
-def _api(declared: nodes.ApiDeclaration) -> registry.Api:
-    return registry.Api(
-        name=declared.name,
-        parameters=_parameters(declared.parameters),
-        requires=declared.requires,
-        achieves=declared.achieves,
-        hash=hash_declaration(declared),
-        docstring=declared.docstring,
-        span=declared.name_span,
-        skill=declared.by.id if declared.by else declared.name,
-    )
-
-
-def _program(declared: nodes.ProgramDeclaration) -> registry.Program:
-    return registry.Program(
-        name=declared.name,
-        parameters=_parameters(declared.parameters),
-        requires=declared.requires,
-        achieves=declared.achieves,
-        hash=hash_declaration(declared),
-        docstring=declared.docstring,
-        span=declared.name_span,
-        body=declared.body,
-        callees=callees(declared),
-        in_python=declared.by is not None,
-    )
+    Args:
+        units: the library in question first.
+        found: what is wrong with their form.
+        shelf: where else a name may be declared.
+        cache: of earlier checks.
+    """
+    table, wrong = examine(units, shelf, cache)
+    diagnostics = in_order([*found, *wrong])
+    is_sound = not has_errors(diagnostics)
+    build = partial(build_registry, units[0].library.name, table) if is_sound else None
+    return Report(diagnostics, sources, build)

@@ -8,21 +8,22 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
-from ntp_dsl.language.checks.check_library import examine
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, SourceError
-from ntp_dsl.language.loader import Reading, Report, shelf
-from ntp_dsl.language.names.incremental_cache import Memory
+from ntp_dsl.language.diagnostics.diagnostics import in_order
+from ntp_dsl.language.loader import Report, check_files
+from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.parsing.blocks import Piece
 from ntp_dsl.language.parsing.error_recovery import Parsed
 from ntp_dsl.language.parsing.parser import parse_piece, read
-from ntp_dsl.language.parsing.partial_library import Draft
+from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.syntax.nodes import Span
 
 FAR = 1_000_000_000  # the first line that belongs to no file
 
+T = TypeVar("T")
 Place = tuple[Path | None, str, int]  # a text, and how many like it stand above it in the file
 
 
@@ -30,26 +31,30 @@ class Session:
     """Keeps what was read and found out, from one check to the next."""
 
     def __init__(self) -> None:
-        self._memory = Memory()
+        self._cache = IncrementalCache()
         self._known: dict[Place, Parsed] = {}
         self._free = FAR
 
     def diagnose(self, path: Path, texts: Mapping[Path, str] | None = None) -> Report:
-        """What `diagnose` of the loader says.
+        """Check a file and all that it uses, with the same report as the loader's `diagnose`.
 
         Args:
             texts: of files as they are edited, in place of what is on the disk.
         """
-        self._memory.begin()
+        self._cache.begin()
         visit = _Visit(self)
-        reading = Reading(path, texts or {}, visit.read)
-        found = examine(reading.units(), lambda: shelf(path), self._memory)
+        edited = dict[Path | None, str]((texts or {}).items())
+        report = check_files(path, edited, visit.read, self._cache)
         self._known = visit.seen
-        said = [visit.moved(each) for each in [*reading.mistakes, *found]]
-        return Report(SourceError(said).diagnostics, reading.sources)
+        build = report.build
+        return Report(
+            in_order(map(visit.moved, report.diagnostics)),
+            report.sources,
+            (lambda: visit.moved(build())) if build else None,
+        )
 
     def parsed(self, place: Place, piece: Piece) -> Parsed:
-        """The piece as it was read before, or reads now."""
+        """Return the piece as it was read before, or read it now."""
         if place not in self._known:
             self._known[place] = parse_piece(replace(piece, line=self._free))
             self._free += piece.text.count("\n") + 1
@@ -64,8 +69,8 @@ class _Visit:
         self.seen: dict[Place, Parsed] = {}
         self._lines: list[tuple[int, int]] = []  # the first line far below, and the one in the file
 
-    def read(self, text: str, path: Path | None) -> Draft:
-        """As the parser reads a draft, with what is known already."""
+    def read(self, text: str, path: Path | None) -> PartialLibrary:
+        """Read a library as the parser does, with what is known already."""
         counts: dict[str, int] = {}
 
         def read_piece(piece: Piece) -> Parsed:
@@ -77,17 +82,26 @@ class _Visit:
             self._lines.append((parsed.piece.line, piece.line))
             return parsed
 
-        return read(text, path, read_piece)
-
-    def moved(self, diagnostic: Diagnostic) -> Diagnostic:
-        """The diagnostic with all its places as they are in the files."""
+        partial = read(text, path, read_piece)
         self._lines.sort()
-        notes = tuple(replace(note, span=self._place(note.span)) for note in diagnostic.notes)
-        fix = diagnostic.fix
-        if fix is not None:
-            also = tuple(Edit(self._place(each.span), each.replacement) for each in fix.also)
-            fix = replace(fix, span=self._place(fix.span), also=also)
-        return replace(diagnostic, span=self._place(diagnostic.span), notes=notes, fix=fix)
+        return partial
+
+    def moved(self, value: T) -> T:
+        """Return a diagnostic, or whatever else has spans, with all its places as they are in the files."""
+        return self._moved(value)  # type: ignore[no-any-return]
+
+    def _moved(self, value: Any) -> Any:
+        if isinstance(value, Span):
+            return self._place(value)
+        if isinstance(value, tuple):
+            return tuple(map(self._moved, value))
+        if isinstance(value, dict):
+            return {key: self._moved(each) for key, each in value.items()}
+        if is_dataclass(value) and not isinstance(value, type):
+            return replace(
+                value, **{each.name: self._moved(getattr(value, each.name)) for each in fields(value)}
+            )
+        return value
 
     def _place(self, span: Span) -> Span:
         if span.line < FAR:

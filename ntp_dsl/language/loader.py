@@ -1,101 +1,79 @@
-"""From a file or a folder to a registry: finds the text, and the libraries that it uses."""
+"""From a file, a folder or a text to a registry, or to all that is wrong with it."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from ntp_dsl.common.resources import examples_folder, library_folder
-from ntp_dsl.language.checker import check
-from ntp_dsl.language.checks.check_library import examine
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError, SourceError
-from ntp_dsl.language.diagnostics.rendering import plain, render
-from ntp_dsl.language.names.unknown_names import names_in, standard_names
-from ntp_dsl.language.names.use_statements import circle, unknown_library
-from ntp_dsl.language.names.visibility import Unit
-from ntp_dsl.language.parsing.parser import lines
-from ntp_dsl.language.parsing.parser import read as read_draft
-from ntp_dsl.language.parsing.partial_library import Draft, Key
+from ntp_dsl.language.checker import Report, check_units
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.names.incremental_cache import IncrementalCache
+from ntp_dsl.language.names.used_libraries import SUFFIX, Reading, ReadLibrary, read, shelf
+from ntp_dsl.language.parsing import parser
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.language.syntax import nodes
 
-SUFFIX = ".ntp"
+__all__ = [
+    "SUFFIX", "Report", "check_files", "diagnose", "diagnose_text", "find", "load", "load_text", "read",
+]  # fmt: skip
 
 
 def load(path_or_folder: Path | str) -> Registry:
-    """Parse and check a library and all that it uses.
+    """Parse and check a library and all that it uses; `SourceError` carries every diagnostic.
 
     Args:
         path_or_folder: an `.ntp` file, a folder that holds one, or the name of an example or of a
             standard library.
     """
-    return _load(find(path_or_folder), {})
+    return diagnose(find(path_or_folder)).checked()
 
 
-def load_text(text: str, name: str = "text") -> Registry:
-    """Load a library from a string; what it uses comes from the folder at hand and the standard library.
+def load_text(text: str, path: Path | str | None = None) -> Registry:
+    """Parse and check a library that is given as text, and all that it uses, as `load` does.
 
     Args:
-        name: in place of a file's, in diagnostics.
-
-    Raises `SourceError`, which carries every diagnostic, where it is not sound.
+        path: where the text belongs: messages name it, and `use` looks beside it. The file is not opened.
+            Without a path, `use` finds the standard libraries alone.
     """
-    path = Path(f"{name}{SUFFIX}")
-    return _load(path, {path: text})
-
-
-def _load(path: Path, texts: Mapping[Path, str]) -> Registry:
-    with _uncollected():
-        reading = Reading(path, texts)
-    if reading.mistakes:
-        report = _diagnose(path, texts)
-        raise SourceError(report.diagnostics, report.sources)
-    libraries = [unit.draft.whole() for unit in reading.units()]
-    return check(*libraries, sources=reading.sources)
-
-
-@dataclass(frozen=True, repr=False)
-class Report:
-    """All that is to be said of a library and of those it uses, in the order of their texts."""
-
-    diagnostics: tuple[Diagnostic, ...]
-    sources: Mapping[Path | None, str]  # every text that was read, by its path
-
-    @property
-    def is_sound(self) -> bool:
-        return not any(each.severity == "error" for each in self.diagnostics)
-
-    def __repr__(self) -> str:
-        """Return the diagnostics as the terminal shows them, without its colours."""
-        if not self.diagnostics:
-            return "<Report: nothing to say>"
-        return "\n".join(plain(render(each, self.sources)) for each in self.diagnostics)
+    return diagnose_text(text, path).checked()
 
 
 def diagnose(path: Path) -> Report:
-    """Return every mistake of form and meaning, in the file and in all that it uses."""
-    return _diagnose(path, {})
+    """Check the form and meaning of a file and of all that it uses."""
+    return check_files(path)
 
 
-def diagnose_text(text: str, name: str = "text") -> Report:
-    """Return every mistake of form and meaning in a string; see `load_text`."""
-    path = Path(f"{name}{SUFFIX}")
-    return _diagnose(path, {path: text})
+def diagnose_text(text: str, path: Path | str | None = None) -> Report:
+    """Check a text as `load_text` does."""
+    where = None if path is None else Path(path)
+    return check_files(where, {where: text})
 
 
-def _diagnose(path: Path, texts: Mapping[Path, str]) -> Report:
+def check_files(
+    path: Path | None,
+    texts: Mapping[Path | None, str] | None = None,
+    read_library: ReadLibrary = parser.read,
+    cache: IncrementalCache | None = None,
+) -> Report:
+    """Read a library and all that it uses, and check them: what all ways of loading have in common.
+
+    Args:
+        texts: in place of what is on the disk.
+        read_library: a quicker way than to parse a text anew, where the caller knows one.
+        cache: of earlier checks.
+    """
     with _uncollected():
-        reading = Reading(path, texts)
-        found = examine(reading.units(), lambda: shelf(path))
-    return Report(SourceError([*reading.mistakes, *found]).diagnostics, reading.sources)
+        reading = Reading(path, texts or {}, read_library)
+        units = reading.units()
+        return check_units(units, reading.diagnostics, reading.sources, partial(shelf, path), cache)
 
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Reading makes many things and drops few: to look for garbage meanwhile takes a third of the time."""
+    """Pause garbage collection, which takes a third of the time: a check makes many objects and drops few."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -106,7 +84,7 @@ def _uncollected() -> Iterator[None]:
 
 
 def find(path_or_folder: Path | str) -> Path:
-    """The file that is meant; `NtpError` says what was looked for where there is none."""
+    """Return the file that is meant; `NtpError` says what was looked for where there is none."""
     given = Path(path_or_folder)
     is_bare = len(given.parts) == 1 and not given.suffix
     if is_bare and not given.exists():
@@ -133,90 +111,3 @@ def _only_library(folder: Path) -> Path:
         return eponymous
     listing = ", ".join(path.name for path in found)
     raise NtpError(f"the folder '{folder}' holds several libraries ({listing}); name one of them")
-
-
-def read(path: Path) -> str:
-    """The text of a file; `NtpError` where it cannot be read or is not text."""
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise NtpError(f"'{path}' is not a text file (byte {error.start} is not UTF-8)") from error
-    except OSError as error:
-        raise NtpError(f"'{path}' cannot be read: {error.strerror or error}") from error
-    if "\0" in text:
-        raise NtpError(f"'{path}' is not a text file (it contains zero bytes)")
-    return text
-
-
-class Reading:
-    """One walk along `use`, which collects drafts, texts and mistakes."""
-
-    def __init__(
-        self,
-        path: Path,
-        texts: Mapping[Path, str] | None = None,
-        read_draft: Callable[[str, Path | None], Draft] = read_draft,
-    ) -> None:
-        self._texts = texts or {}
-        self._read_draft = read_draft
-        self.sources: dict[Path | None, str] = {}
-        self.mistakes: list[Diagnostic] = []
-        self._drafts: dict[Path, Draft] = {}
-        self._uses: dict[Path, list[Path | None]] = {}
-        self._visit(path, ())
-
-    def units(self) -> list[Unit]:
-        """The library that was asked for, then all that it uses."""
-        number = {path: index for index, path in enumerate(self._drafts)}
-        return [
-            Unit(draft, tuple(None if used is None else number[used] for used in self._uses[path]))
-            for path, draft in self._drafts.items()
-        ]
-
-    def _visit(self, path: Path, above: tuple[Path, ...]) -> None:
-        text = self._texts[path] if path in self._texts else read(path)
-        self.sources[path] = lines(text)
-        self._drafts[path] = draft = self._read_draft(text, path)
-        self.mistakes += draft.mistakes
-        self._uses[path] = [self._follow(use, path, (*above, path)) for use in draft.uses]
-
-    def _follow(self, use: nodes.Use, path: Path, above: tuple[Path, ...]) -> Path | None:
-        target = _find_used(use.library, path)
-        if target is None:
-            mistake = unknown_library(use, [each.stem for each in _neighbours(path)])
-            self.mistakes.append(mistake)
-            target = _find_used(mistake.fix.replacement, path) if mistake.fix else None
-        if target is None:
-            return None
-        entered = [each.resolve() for each in above]
-        if target.resolve() in entered:
-            way = above[entered.index(target.resolve()) :]
-            self.mistakes.append(circle(use, [*(each.stem for each in way), target.stem]))
-            return way[0]
-        if target not in self._drafts:
-            self._visit(target, above)
-        return target
-
-
-def _find_used(name: str, path: Path) -> Path | None:
-    return next((each for each in _places(name, path) if _is_there(each)), None)
-
-
-def _is_there(path: Path) -> bool:
-    """Whether there is such a file, spelt so: where case does not count, it counts here."""
-    return path.is_file() and path.name in {each.name for each in path.parent.iterdir()}
-
-
-def shelf(path: Path) -> Mapping[Key, str]:
-    """Which library that a file could use declares a name."""
-    return {**standard_names(), **names_in(sorted(_neighbours(path)))}
-
-
-def _places(name: str, path: Path) -> Iterator[Path]:
-    for folder in (path.parent, library_folder()):
-        yield folder / f"{name}{SUFFIX}"
-
-
-def _neighbours(path: Path) -> Iterator[Path]:
-    for folder in (path.parent, library_folder()):
-        yield from (each for each in folder.glob(f"*{SUFFIX}") if each != path)

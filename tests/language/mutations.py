@@ -1,9 +1,10 @@
-"""Ways in which texts go wrong: as people edit them, and as nobody would."""
+"""Ways in which texts change: as people edit them, as nobody would, and by comments alone."""
 
 from __future__ import annotations
 
 import random
 import re
+from collections.abc import Iterator
 
 WORD = re.compile(r"[A-Za-z_]+")
 NOISE = (
@@ -70,3 +71,38 @@ def broken(text: str, rng: random.Random) -> str:
         case _:
             start = rng.randrange(len(text) + 1)
             return text[:at] + text[start : start + rng.choice([10, 100, 400])] + text[at:]
+
+
+# Strings, comments, line ends, and whatever else is one token.
+TOKEN = re.compile(
+    r'"""[\s\S]*?"""|"[^"\n]*"|#[^\n]*|\n|\d+(?:\.\d+)?(?:e[+-]?\d+)?|\w+|\.\.|->|[=!<>]=|[^\w\s]'
+)
+BESIDE = ("  # c{0}",)
+ALONE = ("# c{0}\n", "    # c{0}\n", "  # c{0}\n\n", "\n        # c{0}\n", "\t# c{0}\n# d{0}\n", "    #\n")
+WITHIN = ("  # c{0}\n", "\n# c{0}\n", "\n    # c{0}\n  ", "  # c{0}\n        # d{0}\n", "\n\n  # (c{0}\n\n")
+
+
+def comment_places(text: str) -> Iterator[tuple[int, tuple[str, ...]]]:
+    """Every offset at which a comment may be put in without another meaning, and the forms that fit there."""
+    yield 0, ALONE
+    depth = 0
+    for match in TOKEN.finditer(text):
+        token = match.group()
+        if token == "\n":
+            yield match.start(), BESIDE
+            yield match.end(), ALONE
+            continue
+        if token in ")]":
+            yield match.start(), WITHIN
+        depth += (token in "([") - (token in ")]")
+        if depth and not token.startswith("#"):
+            yield match.end(), WITHIN
+
+
+def commented(text: str, rng: random.Random, most: int = 4) -> str:
+    """The text with up to so many comments, wherever one may stand."""
+    places = list(comment_places(text))
+    chosen = rng.sample(places, min(len(places), rng.randint(1, most)))
+    for number, (at, forms) in sorted(enumerate(chosen), key=lambda each: -each[1][0]):
+        text = text[:at] + rng.choice(forms).format(number) + text[at:]
+    return text

@@ -16,14 +16,13 @@ from mutations import broken, edited
 from sound_libraries import sound_library
 
 from ntp_dsl.common.resources import examples_folder, grammar_folder, library_folder
-from ntp_dsl.language.checker import check, link
-from ntp_dsl.language.checks.check_library import examine
+from ntp_dsl.language.checker import check, check_units, link
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.formatting.canonical import format_library
-from ntp_dsl.language.names.incremental_cache import Memory
+from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.parsing.blocks import KEYWORDS
 from ntp_dsl.language.parsing.parser import lines, parse, read
-from ntp_dsl.language.parsing.partial_library import Draft
+from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Library, Span
 
@@ -46,18 +45,18 @@ def texts() -> list[str]:
     return [*(path.read_text() for path in sorted(paths)), shown, sound_library(random.Random(0))]
 
 
-MEMORY = Memory()  # of `tabletop`
+CACHE = IncrementalCache()  # of `tabletop`
 
 
 def everything_said(text: str) -> list[Diagnostic]:
-    draft = read(text, None)
-    units, mistakes = link([draft, *([] if draft.name == "tabletop" else [_tabletop_draft()])])
-    MEMORY.begin()
-    return [*draft.mistakes, *mistakes, *examine(units, memory=MEMORY)]
+    partial = read(text, None)
+    units, found = link([partial, *([] if partial.library.name == "tabletop" else [_tabletop()])])
+    CACHE.begin()
+    return list(check_units(units, [*partial.diagnostics, *found], {}, cache=CACHE).diagnostics)
 
 
 @cache
-def _tabletop_draft() -> Draft:
+def _tabletop() -> PartialLibrary:
     return read((library_folder() / "tabletop.ntp").read_text(), library_folder() / "tabletop.ntp")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError
-from ntp_dsl.language.loader import load
+from ntp_dsl.language.loader import diagnose, diagnose_text, load, load_text
 
 SOUND = "library {0}\nuse tabletop\nprogram {0}(x: Object):\n    achieves clear(x)\n    clear(x)\n"
 
@@ -76,6 +76,34 @@ def test_the_mistakes_of_all_files_come_together(tmp_path: Path) -> None:
     assert {each.span.path for each in caught.value.diagnostics} == {
         tmp_path / "a.ntp", tmp_path / "b.ntp",
     }  # fmt: skip
+
+
+def test_a_text_is_a_library_that_uses_the_standard_ones() -> None:
+    registry = load_text(SOUND.format("mine"))
+    assert registry.name == "mine" and "pick" in registry and registry["mine"].span.path is None
+    with pytest.raises(SourceError, match="<text>:2:5: .*did you mean 'tabletop'"):
+        load_text(SOUND.format("mine").replace("tabletop", "tabeltop"))
+
+
+def test_a_text_that_belongs_to_a_folder_uses_what_is_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "cups.ntp").write_text("library cups\nuse tabletop\ntype Cup is Movable\n")
+    text = "library mine\nuse cups\ntype Mug is Cup\n"
+    assert load_text(text, tmp_path / "mine.ntp").is_a("Mug", "Movable")
+    report = diagnose_text(text.replace("Cup", "Cpu"), tmp_path / "mine.ntp")
+    assert [str(each.span) for each in report.diagnostics] == [f"{tmp_path / 'mine.ntp'}:3:13"]
+    assert report.registry is None and not report.is_sound
+    assert not (tmp_path / "mine.ntp").exists()
+
+
+def test_loading_says_what_a_diagnosis_says(tmp_path: Path) -> None:
+    (tmp_path / "cups.ntp").write_text("library other\nuse tabletop\ntype Cup is Movable\n")
+    path = tmp_path / "mine.ntp"
+    path.write_text("library mine\nuse tabletop\nconstant mug: Cup\n")
+    with pytest.raises(SourceError, match="declared by library 'cups', which is not used here") as caught:
+        load(path)
+    assert caught.value.diagnostics == diagnose(path).diagnostics
+    path.write_text("library mine\nuse cups\nconstant mug: Cup\n")
+    assert load(path) == diagnose(path).registry and load(path).constants["mug"] == "Cup"
 
 
 def test_loading_a_library_imports_nothing_heavy() -> None:

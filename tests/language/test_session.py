@@ -77,6 +77,8 @@ def test_texts_that_are_being_edited_stand_for_their_files(tmp_path: Path) -> No
     path.write_text(SHAPES)
     session = Session()
     assert session.diagnose(path).diagnostics == ()
+    moved = session.diagnose(path, {path: "\n\n" + SHAPES}).registry
+    assert moved is not None and moved["turn"].span.line == 10
     text = "\n\n" + SHAPES.replace("is Movable", "is Movabel")
     (mistake,) = session.diagnose(path, {path: text}).diagnostics
     assert (mistake.code, mistake.span.line) == ("E103", 5)

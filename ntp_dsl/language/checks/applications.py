@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from ntp_dsl.language.checks.arguments import Arguments, Value
-from ntp_dsl.language.diagnostics.diagnostics import Note, nearest
+from ntp_dsl.language.diagnostics.checked import Checked
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note, nearest, unknown
 from ntp_dsl.language.names.signatures import Names, head
-from ntp_dsl.language.names.symbol_table import Table
-from ntp_dsl.language.names.unknown_names import report_unknown
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
@@ -21,56 +21,48 @@ Applicable = nodes.PredicateDeclaration | nodes.ApiDeclaration | nodes.ProgramDe
 class Applications:
     """Checks predicates and calls by what `value` says of their arguments."""
 
-    def __init__(self, table: Table, value: Value) -> None:
+    def __init__(self, table: SymbolTable, value: Value) -> None:
         self._table = table
         self._value = value
         self.arguments = Arguments(table, value)
 
-    def predicate(self, atom: nodes.Atom, names: Names) -> nodes.PredicateDeclaration | None:
+    def predicate(self, atom: nodes.Atom, names: Names) -> Checked[nodes.PredicateDeclaration | None]:
+        """Return the predicate's declaration, if there is one."""
         declared = self._table.predicates.get(atom.predicate)
         if declared is None:
-            self._no_predicate(atom, names)
-            self._arguments_of(atom, names)
+            yield self._no_predicate(atom, names)
+            yield from self.arguments.alone(atom, names)
             return None
-        self.arguments.check(atom, declared, declared.parameters, names, wild=True)
+        yield from self.arguments.check(atom, declared, declared.parameters, names, wild=True)
         return declared
 
-    def _arguments_of(self, node: nodes.Atom | nodes.Call, names: Names) -> None:
-        """What is wrong with them by themselves, where nobody knows what they are given to."""
-        for argument in node.arguments:
-            if not isinstance(argument, nodes.Wildcard):
-                self._value(argument, names, None)
-
-    def _no_predicate(self, atom: nodes.Atom, names: Names) -> None:
+    def _no_predicate(self, atom: nodes.Atom, names: Names) -> Diagnostic:
         name, span = atom.predicate, head(atom.span, atom.predicate)
         callee = self._table.callable(name)
         if (field := argument_repairs.as_field(self.arguments.sight(names), atom)) is not None:
             message = f"there is no predicate '{name}'; it is a field: {field.replacement}"
-            self._table.report("E102", message, span, fix=field, name=name)
-            return
+            return Diagnostic("E102", message, span, fix=field, name=name)
         if callee is None or nearest(name, self._table.predicates):
             likely = self._that_take(self._table.predicates.values(), atom.arguments, names)
             alike = [each for each in self._table.predicates.values() if _are_as_many(each, atom)]
             known = [each.name for each in alike] or [*self._table.predicates]
-            what = "there is no predicate"
-            report_unknown(self._table, "predicate", "E102", what, name, span, known, likely=likely)
-            return
+            return unknown("E102", "there is no predicate", name, span, known, likely=likely)
         note = Note("declared here", callee.name_span)
         message = f"'{name}' is something to call, not a predicate"
-        self._table.report("E102", message, span, _achieved(callee), note)
+        return Diagnostic("E102", message, span, (note,), _achieved(callee))
 
-    def call(self, call: nodes.Call, names: Names) -> None:
-        """The callee exists and takes these arguments."""
+    def call(self, call: nodes.Call, names: Names) -> Iterator[Diagnostic]:
+        """Check that the callee exists and takes these arguments."""
         callee = self._table.callable(call.callee)
         if callee is not None:
-            self.arguments.check(call, callee, callee.parameters, names)
+            yield from self.arguments.check(call, callee, callee.parameters, names)
             return
         likely = self._that_take(self._table.callables(), call.arguments, names)
-        self.callee(call.callee, head(call.span, call.callee), likely)
-        self._arguments_of(call, names)
+        yield from self.callee(call.callee, head(call.span, call.callee), likely)
+        yield from self.arguments.alone(call, names)
 
-    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> None:
-        """Something of that name can be called."""
+    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> Iterator[Diagnostic]:
+        """Check that something of that name can be called."""
         if self._table.callable(name) is not None:
             return
         predicate = self._table.predicates.get(name)
@@ -78,10 +70,9 @@ class Applications:
         if predicate is not None:
             note = Note("declared here", predicate.name_span)
             message = f"'{name}' is a predicate: it can be required or achieved, not called"
-            self._table.report("E104", message, span, self._achievers(name), note)
+            yield Diagnostic("E104", message, span, (note,), self._achievers(name))
             return
-        what = "no program or api is called"
-        report_unknown(self._table, "call", "E104", what, name, span, known, likely=likely)
+        yield unknown("E104", "no program or api is called", name, span, known, likely=likely)
 
     def _that_take(
         self, declared: Iterable[Applicable], given: Sequence[Expression], names: Names

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.diagnostics.checked import Checked, outcome
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.names.signatures import Names, fits, head, phrase, si
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, Table
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression, format_type
 from ntp_dsl.language.syntax.nodes import Expression, Parameter, TypeName
 
-Value = Callable[[Expression, Names, TypeName | None], TypeName | None]
+Value = Callable[[Expression, Names, TypeName | None], Checked[TypeName | None]]
 GROSS = 5.0  # so far beyond its range, a number was written in another unit
 
 
 class Arguments:
-    """Checks arguments by what `value` says of each, and leaves what is wrong in the table."""
+    """Checks arguments by what `value` says of each."""
 
-    def __init__(self, table: Table, value: Value) -> None:
+    def __init__(self, table: SymbolTable, value: Value) -> None:
         self._table = table
         self._value = value
 
@@ -30,8 +31,8 @@ class Arguments:
         parameters: Sequence[Parameter],
         names: Names,
         wild: bool = False,
-    ) -> None:
-        """As many as declared, each of its parameter's type and in its range.
+    ) -> Iterator[Diagnostic]:
+        """Check that there are as many as declared, each of its parameter's type and in its range.
 
         Args:
             wild: whether `any` may stand for an argument.
@@ -40,23 +41,27 @@ class Arguments:
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
         sight = self.sight(names, wild)
         if len(parameters) != len(given):
-            for argument in given:
-                if not isinstance(argument, nodes.Wildcard):
-                    self._value(argument, names, None)
-            self._wrong_number(node, declared, parameters, sight, note)
+            yield from self.alone(node, names)
+            yield self._wrong_number(node, declared, parameters, sight, note)
             return
         for index, argument in enumerate(given):
             if wild and isinstance(argument, nodes.Wildcard):
                 continue
-            found = self._value(argument, names, parameters[index].type)
+            found = yield from self._value(argument, names, parameters[index].type)
             if found is None:
                 continue
             if not fits(self._table, found, parameters[index].type):
-                self._wrong_type(node, declared, parameters, index, found, sight, note)
+                yield self._wrong_type(node, declared, parameters, index, found, sight, note)
                 if argument_repairs.repair_order(sight, parameters, given) is not None:
                     return  # they are only mixed up, which is one mistake
             elif isinstance(argument, nodes.Number):
-                self._check_range(parameters[index], argument, note)
+                yield from _check_range(parameters[index], argument, note)
+
+    def alone(self, node: nodes.Atom | nodes.Call, names: Names) -> Iterator[Diagnostic]:
+        """Check the arguments by themselves, where it is not known what they are given to."""
+        for argument in node.arguments:
+            if not isinstance(argument, nodes.Wildcard):
+                yield from self._value(argument, names, None)
 
     def sight(self, names: Names, wild: bool = True) -> argument_repairs.Sight:
         """What can be named here, and what would fit where."""
@@ -71,11 +76,8 @@ class Arguments:
         def accepts(parameter: Parameter, argument: Expression) -> bool:
             if isinstance(argument, nodes.Wildcard):
                 return wild
-            before = len(self._table.mistakes)
-            found = self._value(argument, names, parameter.type)
-            sound = len(self._table.mistakes) == before
-            del self._table.mistakes[before:]
-            return sound and (found is None or fits(self._table, found, parameter.type))
+            found, wrong = outcome(self._value(argument, names, parameter.type))
+            return not wrong and (found is None or fits(self._table, found, parameter.type))
 
         return accepts
 
@@ -86,14 +88,14 @@ class Arguments:
         parameters: Sequence[Parameter],
         sight: argument_repairs.Sight,
         note: Note,
-    ) -> None:
+    ) -> Diagnostic:
         wanted, found = len(parameters), len(node.arguments)
         message = f"'{declared.name}' takes {_count(wanted)}, here {_are(found)}"
         meant = argument_repairs.repair_count(sight, parameters, node.arguments)
         fix = None if meant is None else argument_repairs.as_call(node, declared.name, meant)
         listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
         help = f"it is declared: {declared.name}({listing})"
-        self._table.report("E201", message, head(node.span, declared.name), help, note, fix=fix)
+        return Diagnostic("E201", message, head(node.span, declared.name), (note,), help, fix)
 
     def _wrong_type(
         self,
@@ -104,7 +106,7 @@ class Arguments:
         found: TypeName,
         sight: argument_repairs.Sight,
         note: Note,
-    ) -> None:
+    ) -> Diagnostic:
         parameter, wrong = parameters[index], node.arguments[index]
         message = f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
         help = self._members(parameter.type)
@@ -126,21 +128,22 @@ class Arguments:
             fix = argument_repairs.narrower(sight, parameter, wrong)
             if fix is not None:
                 help = f"only {phrase(parameter.type)} will do: say so where it is declared"
-        self._table.report("E202", message, wrong.span, help, note, fix=fix)
+        return Diagnostic("E202", message, wrong.span, (note,), help, fix)
 
     def _members(self, type: TypeName) -> str:
         enum = self._table.enums.get(type.name)
         return f"{phrase(type)} is one of: {', '.join(enum.members)}" if enum else ""
 
-    def _check_range(self, parameter: Parameter, number: nodes.Number, note: Note) -> None:
-        value, low, high = map(si, (number, parameter.low, parameter.high))
-        if value is None or low is None or high is None or low <= value <= high:
-            return
-        unit = _unit(parameter)
-        message = f"'{parameter.name}' lies in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
-        fix = _other_unit(parameter, number, value, low, high)
-        help = f"did you mean {fix.replacement}?" if fix else ""
-        self._table.report("E203", message, number.span, help, note, fix=fix)
+
+def _check_range(parameter: Parameter, number: nodes.Number, note: Note) -> Iterator[Diagnostic]:
+    value, low, high = map(si, (number, parameter.low, parameter.high))
+    if value is None or low is None or high is None or low <= value <= high:
+        return
+    unit = _unit(parameter)
+    message = f"'{parameter.name}' lies in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
+    fix = _other_unit(parameter, number, value, low, high)
+    help = f"did you mean {fix.replacement}?" if fix else ""
+    yield Diagnostic("E203", message, number.span, (note,), help, fix)
 
 
 def _unit(parameter: Parameter) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 
-from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.names.signatures import head
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.contract_repairs import reorder
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Expression, Name, ProgramDeclaration, Statement
@@ -19,30 +19,30 @@ MUTUAL = frozenset(
 )
 
 
-def check_hierarchy(table: Table, own: Iterable[nodes.Declaration]) -> None:
-    """Compositions are made of others, and chains of calls end in apis.
+def check_hierarchy(table: SymbolTable, own: Sequence[nodes.Declaration]) -> Iterator[Diagnostic]:
+    """Check that compositions are made of other predicates, and that chains of calls end in apis.
 
     Args:
-        own: whom to judge.
+        own: the declarations to check.
     """
-    judged = list(own)
-    _check_compositions(table, [each for each in judged if isinstance(each, nodes.PredicateDeclaration)])
+    composed = [each for each in own if isinstance(each, nodes.PredicateDeclaration)]
+    yield from _check_compositions(table, composed)
     grounded = _grounded(table)
-    for program in (each for each in judged if isinstance(each, ProgramDeclaration)):
+    for program in (each for each in own if isinstance(each, ProgramDeclaration)):
         if program.name not in grounded:
             message = f"'{program.name}' never comes to an api: the robot would do nothing"
             help = "call an api, or a program that does"
-            table.report("E406", message, program.name_span, help)
+            yield Diagnostic("E406", message, program.name_span, help=help)
 
 
-def check_calls(program: ProgramDeclaration, table: Table) -> None:
-    """Recursion is guarded, and an api without a promise stands last."""
-    _check_promises(program, table)
+def check_calls(program: ProgramDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
+    """Check that recursion is guarded, and that an api without a promise comes last."""
+    yield from _check_promises(program, table)
     for statement in program.body:
-        _check_recursion(statement, program, table)
+        yield from _check_recursion(statement, program, table)
 
 
-def _check_promises(program: ProgramDeclaration, table: Table) -> None:
+def _check_promises(program: ProgramDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     for index, statement in enumerate(program.body[:-1]):
         call = innermost(statement)
         api = table.apis.get(call.callee)
@@ -52,17 +52,19 @@ def _check_promises(program: ProgramDeclaration, table: Table) -> None:
             note = Note(f"'{api.name}' is declared here", api.name_span)
             order = (*program.body[:index], *program.body[index + 1 :], statement)
             fix = reorder(program.body, order)
-            table.report("E402", message, head(call.span, call.callee), help, note, fix=fix)
+            yield Diagnostic("E402", message, head(call.span, call.callee), (note,), help, fix)
 
 
 # Recursion ---------------------------------------------------------------------------------------
 
 
-def _check_recursion(statement: Statement, program: ProgramDeclaration, table: Table) -> None:
+def _check_recursion(
+    statement: Statement, program: ProgramDeclaration, table: SymbolTable
+) -> Iterator[Diagnostic]:
     call = innermost(statement)
     if not _is_guarded(statement, program, table):
         if _reaches(call.callee, program.name, table):
-            _unguarded(statement, program, table)
+            yield _unguarded(statement, program, table)
         return
     mutual = [atom for atom in _relations(statement, program, table) if atom.predicate in MUTUAL]
     if mutual and call.callee == program.name:
@@ -70,10 +72,10 @@ def _check_recursion(statement: Statement, program: ProgramDeclaration, table: T
         message = f"'{name}' seems to hold both ways: the recursion would go to and fro along it"
         help = "recursion needs a relation that comes to an end, such as on(b, item)"
         note = Note(f"'{name}' is declared here", table.predicates[name].name_span)
-        table.report("W405", message, head(call.span, call.callee), help, note)
+        yield Diagnostic("W405", message, head(call.span, call.callee), (note,), help)
 
 
-def _is_guarded(statement: Statement, program: ProgramDeclaration, table: Table) -> bool:
+def _is_guarded(statement: Statement, program: ProgramDeclaration, table: SymbolTable) -> bool:
     """`for x in T if r(x, p): call(x)`: each step goes on along r, from the program's p to x."""
     given = union(map(mentions, innermost(statement).arguments))
     return any(
@@ -82,7 +84,7 @@ def _is_guarded(statement: Statement, program: ProgramDeclaration, table: Table)
     )
 
 
-def _relations(statement: Statement, program: ProgramDeclaration, table: Table) -> list[nodes.Atom]:
+def _relations(statement: Statement, program: ProgramDeclaration, table: SymbolTable) -> list[nodes.Atom]:
     """What loops over the scene say of their variable and the program's parameters."""
     parameters = {each.name for each in program.parameters}
     return [
@@ -94,7 +96,7 @@ def _relations(statement: Statement, program: ProgramDeclaration, table: Table) 
     ]
 
 
-def _reaches(start: str, goal: str, table: Table) -> bool:
+def _reaches(start: str, goal: str, table: SymbolTable) -> bool:
     """Whether calls that no loop guards lead from one program to another."""
     seen, waiting = set(), [start]
     while waiting:
@@ -109,7 +111,7 @@ def _reaches(start: str, goal: str, table: Table) -> bool:
     return False
 
 
-def _unguarded(statement: Statement, program: ProgramDeclaration, table: Table) -> None:
+def _unguarded(statement: Statement, program: ProgramDeclaration, table: SymbolTable) -> Diagnostic:
     call = innermost(statement)
     through = "itself" if call.callee == program.name else f"itself again, through '{call.callee}'"
     message = f"'{program.name}' calls {through}, and nothing says that this comes to an end"
@@ -117,10 +119,10 @@ def _unguarded(statement: Statement, program: ProgramDeclaration, table: Table) 
     fix = _step(statement, program, table)
     if fix is not None:
         help = f"pass '{fix.replacement}' on, so that each call takes a step"
-    table.report("E404", message, head(call.span, call.callee), help, fix=fix)
+    return Diagnostic("E404", message, head(call.span, call.callee), help=help, fix=fix)
 
 
-def _step(statement: Statement, program: ProgramDeclaration, table: Table) -> Fix | None:
+def _step(statement: Statement, program: ProgramDeclaration, table: SymbolTable) -> Fix | None:
     """`for b in T if on(b, x): go(x)`, where go(b) is meant."""
     call = innermost(statement)
     for atom in _relations(statement, program, table):
@@ -139,7 +141,7 @@ def _is_named(argument: Expression, names: set[str]) -> bool:
 # Who comes to an api -----------------------------------------------------------------------------
 
 
-def _grounded(table: Table) -> set[str]:
+def _grounded(table: SymbolTable) -> set[str]:
     """Programs from which some chain of calls ends in an api, or in what was found fault with."""
     callers: dict[str, list[str]] = {}
     waiting = list(table.apis)
@@ -157,8 +159,10 @@ def _grounded(table: Table) -> set[str]:
     return grounded
 
 
-def _check_compositions(table: Table, own: Iterable[nodes.PredicateDeclaration]) -> None:
-    """A composed predicate is not made of itself."""
+def _check_compositions(
+    table: SymbolTable, own: Iterable[nodes.PredicateDeclaration]
+) -> Iterator[Diagnostic]:
+    """Check that no composed predicate is made of itself."""
     parts = {each.name: predicates(each.body) for each in table.predicates.values()}
     for name in (each.name for each in own):
         seen: set[str] = set()
@@ -170,4 +174,4 @@ def _check_compositions(table: Table, own: Iterable[nodes.PredicateDeclaration])
         if name in seen:
             span = table.predicates[name].name_span
             help = "say it in terms of other predicates, or leave it to the world: without a body"
-            table.report("E407", f"predicate '{name}' is made of itself", span, help)
+            yield Diagnostic("E407", f"predicate '{name}' is made of itself", span, help=help)

@@ -1,4 +1,4 @@
-"""From drafts to all that is wrong with their meaning: of each library in turn, those that it uses first.
+"""From libraries to all that is wrong with their meaning: of each in turn, those that it uses first.
 
 What stands is checked although other things do not. Nothing is said of what cannot be told because something
 that it rests on is broken.
@@ -6,23 +6,22 @@ that it rests on is broken.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from ntp_dsl.language.checks.call_hierarchy import check_calls, check_hierarchy
 from ntp_dsl.language.checks.contracts import check_contract
 from ntp_dsl.language.checks.declarations import check_declaration
 from ntp_dsl.language.checks.unused import unused_between, unused_within
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.diagnostics.checked import outcome
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, has_errors
 from ntp_dsl.language.logic.preconditions import Contracts
-from ntp_dsl.language.names import use_statements
-from ntp_dsl.language.names.incremental_cache import Memory
-from ntp_dsl.language.names.symbol_table import SPACES, Table
+from ntp_dsl.language.names.incremental_cache import IncrementalCache
+from ntp_dsl.language.names.poisoned_spans import PoisonedSpans
+from ntp_dsl.language.names.symbol_table import SPACES, SymbolTable
 from ntp_dsl.language.names.unknown_names import Shelf, settle, standard_names
-from ntp_dsl.language.names.visibility import Unit, below, collect, key
-from ntp_dsl.language.parsing.partial_library import Draft
+from ntp_dsl.language.names.use_statements import repeated
+from ntp_dsl.language.names.visibility import Unit, below, key, visible
+from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.syntax.nodes import (
     ApiDeclaration,
     Declaration,
@@ -34,169 +33,126 @@ from ntp_dsl.language.syntax.visitors import callees, predicates
 
 CALLED = (ApiDeclaration, ProgramDeclaration)
 # What may only seem to be wrong with a declaration, or with a task, of which lines are missing.
-IN_HOLES = ({"E405"}, {"E101", "E106", "E501"})
+IF_INCOMPLETE = ({"E405"}, {"E101", "E106", "E501"})
 
 
 def examine(
-    units: Sequence[Unit], shelf: Shelf = standard_names, memory: Memory | None = None
-) -> list[Diagnostic]:
-    """Everything that is wrong with the libraries' meaning, as far as they could be read.
+    units: Sequence[Unit], shelf: Shelf = standard_names, cache: IncrementalCache | None = None
+) -> tuple[SymbolTable, list[Diagnostic]]:
+    """Return what a library sees, and everything that is wrong with the meaning of all units.
 
     Args:
         units: the library in question first, then all that it uses.
         shelf: where else a name may be declared.
-        memory: what was found out before, about libraries like these.
+        cache: of earlier checks, of libraries like these.
     """
-    memory = memory or Memory()
-    examination = _Examination(memory)
-    mistakes: list[Diagnostic] = []
+    cache = cache or IncrementalCache()
+    examination = _Examination(cache)
+    found: list[Diagnostic] = []
     for index in [*below(units, 0), 0]:
-        table = Table()
-        collect(units, index, table)
-        found = [*table.mistakes, *examination.library(units[index].draft, table)]
-        mistakes += settle(found, units, index, shelf)
-        mistakes += use_statements.repeated(units[index].draft)
-    broken = any(each.severity == "error" for each in mistakes) or any(
-        unit.draft.mistakes or None in unit.uses for unit in units
-    )
-    if not broken:
-        mistakes += unused_between(units, table, memory.mentions)
-    return mistakes
+        table, of_library = outcome(visible(units, index))
+        of_library += examination.library(units[index].partial, table)
+        found += settle(of_library, units, index, shelf)
+        found += repeated(units[index].library)
+    is_broken = any(unit.partial.diagnostics or None in unit.uses for unit in units)
+    if not is_broken and not has_errors(found):
+        found += unused_between(units, table, cache.mentions)
+    return table, found
 
 
 class _Examination:
-    """Goes through libraries, and keeps in mind what is not to be relied on."""
+    """Checks libraries in turn, and remembers what is not to be relied on."""
 
-    def __init__(self, memory: Memory) -> None:
-        self._memory = memory
-        self._said: list[Diagnostic] = []  # of names and types, in all libraries so far
+    def __init__(self, cache: IncrementalCache) -> None:
+        self._cache = cache
+        self._found: list[Diagnostic] = []  # about names and types, in all libraries so far
         self._faulty: dict[int, Declaration] = {}  # by identity
-        self._holed: list[Declaration] = []
-        self._wrong: set[str] = set()  # predicates of which it is not known what they say
+        self._incomplete: dict[int, Declaration] = {}  # likewise
+        self._unclear: set[str] = set()  # predicates of which it is not known what they say
 
-    def library(self, draft: Draft, table: Table) -> Iterator[Diagnostic]:
-        """What is wrong with a library, where all that it uses was examined before."""
-        for declaration in draft.declarations:
-            yield from self._declaration(declaration, draft, table)
-        holed = {id(each) for each in self._holed}
-        own = [each for each in draft.declarations if _stands(each, table)]
-        judged = [each for each in own if id(each) not in holed]
-        known = self._without_holed(table)
-        check_hierarchy(known, judged)
-        yield from known.mistakes
-        clear = self._without_wrong(known)
-        clear.mistakes = list(self._said)
-        contracts = Contracts(clear)
-        for program in judged:
-            if isinstance(program, ProgramDeclaration):
-                yield from self._memory.recall(
-                    program,
-                    check_calls,
-                    known.dictionaries(),
-                    (),
-                    partial(_left, known, check_calls, program),
-                )
-            if isinstance(program, ProgramDeclaration | TaskDeclaration):
-                yield from self._contract(program, contracts)
+    def library(self, partial: PartialLibrary, table: SymbolTable) -> Iterator[Diagnostic]:
+        """Check a library, where all that it uses was checked before."""
+        for declaration in partial.library.declarations:
+            yield from self._declaration(declaration, partial, table)
+        own = [each for each in partial.library.declarations if _stands(each, table)]
+        complete = [each for each in own if id(each) not in self._incomplete]
+        known = self._without_incomplete(table)
+        yield from check_hierarchy(known, complete)
+        contracts = Contracts(self._without_unclear(known), PoisonedSpans(self._found))
+        for each in complete:
+            if isinstance(each, ProgramDeclaration):
+                check = check_calls(each, known)
+                yield from self._cache.recall(each, check_calls, known.dictionaries(), (), check)
+            if isinstance(each, ProgramDeclaration | TaskDeclaration):
+                yield from self._contract(each, contracts)
 
     def _contract(
         self, declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts
-    ) -> Iterator[Diagnostic]:
+    ) -> Sequence[Diagnostic]:
         table = contracts.table
         if not _stands(declaration, table):
-            return
+            return ()
         if isinstance(declaration, ProgramDeclaration):
             called = callees(declaration)
         else:
             called = (declaration.run.callee,) if declaration.run else ()
         named = [declaration, *filter(None, map(table.callable, called))]
         faulty = frozenset(each.name for each in named if id(each) in self._faulty)
-        yield from self._memory.recall(
-            declaration,
-            check_contract,
-            contracts.dictionaries(),
-            (faulty, contracts.outlook),
-            partial(_judged, declaration, contracts),
-        )
+        grounds = (faulty, contracts.outlook)
+        check = check_contract(declaration, contracts)
+        return self._cache.recall(declaration, check_contract, contracts.dictionaries(), grounds, check)
 
-    def _declaration(self, declaration: Declaration, draft: Draft, table: Table) -> Iterator[Diagnostic]:
-        is_holed = key(declaration) in draft.holed
-        found = self._memory.recall(
-            declaration,
-            check_declaration,
-            table.dictionaries(),
-            is_holed,
-            partial(self._meaning, declaration, table, is_holed),
-        )
-        raw = [each for each in found if each.code[0] != "W"]
-        self._said += found
+    def _declaration(
+        self, declaration: Declaration, partial: PartialLibrary, table: SymbolTable
+    ) -> Iterator[Diagnostic]:
+        is_incomplete = key(declaration) in partial.incomplete
+        check = _check_alone(declaration, table, is_incomplete)
+        found = self._cache.recall(declaration, check_declaration, table.dictionaries(), is_incomplete, check)
+        self._found += found
         if found:
             self._faulty[id(declaration)] = declaration
-        if is_holed:
-            self._holed.append(declaration)
-        if isinstance(declaration, PredicateDeclaration) and (is_holed or raw):
-            self._wrong.add(declaration.name)
-        missed = IN_HOLES[isinstance(declaration, TaskDeclaration)] if is_holed else ()
-        yield from (each for each in found if each.code not in missed)
+        if is_incomplete:
+            self._incomplete[id(declaration)] = declaration
+        is_clear = not is_incomplete and all(each.severity == "warning" for each in found)
+        if isinstance(declaration, PredicateDeclaration) and not is_clear:
+            self._unclear.add(declaration.name)
+        passed_over = IF_INCOMPLETE[isinstance(declaration, TaskDeclaration)] if is_incomplete else ()
+        yield from (each for each in found if each.code not in passed_over)
 
-    def _meaning(self, declaration: Declaration, table: Table, is_holed: bool) -> list[Diagnostic]:
-        found = _left(table, check_declaration, declaration)
-        return found if found or is_holed else list(unused_within(declaration))
+    def _without_incomplete(self, table: SymbolTable) -> SymbolTable:
+        """Return the table without programs and apis of which lines are missing."""
+        missing = {number for number, each in self._incomplete.items() if isinstance(each, CALLED)}
+        return table.select(lambda each: id(each) not in missing) if missing else table
 
-    def _without_holed(self, table: Table) -> Table:
-        """The table without programs and apis of which lines are missing."""
-        holed = {id(each) for each in self._holed if isinstance(each, CALLED)}
-        return _select(table, lambda each: id(each) not in holed) if holed else _fresh(table)
-
-    def _without_wrong(self, table: Table) -> Table:
-        """The table without the predicates that are wrong, and without contracts that rest on them."""
-        wrong = {name for name in self._wrong if name in table.predicates}
-        if not wrong:
-            return _fresh(table)
+    def _without_unclear(self, table: SymbolTable) -> SymbolTable:
+        """Return the table without unclear predicates, and without contracts that rest on them."""
+        unclear = {name for name in self._unclear if name in table.predicates}
+        if not unclear:
+            return table
         while more := {
             each.name
             for each in table.predicates.values()
-            if each.name not in wrong and predicates(each.body) & wrong
+            if each.name not in unclear and predicates(each.body) & unclear
         }:
-            wrong |= more
+            unclear |= more
 
         def is_clear(declaration: Declaration) -> bool:
             if isinstance(declaration, CALLED):
-                said = predicates(declaration.requires) | predicates(declaration.achieves)
-                return not said & wrong
-            return not (isinstance(declaration, PredicateDeclaration) and declaration.name in wrong)
+                applied = predicates(declaration.requires) | predicates(declaration.achieves)
+                return not applied & unclear
+            return not (isinstance(declaration, PredicateDeclaration) and declaration.name in unclear)
 
-        return _select(table, is_clear)
-
-
-def _left(table: Table, check: Callable[[Any, Table], None], declaration: Declaration) -> list[Diagnostic]:
-    """What a check leaves in the table."""
-    table.mistakes = []
-    check(declaration, table)
-    return table.mistakes
+        return table.select(is_clear)
 
 
-def _judged(declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts) -> list[Diagnostic]:
-    said = len(contracts.table.mistakes)
-    check_contract(declaration, contracts)
-    found = contracts.table.mistakes[said:]
-    del contracts.table.mistakes[said:]
-    return found
+def _check_alone(declaration: Declaration, table: SymbolTable, is_incomplete: bool) -> Iterator[Diagnostic]:
+    """Check a declaration; of a sound one, say what of it is unused."""
+    found = [*check_declaration(declaration, table)]
+    yield from found
+    if not found and not is_incomplete:
+        yield from unused_within(declaration)
 
 
-def _fresh(table: Table) -> Table:
-    return replace(table, mistakes=[])
-
-
-def _stands(declaration: Declaration, table: Table) -> bool:
-    """Whether the table has this very declaration of its name."""
+def _stands(declaration: Declaration, table: SymbolTable) -> bool:
+    """Return whether the table has this very declaration of its name."""
     return getattr(table, SPACES[type(declaration)][0]).get(declaration.name) is declaration
-
-
-def _select(table: Table, is_chosen: Callable[[Declaration], bool]) -> Table:
-    chosen = Table()
-    for dictionary in table.dictionaries():
-        for each in dictionary.values():
-            if isinstance(each, Declaration) and is_chosen(each):
-                chosen.add(each)
-    return chosen

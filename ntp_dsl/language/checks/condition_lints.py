@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Sequence
 
-from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import ANY, EVERY, compare_values, contradicts, facts, implies, value_of
 from ntp_dsl.language.logic.preconditions import DEEPEST, Contracts
 from ntp_dsl.language.names.signatures import head
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression, format_statement
 from ntp_dsl.language.syntax.nodes import Atom, Compare, Expression, ProgramDeclaration, Span, Statement
@@ -21,11 +21,11 @@ IRREFLEXIVE = frozenset(
 )
 
 
-def check_conditions(table: Table, declaration: nodes.Declaration) -> None:
-    """No condition denies itself, compares a thing with itself, or puts it on itself."""
+def check_conditions(table: SymbolTable, declaration: nodes.Declaration) -> Iterator[Diagnostic]:
+    """Check that no condition denies itself, compares an object with itself, or puts it on itself."""
     for condition in _conditions(declaration):
         for part in everything(condition):
-            _check_part(part, table)
+            yield from _check_part(part, table)
 
 
 def _conditions(declaration: nodes.Declaration) -> Iterator[Expression]:
@@ -44,32 +44,32 @@ def _conditions(declaration: nodes.Declaration) -> Iterator[Expression]:
     yield from (each for each in found if each is not None)
 
 
-def _check_part(part: Expression | nodes.Generator, table: Table) -> None:
+def _check_part(part: Expression | nodes.Generator, table: SymbolTable) -> Iterator[Diagnostic]:
     match part:
         case nodes.And(values):
-            _check_conjunction(values, table)
+            yield from _check_conjunction(values, table)
         case Compare():
-            _check_comparison(part, table)
+            yield from _check_comparison(part)
         case Atom(predicate, (one, other)) if one == other and predicate in IRREFLEXIVE:
             declared = table.predicates.get(predicate)
             if declared is not None and declared.body is None and one != ANY:
                 what = format_expression(one)
                 message = f"nothing is {predicate.replace('_', ' ')} itself: {what} stands here twice"
-                table.report("W404", message, part.span)
+                yield Diagnostic("W404", message, part.span)
 
 
-def _check_conjunction(values: Sequence[Expression], table: Table) -> None:
+def _check_conjunction(values: Sequence[Expression], table: SymbolTable) -> Iterator[Diagnostic]:
     for index, value in enumerate(values):
         for other in values[:index]:
             clash = any(contradicts(b, a, table.members) for a in facts(other) for b in facts(value))
             if clash:
                 message = f"{format_expression(value)} can never hold together with what is said before"
                 note = Note(f"namely {format_expression(other)}", other.span)
-                table.report("E409", message, value.span, "remove one of the two", note)
+                yield Diagnostic("E409", message, value.span, (note,), "remove one of the two")
                 break
 
 
-def _check_comparison(node: Compare, table: Table) -> None:
+def _check_comparison(node: Compare) -> Iterator[Diagnostic]:
     left, right = value_of(node.left), value_of(node.right)
     if left is not None and right is not None:
         truth = compare_values(left, node.operator, right)
@@ -79,22 +79,23 @@ def _check_comparison(node: Compare, table: Table) -> None:
         message = f"this compares a thing with itself: it is always {str(truth).lower()}"
     else:
         return
-    table.report("W401", message, node.span, "one of the two sides was probably meant otherwise")
+    help = "one of the two sides was probably meant otherwise"
+    yield Diagnostic("W401", message, node.span, help=help)
 
 
 # Programs ----------------------------------------------------------------------------------------
 
 
-def check_programs(contracts: Contracts, own: Iterable[nodes.Declaration]) -> None:
-    """No program is done before it begins, none waits for what cannot be, and each works on what it
-    promises."""
-    for program in own:
-        if isinstance(program, ProgramDeclaration) and not contracts.is_faulty(program):
-            _check_need(program, contracts)
-            for statement in program.body:
-                _check_guards(statement, program, contracts)
-                _check_itself(statement, contracts)
-            _check_promise(program, contracts)
+def check_program(contracts: Contracts, program: ProgramDeclaration) -> Iterator[Diagnostic]:
+    """Check that a program is not done before it begins, waits for nothing that cannot be, and works on
+    what it promises."""
+    if contracts.is_faulty(program):
+        return
+    yield from _check_need(program, contracts)
+    for statement in program.body:
+        yield from _check_guards(statement, program, contracts)
+        yield from _check_itself(statement, contracts)
+    yield from _check_promise(program, contracts)
 
 
 def _plain(condition: Expression | None) -> list[Expression]:
@@ -111,17 +112,19 @@ def _follows(condition: Expression | None, known: Sequence[Expression], members:
     )
 
 
-def _check_need(program: ProgramDeclaration, contracts: Contracts) -> None:
+def _check_need(program: ProgramDeclaration, contracts: Contracts) -> Iterator[Diagnostic]:
     if program.requires is not None and _follows(
         program.achieves, _plain(program.requires), contracts.members
     ):
         message = f"'{program.name}' requires what it achieves: it would return before its first call"
         note = Note("required here", program.requires.span)
-        contracts.table.report("W403", message, program.name_span, "", note)
+        yield Diagnostic("W403", message, program.name_span, (note,))
 
 
-def _check_guards(statement: Statement, program: ProgramDeclaration, contracts: Contracts) -> None:
-    table, members = contracts.table, contracts.members
+def _check_guards(
+    statement: Statement, program: ProgramDeclaration, contracts: Contracts
+) -> Iterator[Diagnostic]:
+    members = contracts.members
     known = _plain(program.requires)
     while not isinstance(statement, nodes.Call):
         condition = (
@@ -132,13 +135,13 @@ def _check_guards(statement: Statement, program: ProgramDeclaration, contracts: 
             pass
         elif any(contradicts(fact, have, members) for fact in said for have in known):
             message = "this never holds here: the contrary is required, or said before"
-            table.report("W402", message, condition.span)
+            yield Diagnostic("W402", message, condition.span)
         elif _follows(program.achieves, said, members):
             message = f"where this holds '{program.name}' has achieved all, and has returned already"
-            table.report("W402", message, condition.span)
+            yield Diagnostic("W402", message, condition.span)
         elif _follows(condition, known, members):
             message = "this always holds here: it is required, or said before"
-            table.report("W402", message, condition.span, fix=_without(statement))
+            yield Diagnostic("W402", message, condition.span, fix=_without(statement))
         known += said
         statement = statement.body
 
@@ -153,7 +156,7 @@ def _without(statement: nodes.When | nodes.For) -> Fix | None:
     return Fix(whole, format_statement(body)[0])
 
 
-def _check_itself(statement: Statement, contracts: Contracts) -> None:
+def _check_itself(statement: Statement, contracts: Contracts) -> Iterator[Diagnostic]:
     call = innermost(statement)
     for fact in contracts.contract(call, "achieves"):
         match fact:
@@ -161,11 +164,11 @@ def _check_itself(statement: Statement, contracts: Contracts) -> None:
                 if one not in (ANY, EVERY):
                     what = format_expression(fact)
                     message = f"this would achieve {what}, and nothing is {predicate} itself"
-                    contracts.table.report("W404", message, head(call.span, call.callee))
+                    yield Diagnostic("W404", message, head(call.span, call.callee))
 
 
-def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
-    """Each thing that is promised is at least spoken of in the body, or promised by a call."""
+def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> Iterator[Diagnostic]:
+    """Check that each promised object is at least mentioned in the body, or promised by a call."""
     if not program.body or program.achieves is None:
         return
     promised = [fact for each in program.body for fact in contracts.promised(each)]
@@ -186,7 +189,7 @@ def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
             message = f"{about} is promised; the calls achieve '{turned}' for other things, never for these"
         else:
             continue
-        contracts.table.report("N401", message, part.span)
+        yield Diagnostic("N401", message, part.span)
 
 
 def _spoken(statement: Statement) -> set[str]:

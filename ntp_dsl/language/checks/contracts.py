@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ntp_dsl.language.checks import condition_lints
+from ntp_dsl.language.checks.condition_lints import check_program
 from ntp_dsl.language.checks.success_checks import check_success
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import EVERY
@@ -15,28 +15,27 @@ from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Expression, ProgramDeclaration, TaskDeclaration
 
 
-def check_contract(declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts) -> None:
-    """Each requirement of a call is provided before it, by contract, earlier call or loop; and what a
-    task calls success is what its program promises.
-
-    What is wrong is left in the contracts' table.
-    """
+def check_contract(
+    declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts
+) -> Iterator[Diagnostic]:
+    """Check that each requirement of a call is provided before it, by contract, earlier call or loop; and
+    that a task calls success what its program promises."""
     if isinstance(declaration, TaskDeclaration):
-        check_success(contracts, declaration)
+        yield from check_success(contracts, declaration)
         return
-    condition_lints.check_programs(contracts, [declaration])
+    yield from check_program(contracts, declaration)
     if declaration.achieves is None:
-        _no_promise(declaration, contracts)
-    contracts.table.mistakes += _missing(list(contracts.lacks(declaration)), contracts)
+        yield _no_promise(declaration, contracts)
+    yield from _missing(list(contracts.lacks(declaration)), contracts)
 
 
-def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> None:
+def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> Diagnostic:
     promised = contract_repairs.promise(contracts, program)
     text = format_expression(promised) if promised else "on(item, support)"
     fix = contract_repairs.add_clause(program, f"achieves {text}") if promised else None
     message = f"program '{program.name}' does not say what it achieves"
     help = f"say what holds once it has done its work: achieves {text}"
-    contracts.table.report("E401", message, program.name_span, help, fix=fix)
+    return Diagnostic("E401", message, program.name_span, help=help, fix=fix)
 
 
 def _missing(lacks: Sequence[Lack], contracts: Contracts) -> Iterator[Diagnostic]:

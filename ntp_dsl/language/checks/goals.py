@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from ntp_dsl.language.diagnostics.diagnostics import Fix, Note, unknown
+from ntp_dsl.language.diagnostics.checked import Checked, outcome
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
 from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind
 from ntp_dsl.language.names.signatures import fits, head, phrase
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import (
     filled,
     fills,
@@ -34,59 +35,67 @@ from ntp_dsl.language.syntax.nodes import (
 LENGTHS = {kind.length for kind in SAMPLERS.values()} | {"count", "number", "size", "n"}
 
 
-def check_goal(goal: Sampler, task: TaskDeclaration, table: Table) -> str:
-    """What the goal is a list of; nothing where that cannot be told."""
+def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[str]:
+    """Return the record that the goal is a list of; "" where that cannot be told."""
     span = head(goal.span, goal.name)
-    record = _check_result(goal, table)
-    sources = _check_sources(goal, task, table)
+    record = yield from _check_result(goal, table)
+    sources = yield from _check_sources(goal, task, table)
     if goal.by is not None:
-        _check_python(goal, task, table)
-        _check_ranges(goal, table)
+        yield from _check_python(goal, task, table)
+        yield from _check_ranges(goal)
         return record.name if record else ""
     kind = SAMPLERS.get(goal.name)
     if kind is None:
         help = "a function of your own is written: NAME(...) -> list[Placement] by python"
-        table.mistakes.append(unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help))
+        yield unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help)
         return record.name if record else ""
     if goal.result is None:
         record = table.records.get(kind.record)
         if record is None:
             message = f"'{goal.name}' draws a list of {kind.record}, and no such record is declared"
             help = "write 'use tabletop' above"
-            table.report("E108", message, span, help, name=kind.record)
-    options = _check_options(goal, kind, sources, table)
-    if sources is not None and _check_number(goal, kind, sources, record, task, table):
-        if record is not None and not _check_fields(goal, kind, record, sources, task, table):
+            yield Diagnostic("E108", message, span, help=help, name=kind.record)
+    options = yield from _check_options(goal, kind, sources)
+    drawn = record.name if record else ""
+    if sources is None:
+        return drawn
+    found = [*_check_number(goal, kind, sources, record, task, table)]
+    yield from found
+    if found:
+        return drawn
+    if record is not None:
+        found = [*_check_fields(goal, kind, record, sources, task, table)]
+        yield from found
+        if found:
             return ""  # nobody can tell what is meant
-        if options is not None and all(count for _, count in sources):
-            for name, message, better in kind.flaws(options, [count for _, count in sources]):
-                place = options[name].span if name else span
-                fix = other_range(options[name], better) if name else None
-                table.report("E502", message, place, fix=fix)
-    return record.name if record else ""
+    counts = [count for _, count in sources]
+    if options is not None and all(counts):
+        for name, message, better in kind.flaws(options, counts):
+            place = options[name].span if name else span
+            fix = other_range(options[name], better) if name else None
+            yield Diagnostic("E502", message, place, fix=fix)
+    return drawn
 
 
-def _check_result(goal: Sampler, table: Table) -> RecordDeclaration | None:
+def _check_result(goal: Sampler, table: SymbolTable) -> Checked[RecordDeclaration | None]:
     if goal.result is None:
         return None
     record = table.records.get(goal.result.name)
     if record is None:
         known = table.records
-        table.mistakes.append(
-            unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
-        )
+        yield unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
     elif not goal.result.is_list:
         message = f"a goal is a list: list[{record.name}]"
         fix = Fix(goal.result.span, f"list[{record.name}]")
-        table.report("E202", message, goal.result.span, fix=fix)
+        yield Diagnostic("E202", message, goal.result.span, fix=fix)
     return record
 
 
-def _check_python(goal: Sampler, task: TaskDeclaration, table: Table) -> None:
+def _check_python(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     assert goal.by is not None
     if goal.by.id != PYTHON:
         message = f"a goal is drawn by a sampler that there is, or by {PYTHON}"
-        table.report("E112", message, goal.by.span)
+        yield Diagnostic("E112", message, goal.by.span)
     elif goal.result is None:
         message = f"'{goal.name}' does not say what it draws"
         help = "for example: -> list[Placement], before 'by python'"
@@ -94,14 +103,14 @@ def _check_python(goal: Sampler, task: TaskDeclaration, table: Table) -> None:
         lists = [each.type for each in program.parameters if each.type.is_list] if program else []
         typed = replace(goal, result=lists[0]) if len(lists) == 1 else None
         fix = Fix(goal.span, format_sampler(typed)) if typed else None
-        table.report("E502", message, head(goal.span, goal.name), help, fix=fix)
+        yield Diagnostic("E502", message, head(goal.span, goal.name), help=help, fix=fix)
 
 
 Source = tuple[TypeName, int]  # of what type, and how many at least
 
 
-def _check_sources(goal: Sampler, task: TaskDeclaration, table: Table) -> list[Source] | None:
-    """The groups of the scene, or enumerations, that a sampler draws from."""
+def _check_sources(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[list[Source] | None]:
+    """Return the groups of the scene, or enumerations, that a sampler draws from."""
     declared: dict[str, SceneGroup] = {group.name: group for group in task.scene}
     sources: list[Source] = []
     missing = False
@@ -113,7 +122,7 @@ def _check_sources(goal: Sampler, task: TaskDeclaration, table: Table) -> list[S
         else:
             span = goal.group_spans[index] if goal.group_spans else goal.span
             known = [*declared, *table.enums]
-            table.mistakes.append(unknown("E106", "the scene has no group", name, span, known))
+            yield unknown("E106", "the scene has no group", name, span, known)
             missing = True
     return None if missing else sources
 
@@ -124,21 +133,17 @@ def _check_number(
     sources: list[Source],
     record: RecordDeclaration | None,
     task: TaskDeclaration,
-    table: Table,
-) -> bool:
+    table: SymbolTable,
+) -> Iterator[Diagnostic]:
     wanted = len(kind.sources)
     span = head(goal.span, goal.name)
+    help = f"{goal.name}({', '.join(kind.sources)}, ...)"
     if not sources:
         message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
-        help = f"{goal.name}({', '.join(kind.sources)}, ...)"
-        table.report("E502", message, span, help, fix=with_groups(goal, kind, record, task, table))
-        return False
-    if len(sources) == wanted or (kind.many_sources and len(sources) > wanted):
-        return True
-    message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
-    help = f"{goal.name}({', '.join(kind.sources)}, ...)"
-    table.report("E201", message, span, help, fix=with_groups(goal, kind, record, task, table))
-    return False
+        yield Diagnostic("E502", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
+    elif len(sources) < wanted or (len(sources) > wanted and not kind.many_sources):
+        message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
+        yield Diagnostic("E201", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
 
 
 def _check_fields(
@@ -147,20 +152,20 @@ def _check_fields(
     record: RecordDeclaration,
     sources: list[Source],
     task: TaskDeclaration,
-    table: Table,
-) -> bool:
-    """A pair becomes the record's two fields; of a tower, each thing may be either."""
+    table: SymbolTable,
+) -> Iterator[Diagnostic]:
+    """Check that a pair becomes the record's two fields; of a tower, each object may be either."""
     span = goal.result.span if goal.result else head(goal.span, goal.name)
     note = Note(f"'{record.name}' is declared here", record.name_span)
     types = [type for type, _ in sources]
     if len(record.fields) != 2:
         message = f"'{goal.name}' fills two fields, and a {record.name} has {len(record.fields)}"
-        table.report("E202", message, span, "", note, fix=other_record(goal, kind, types, task, table))
-        return False
+        yield Diagnostic("E202", message, span, (note,), fix=other_record(goal, kind, types, task, table))
+        return
     wanted = filled(kind, types, record)
     index = next((i for i, (type, field) in enumerate(wanted) if not fits(table, type, field.type)), None)
     if index is None:
-        return True
+        return
     type, field = wanted[index]
     message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(type)}"
     is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
@@ -168,53 +173,53 @@ def _check_fields(
     if not kind.many_sources and fills(kind, types[::-1], record, table):
         fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
         place = goal.group_spans[0] if goal.group_spans else span
-        table.report("E202", message, place, "the other way round they fit", note, fix=fix)
+        yield Diagnostic("E202", message, place, (note,), "the other way round they fit", fix)
     elif len(others) == 1 and goal.group_spans:
-        at = 0 if kind.many_sources else index
+        place = goal.group_spans[0 if kind.many_sources else index]
         help = f"'{others[0]}' would fit"
-        place = goal.group_spans[at]
-        table.report("E202", message, place, help, note, fix=Fix(place, others[0]))
+        yield Diagnostic("E202", message, place, (note,), help, Fix(place, others[0]))
     else:
         other = other_record(goal, kind, types, task, table)
         help = f"did you mean {other.replacement}?" if other else ""
-        table.report("E202", message, span, help, note, fix=other)
-    return False
+        yield Diagnostic("E202", message, span, (note,), help, other)
 
 
 def _check_options(
-    goal: Sampler, kind: SamplerKind, sources: list[Source] | None, table: Table
-) -> Mapping[str, Option] | None:
-    before = len(table.mistakes)
-    for option in goal.options:
-        if option.name not in kind.options:
-            what = f"'{goal.name}' has no option"
-            span = _option_span(option)
-            wrong = unknown("E109", what, option.name, span, kind.options)
-            if option.name in LENGTHS and kind.length not in {each.name for each in goal.options}:
-                help = f"its length is called '{kind.length}'"
-                wrong = replace(wrong, help=help, fix=Fix(span, kind.length))
-            table.mistakes.append(wrong)
-    options = _check_ranges(goal, table)
+    goal: Sampler, kind: SamplerKind, sources: list[Source] | None
+) -> Checked[Mapping[str, Option] | None]:
+    """Return the options by name; None where something is wrong with them."""
+    found = [_unknown_option(each, goal, kind) for each in goal.options if each.name not in kind.options]
+    options, wrong = outcome(_check_ranges(goal))
+    yield from (found := [*found, *wrong])
     missing = [name for name in kind.needed if name not in options]
-    if missing and len(table.mistakes) == before:
+    if missing and not found:
         message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
-        table.report("E502", message, head(goal.span, goal.name), f"for example: {whole}", fix=fix)
-    return options if len(table.mistakes) == before else None
+        yield Diagnostic("E502", message, head(goal.span, goal.name), help=f"for example: {whole}", fix=fix)
+    return None if missing or found else options
 
 
-def _check_ranges(goal: Sampler, table: Table) -> Mapping[str, Option]:
+def _unknown_option(option: Option, goal: Sampler, kind: SamplerKind) -> Diagnostic:
+    span = _option_span(option)
+    wrong = unknown("E109", f"'{goal.name}' has no option", option.name, span, kind.options)
+    if option.name in LENGTHS and kind.length not in {each.name for each in goal.options}:
+        help = f"its length is called '{kind.length}'"
+        return replace(wrong, help=help, fix=Fix(span, kind.length))
+    return wrong
+
+
+def _check_ranges(goal: Sampler) -> Checked[Mapping[str, Option]]:
     options: dict[str, Option] = {}
     for option in goal.options:
         if option.name in options:
             message = f"'{option.name}' is set twice"
             help, fix = "one of the two is enough", without(option, goal)
-            table.report("E305", message, _option_span(option), help, fix=fix)
+            yield Diagnostic("E305", message, _option_span(option), help=help, fix=fix)
         elif option.low > option.high:
             message = f"{option.low}..{option.high} is empty: it ends below its start"
             fix = other_range(option, (option.high, option.low))
-            table.report("E502", message, option.span, "the lower number comes first", fix=fix)
+            yield Diagnostic("E502", message, option.span, help="the lower number comes first", fix=fix)
         options.setdefault(option.name, option)
     return options
 

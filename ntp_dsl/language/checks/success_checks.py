@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from ntp_dsl.language.diagnostics.diagnostics import Fix, Note
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import facts, implies, substitute
 from ntp_dsl.language.logic.preconditions import Contracts
 from ntp_dsl.language.repairs.task_repairs import said_of
@@ -15,8 +15,8 @@ from ntp_dsl.language.syntax.nodes import Atom, Expression, ProgramDeclaration, 
 from ntp_dsl.language.syntax.visitors import conjuncts, mentions, predicates
 
 
-def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
-    """What a task is judged by is what the program that it runs achieves."""
+def check_success(contracts: Contracts, task: TaskDeclaration) -> Iterator[Diagnostic]:
+    """Check that a task's success condition is what the program that it runs achieves."""
     program = contracts.table.programs.get(task.run.callee) if task.run else None
     faulty = contracts.is_faulty(task) or contracts.is_faulty(program)
     if program is None or task.run is None or task.success is None or faulty:
@@ -33,19 +33,19 @@ def check_success(contracts: Contracts, task: TaskDeclaration) -> None:
         if lacking:
             message = f"'{program.name}' does not say that it achieves this: {about}"
             note = Note("what it achieves", program.achieves.span)
-            contracts.table.report("N501", message, part.span, "", note)
-    _check_quantifier(task, program, contracts)
+            yield Diagnostic("N501", message, part.span, (note,))
+    yield from _check_quantifier(task, program)
     asked, given = _elements(task.success), _elements(said_of(program, task.run))
     if asked is None or given is None or asked[0] != given[0]:
         return
     for fact in asked[1]:
         same = [each for each in given[1] if _predicate(each) == _predicate(fact) is not None]
         if same and fact not in same:
-            _turned_round(task, program, contracts)
+            yield _turned_round(task, program)
             return
 
 
-def _check_quantifier(task: TaskDeclaration, program: ProgramDeclaration, contracts: Contracts) -> None:
+def _check_quantifier(task: TaskDeclaration, program: ProgramDeclaration) -> Iterator[Diagnostic]:
     """`some … for p in goal`, where the program achieves it of all."""
     assert task.success is not None and task.run is not None
     promised = said_of(program, task.run)
@@ -53,7 +53,7 @@ def _check_quantifier(task: TaskDeclaration, program: ProgramDeclaration, contra
         if promised is not None and replace(task.success, quantifier="all") == promised:
             message = f"one element of the goal would be enough, and '{program.name}' achieves all"
             text = format_expression(promised)
-            contracts.table.report("W503", message, task.success.span, fix=Fix(task.success.span, text))
+            yield Diagnostic("W503", message, task.success.span, fix=Fix(task.success.span, text))
 
 
 def _is_promised(fact: Expression, promised: Sequence[Expression], contracts: Contracts) -> bool:
@@ -78,11 +78,11 @@ def _predicate(fact: Expression) -> str | None:
     return fact.predicate if isinstance(fact, Atom) else None
 
 
-def _turned_round(task: TaskDeclaration, program: ProgramDeclaration, contracts: Contracts) -> None:
+def _turned_round(task: TaskDeclaration, program: ProgramDeclaration) -> Diagnostic:
     assert task.success is not None and task.run is not None and program.achieves is not None
     promised = said_of(program, task.run)
     text = format_expression(promised) if promised is not None else ""
     message = f"'{program.name}' achieves the like, but of other fields: {text}"
     note = Note("what it achieves", program.achieves.span)
     fix = Fix(task.success.span, text) if text else None
-    contracts.table.report("W503", message, task.success.span, "", note, fix=fix)
+    return Diagnostic("W503", message, task.success.span, (note,), fix=fix)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from ntp_dsl.language.checks.applications import Applications
-from ntp_dsl.language.diagnostics.diagnostics import Fix, nearest, unknown
+from ntp_dsl.language.diagnostics.checked import Checked, outcome
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest, unknown
 from ntp_dsl.language.names.signatures import Names, fits, measure, phrase, tail
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, Table
-from ntp_dsl.language.names.unknown_names import report_unknown
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
@@ -20,9 +21,9 @@ TRUTHS = {"true": True, "false": False}  # what other languages call them
 
 
 class Typing:
-    """Checks expressions against the table, and leaves what is wrong in its `mistakes`."""
+    """Checks expressions against the table."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: SymbolTable) -> None:
         self._table = table
         self._applications = Applications(table, self.value)
         self.call = self._applications.call
@@ -30,79 +31,74 @@ class Typing:
 
     # Truths
 
-    def condition(self, expression: Expression, names: Names) -> None:
-        """The expression must be true or false."""
+    def condition(self, expression: Expression, names: Names) -> Iterator[Diagnostic]:
+        """Check that the expression is true or false."""
         match expression:
             case nodes.Atom():
-                declared = self._applications.predicate(expression, names)
+                declared = yield from self._applications.predicate(expression, names)
                 if declared is not None and declared.result is not None:
-                    self._not_a_truth(expression, phrase(declared.result))
+                    yield _not_a_truth(expression, declared.result)
             case nodes.Compare():
-                self._compare(expression, names)
+                yield from self._compare(expression, names)
             case nodes.Not(value):
-                self.condition(value, names)
+                yield from self.condition(value, names)
             case nodes.And(values) | nodes.Or(values):
                 for before, value in zip((None, *values), values, strict=False):
-                    if not self._lacks_left(value, before, names):
-                        self.condition(value, names)
+                    without_left = self._without_left(value, before, names)
+                    yield from [without_left] if without_left else self.condition(value, names)
             case nodes.Quantified(_, body, generators):
                 inner = names
                 for generator in generators:
-                    inner = self.generator(generator, inner, expression)
-                self.condition(body, inner)
+                    inner = yield from self.generator(generator, inner, expression)
+                yield from self.condition(body, inner)
             case nodes.Name(id) if id not in names and id in self._table.predicates:
-                self._bare_predicate(expression, self._table.predicates[id], names)
+                yield from self._bare_predicate(expression, self._table.predicates[id], names)
             case _:
-                found = self.value(expression, names, None)
+                found = yield from self.value(expression, names, None)
                 if found is not None:
-                    self._not_a_truth(expression, f"{phrase(found)}")
+                    yield _not_a_truth(expression, found)
 
-    def _lacks_left(self, value: Expression, before: Expression | None, names: Names) -> bool:
-        """`zone(c) == north or south`: what is compared is said again."""
+    def _without_left(self, value: Expression, before: Expression | None, names: Names) -> Diagnostic | None:
+        """Find `zone(c) == north or south`, where what is compared must be written again."""
         if not isinstance(before, nodes.Compare) or not isinstance(value, nodes.Name | nodes.Number):
-            return False
-        ahead = len(self._table.mistakes)
-        left, found = self.value(before.left, names, None), self.value(value, names, None)
-        del self._table.mistakes[ahead:]
+            return None
+        left, _ = outcome(self.value(before.left, names, None))
+        found, _ = outcome(self.value(value, names, None))
         if left is None or found is None or not fits(self._table, found, left):
-            return False
+            return None
         meant = format_expression(replace(before, right=value))
         message = f"this is {phrase(found)}, where something true or false is meant"
         fix = Fix(value.span, meant)
-        self._table.report("E205", message, value.span, f"did you mean '{meant}'?", fix=fix)
-        return True
+        return Diagnostic("E205", message, value.span, help=f"did you mean '{meant}'?", fix=fix)
 
-    def _not_a_truth(self, expression: Expression, what: str) -> None:
-        message = f"this is {what}, where something true or false is meant"
-        help = "a condition is a predicate, a comparison, or several joined with and, or, not"
-        self._table.report("E205", message, expression.span, help)
-
-    def _bare_predicate(self, node: Expression, declared: nodes.PredicateDeclaration, names: Names) -> None:
+    def _bare_predicate(
+        self, node: Expression, declared: nodes.PredicateDeclaration, names: Names
+    ) -> Iterator[Diagnostic]:
         atom = nodes.Atom(declared.name, (), span=node.span)
-        self._applications.arguments.check(atom, declared, declared.parameters, names)
+        yield from self._applications.arguments.check(atom, declared, declared.parameters, names)
         if not declared.parameters:
             message = f"'{declared.name}' is a predicate, and is written with brackets"
             fix = Fix(node.span, f"{declared.name}()")
-            self._table.report("E201", message, node.span, fix=fix)
+            yield Diagnostic("E201", message, node.span, fix=fix)
 
     def generator(
         self, generator: nodes.Generator, names: Names, scope: nodes.Quantified | nodes.For
-    ) -> Names:
-        """The names in sight inside the loop that the generator belongs to."""
+    ) -> Checked[Names]:
+        """Return the names in scope inside the loop that the generator belongs to."""
         domain = generator.iterable
-        element = self._element(domain, names)
+        element = yield from self._element(domain, names)
         if generator.variable in names or generator.variable in self._table.constants:
             message = f"'{generator.variable}' has a meaning here already"
             taken = {*names, *self._table.constants}
             fix = argument_repairs.rename(generator, scope, taken)
             help = "choose another name for the variable"
-            self._table.report("E306", message, generator.span, help, fix=fix)
+            yield Diagnostic("E306", message, generator.span, help=help, fix=fix)
         inner = {**names, generator.variable: element}
         if generator.condition is not None:
-            self.condition(generator.condition, inner)
+            yield from self.condition(generator.condition, inner)
         return inner
 
-    def _element(self, domain: nodes.Name, names: Names) -> TypeName:
+    def _element(self, domain: nodes.Name, names: Names) -> Checked[TypeName]:
         found = names.get(domain.id)
         if found is None and domain.id in self._table.types:
             return TypeName(domain.id, span=domain.span)
@@ -115,38 +111,38 @@ class Typing:
             if nearest(domain.id, known) is None and not domain.id[0].isupper():
                 message = f"no list is called '{domain.id}'; did you mean '{of_records[0]}'?"
                 only = Fix(domain.span, of_records[0])
-                self._table.report("E101", message, domain.span, fix=only, name=domain.id)
+                yield Diagnostic("E101", message, domain.span, fix=only, name=domain.id)
                 return TypeName("")
         if found is None and domain.id not in self._table.constants:
             what, known = "no list or type is called", [*lists, *self._table.types]
-            report_unknown(self._table, "type", "E101", what, domain.id, domain.span, known, likely=lists)
+            yield unknown("E101", what, domain.id, domain.span, known, likely=lists)
         elif found is None or found.name:
             one = found or self._table.constants[domain.id].type
             message = f"'{domain.id}' is one {one.name}, not a list to go through"
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
             if one.name in self._table.records and one.span.line:
                 fix = Fix(one.span, f"list[{one.name}]")  # declared so, and gone through
-            if any(each.code == "E206" and each.fix == fix for each in self._table.mistakes if fix):
-                return TypeName("")
             help = "a loop goes through a list, or through the things of a type: for b in Object"
-            self._table.report("E206", message, domain.span, help, fix=fix)
+            yield Diagnostic("E206", message, domain.span, help=help, fix=fix)
         return TypeName("")  # stands for "said already": it fits everything
 
     # Values
 
-    def value(self, expression: Expression, names: Names, expected: TypeName | None) -> TypeName | None:
-        """A value's type; None where a mistake was reported or anything would do."""
+    def value(
+        self, expression: Expression, names: Names, expected: TypeName | None
+    ) -> Checked[TypeName | None]:
+        """Return a value's type; None where something is wrong or anything would do."""
         match expression:
             case nodes.Name(id):
-                return self._name(expression, id, names, expected)
+                return (yield from self._name(expression, id, names, expected))
             case nodes.Field():
-                return self._field(expression, names, expected)
+                return (yield from self._field(expression, names, expected))
             case nodes.Number():
-                return measure(self._table, expression, expected)
+                return (yield from measure(expression, expected))
             case nodes.Arithmetic(_, left, right):
-                return self._arithmetic(expression, left, right, names, expected)
+                return (yield from self._arithmetic(expression, left, right, names, expected))
             case nodes.Atom():
-                declared = self._applications.predicate(expression, names)
+                declared = yield from self._applications.predicate(expression, names)
                 if declared is None or declared.result is not None:
                     result = declared.result if declared else None
                     return result if result and result.name in self._table.type_names() else None
@@ -155,14 +151,15 @@ class Typing:
                 message = f"'{declared.name}' is true or false; here a value is meant"
                 help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
                 fix = self._inside(expression, names, expected)
-                self._table.report("E205", message, expression.span, help, fix=fix)
+                yield Diagnostic("E205", message, expression.span, help=help, fix=fix)
                 return None
             case nodes.Wildcard():
                 help = "'any' stands in a predicate's argument, as in holding(any)"
-                self._table.report("E207", "'any' names no particular thing", expression.span, help,
-                                   fix=self._only(expression, names, expected))  # fmt: skip
+                fix = self._only(expression, names, expected)
+                message = "'any' names no particular thing"
+                yield Diagnostic("E207", message, expression.span, help=help, fix=fix)
                 return None
-        self._table.report("E205", "this is true or false; here a value is meant", expression.span)
+        yield Diagnostic("E205", "this is true or false; here a value is meant", expression.span)
         return None
 
     def _inside(self, atom: nodes.Atom, names: Names, expected: TypeName | None) -> Fix | None:
@@ -173,7 +170,9 @@ class Typing:
         is_meant = self._applications.arguments.takes([parameter], atom.arguments, names)
         return Fix(atom.span, format_expression(atom.arguments[0])) if is_meant else None
 
-    def _name(self, node: Expression, name: str, names: Names, expected: TypeName | None) -> TypeName | None:
+    def _name(
+        self, node: Expression, name: str, names: Names, expected: TypeName | None
+    ) -> Checked[TypeName | None]:
         if name in names:
             return names[name] if names[name].name else None
         if name in self._table.constants:
@@ -181,10 +180,10 @@ class Typing:
         enums = self._table.enum_of(name)
         if enums:
             return TypeName(expected.name if expected and expected.name in enums else enums[0])
-        self._no_name(node, name, names, expected)
+        yield self._no_name(node, name, names, expected)
         return None
 
-    def _no_name(self, node: Expression, name: str, names: Names, expected: TypeName | None) -> None:
+    def _no_name(self, node: Expression, name: str, names: Names, expected: TypeName | None) -> Diagnostic:
         members = [member for enum in self._table.enums.values() for member in enum.members]
         known = [*names, *self._table.constants, *members]
         help = ""
@@ -197,21 +196,17 @@ class Typing:
             text = f"{name}({', '.join(map(format_expression, meant or ()))})"
             applied = Fix(node.span, text) if meant is not None else None
             message = f"'{name}' is a predicate, and is written with brackets"
-            self._table.report("E101", message, node.span, f"for example: {text}" if applied else "",
-                               fix=applied)  # fmt: skip
-            return
+            help = f"for example: {text}" if applied else ""
+            return Diagnostic("E101", message, node.span, help=help, fix=applied)
         if (owner := self._field_called(node, name, names)) is not None:
             message = f"nothing is called '{name}'; it is a field: {owner}"
-            self._table.report("E101", message, node.span, fix=Fix(node.span, owner), name=name)
-            return
+            return Diagnostic("E101", message, node.span, fix=Fix(node.span, owner), name=name)
         fix = self._only(node, names, expected)
         if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
             help = help or f"'{fix.replacement}' would fit here"
             message = f"nothing is called '{name}'"
-            self._table.report("E101", message, node.span, help, fix=fix, name=name)
-            return
-        what = "nothing is called"
-        report_unknown(self._table, "value", "E101", what, name, node.span, known, help, likely)
+            return Diagnostic("E101", message, node.span, help=help, fix=fix, name=name)
+        return unknown("E101", "nothing is called", name, node.span, known, help, likely)
 
     def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
         """`p.item` where `item` is written, if only one record in sight has such a field."""
@@ -238,10 +233,12 @@ class Typing:
         meant = sight.only(nodes.Parameter("", expected), ())
         return Fix(node.span, format_expression(meant)) if meant is not None else None
 
-    def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> TypeName | None:
+    def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> Checked[TypeName | None]:
         if self._names_member(node, names):
+            message = f"a member of an enumeration stands by itself: {node.name}"
+            yield Diagnostic("E101", message, node.span, fix=Fix(node.span, node.name))
             return None
-        type = self._name(node.value, node.value.id, names, None)
+        type = yield from self._name(node.value, node.value.id, names, None)
         if type is None:
             return None
         record = self._table.records.get(type.name)
@@ -249,7 +246,7 @@ class Typing:
             message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
             help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
             fix = self._applied(node, names) or self._owner(node, names)
-            self._table.report("E105", message, node.span, help, fix=fix)
+            yield Diagnostic("E105", message, node.span, help=help, fix=fix)
             return None
         fields = {each.name: each.type for each in record.fields}
         if node.name not in fields:
@@ -261,17 +258,13 @@ class Typing:
             wrong = unknown("E105", what, node.name, span, fields, likely=likely)
             if wrong.fix is None and len(likely) == 1:
                 wrong = replace(wrong, fix=Fix(span, likely[0]))
-            self._table.mistakes.append(wrong)
+            yield wrong
         return fields.get(node.name)
 
     def _names_member(self, node: nodes.Field, names: Names) -> bool:
         """`Side.left`: a member stands by itself."""
         enum = self._table.enums.get(node.value.id)
-        if enum is None or node.value.id in names or node.name not in enum.members:
-            return False
-        message = f"a member of an enumeration stands by itself: {node.name}"
-        self._table.report("E101", message, node.span, fix=Fix(node.span, node.name))
-        return True
+        return enum is not None and node.value.id not in names and node.name in enum.members
 
     def _applied(self, node: nodes.Field, names: Names) -> Fix | None:
         """`drink(cup)` where `cup.drink` is written."""
@@ -298,57 +291,33 @@ class Typing:
         right: Expression,
         names: Names,
         expected: TypeName | None,
-    ) -> TypeName | None:
-        types = [self.value(side, names, expected) for side in (left, right)]
-        for side, type in zip((left, right), types, strict=True):
+    ) -> Checked[TypeName | None]:
+        one = yield from self.value(left, names, expected)
+        other = yield from self.value(right, names, expected)
+        for side, type in ((left, one), (right, other)):
             if type is not None and (type.name not in NUMBER_TYPES or type.is_list):
                 message = f"'{node.operator}' takes numbers, and this is {phrase(type)}"
-                self._table.report("E204", message, side.span)
+                yield Diagnostic("E204", message, side.span)
                 return None
-        return self._measure(node, types[0], types[1])
+        return (yield from _measure(node, one, other))
 
-    def _measure(
-        self, node: nodes.Arithmetic, left: TypeName | None, right: TypeName | None
-    ) -> TypeName | None:
-        if left is None or right is None or node.operator in "*/":
-            return None  # what a product measures is left to the reader
-        if left != right and "number" not in (left.name, right.name):
-            message = f"'{node.operator}' cannot join {phrase(left)} with {phrase(right)}"
-            self._table.report("E204", message, node.span)
-            return None
-        return right if left.name == "number" else left
-
-    def _compare(self, node: nodes.Compare, names: Names) -> None:
-        if self._compares_truth(node, names):
+    def _compare(self, node: nodes.Compare, names: Names) -> Iterator[Diagnostic]:
+        truths = [side for side in (node.left, node.right) if self._is_truth(side)]
+        for truth in truths:
+            yield from self.condition(truth, names)
+        if truths:
+            yield _compared_truth(node, truths[0])
             return
-        left = self.value(node.left, names, None)
-        right = self.value(node.right, names, left)
+        left = yield from self.value(node.left, names, None)
+        right = yield from self.value(node.right, names, left)
         if left is None or right is None:
             return
         if not (fits(self._table, left, right) or fits(self._table, right, left)):
             message = f"{phrase(left)} is never compared with {phrase(right)}"
-            self._table.report("E208", message, node.span)
+            yield Diagnostic("E208", message, node.span)
         elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
             message = f"'{node.operator}' orders numbers, and these are each {phrase(left)}"
-            self._table.report("E208", message, node.span)
-
-    def _compares_truth(self, node: nodes.Compare, names: Names) -> bool:
-        """`clear(x) == True`: a predicate needs no such comparison."""
-        truths = [side for side in (node.left, node.right) if self._is_truth(side)]
-        if not truths:
-            return False
-        for truth in truths:
-            self.condition(truth, names)
-        other = node.right if truths[0] is node.left else node.left
-        word = TRUTHS.get(other.id.lower()) if isinstance(other, nodes.Name) else None
-        message = "what is true or false is not compared; it stands by itself, or after 'not'"
-        fix = None
-        if word is not None and node.operator in {"==", "!="}:
-            same = word == (node.operator == "==")
-            meant = truths[0] if same else nodes.Not(truths[0])
-            fix = Fix(node.span, format_expression(meant))
-        self._table.report("E205", message, node.span, fix=fix)
-        return True
+            yield Diagnostic("E208", message, node.span)
 
     def _is_truth(self, side: Expression) -> bool:
         if isinstance(side, nodes.Atom):
@@ -359,3 +328,33 @@ class Typing:
     def _is_mistaken(self, declared: nodes.PredicateDeclaration) -> bool:
         """`predicate drink(cup: Cup): Drink`, of which is said already that it is a reading."""
         return isinstance(declared.body, nodes.Name) and declared.body.id in self._table.type_names()
+
+
+def _not_a_truth(expression: Expression, found: TypeName) -> Diagnostic:
+    message = f"this is {phrase(found)}, where something true or false is meant"
+    help = "a condition is a predicate, a comparison, or several joined with and, or, not"
+    return Diagnostic("E205", message, expression.span, help=help)
+
+
+def _measure(
+    node: nodes.Arithmetic, left: TypeName | None, right: TypeName | None
+) -> Checked[TypeName | None]:
+    if left is None or right is None or node.operator in "*/":
+        return None  # what a product measures is left to the reader
+    if left != right and "number" not in (left.name, right.name):
+        message = f"'{node.operator}' cannot join {phrase(left)} with {phrase(right)}"
+        yield Diagnostic("E204", message, node.span)
+        return None
+    return right if left.name == "number" else left
+
+
+def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
+    """Say of `clear(x) == True` that a predicate needs no such comparison."""
+    other = node.right if truth is node.left else node.left
+    word = TRUTHS.get(other.id.lower()) if isinstance(other, nodes.Name) else None
+    message = "what is true or false is not compared; it stands by itself, or after 'not'"
+    fix = None
+    if word is not None and node.operator in {"==", "!="}:
+        meant = truth if word == (node.operator == "==") else nodes.Not(truth)
+        fix = Fix(node.span, format_expression(meant))
+    return Diagnostic("E205", message, node.span, fix=fix)

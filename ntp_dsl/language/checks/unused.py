@@ -13,7 +13,7 @@ from ntp_dsl.language.checks.tasks import GOAL
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.names.references import inside, mentions, said
 from ntp_dsl.language.names.signatures import head
-from ntp_dsl.language.names.symbol_table import SPACES, Table
+from ntp_dsl.language.names.symbol_table import SPACES, SymbolTable
 from ntp_dsl.language.names.use_statements import removal
 from ntp_dsl.language.names.visibility import Unit, below, key
 from ntp_dsl.language.parsing.partial_library import Key
@@ -89,10 +89,10 @@ def _unused_variable(generator: Generator) -> Diagnostic:
 
 
 def unused_between(
-    units: Sequence[Unit], table: Table, mentions: Mentions = mentions
+    units: Sequence[Unit], table: SymbolTable, mentions: Mentions = mentions
 ) -> Iterator[Diagnostic]:
     """Of a library without errors: what it uses in vain, and what none of its tasks comes to."""
-    home = units[0].draft
+    home = units[0].library
     if home.declarations:
         yield from _unused_uses(units, table, mentions)
     tasks = [each for each in home.declarations if isinstance(each, nodes.TaskDeclaration)]
@@ -131,14 +131,16 @@ def _is_whole(declaration: Declaration) -> bool:
     return isinstance(declaration, nodes.ProgramDeclaration)
 
 
-def _unused_uses(units: Sequence[Unit], table: Table, mentions: Mentions) -> Iterator[Diagnostic]:
+def _unused_uses(units: Sequence[Unit], table: SymbolTable, mentions: Mentions) -> Iterator[Diagnostic]:
     owners = {
-        key(declaration): index for index, unit in enumerate(units) for declaration in unit.draft.declarations
+        key(declaration): index
+        for index, unit in enumerate(units)
+        for declaration in unit.library.declarations
     }
-    spoken = set[Key]().union(*map(mentions, units[0].draft.declarations))
+    spoken = set[Key]().union(*map(mentions, units[0].library.declarations))
     needed = {owners[each] for each in _resolved(spoken, table) if each in owners}
     brings = {index: {index, *below(units, index)} for index in units[0].uses if index is not None}
-    for position, (use, index) in enumerate(zip(units[0].draft.uses, units[0].uses, strict=True)):
+    for position, (use, index) in enumerate(zip(units[0].library.uses, units[0].uses, strict=True)):
         if index is None or index == 0 or units[0].uses.index(index) < position:
             continue
         others = set[int]().union(*(brings[each] for each in brings if each != index))
@@ -147,7 +149,7 @@ def _unused_uses(units: Sequence[Unit], table: Table, mentions: Mentions) -> Ite
             yield Diagnostic("W101", message, use.span, fix=removal(use))
 
 
-def _resolved(spoken: Iterable[Key], table: Table) -> Iterator[Key]:
+def _resolved(spoken: Iterable[Key], table: SymbolTable) -> Iterator[Key]:
     """What the names stand for: a member of an enumeration for the enumeration."""
     for space, name in spoken:
         yield space, name
@@ -155,7 +157,7 @@ def _resolved(spoken: Iterable[Key], table: Table) -> Iterator[Key]:
             yield from (("type", enum) for enum in table.enum_of(name))
 
 
-def _reached(tasks: Sequence[Declaration], table: Table, mentions: Mentions) -> dict[Key, Declaration]:
+def _reached(tasks: Sequence[Declaration], table: SymbolTable, mentions: Mentions) -> dict[Key, Declaration]:
     """All that tasks speak of, and what that speaks of."""
     declared = {key(each): each for each in _all(table)}
     reached: dict[Key, Declaration] = {key(task): task for task in tasks}
@@ -168,7 +170,7 @@ def _reached(tasks: Sequence[Declaration], table: Table, mentions: Mentions) -> 
     return reached
 
 
-def _all(table: Table) -> Iterator[Declaration]:
+def _all(table: SymbolTable) -> Iterator[Declaration]:
     for dictionary in table.dictionaries():
         yield from (each for each in dictionary.values() if isinstance(each, Declaration))
 
@@ -180,7 +182,7 @@ def _is_in_python(declaration: Declaration) -> bool:
     return by is not None and by.id == PYTHON
 
 
-def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: Table) -> Iterator[Diagnostic]:
+def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: SymbolTable) -> Iterator[Diagnostic]:
     """Groups that the task does not name, of a type that no loop goes through."""
     run = task.run.arguments if task.run else ()
     named = {each.place for each in task.scene} | _names([*run, task.success])

@@ -7,7 +7,7 @@ NtpError                   anything a user did that cannot work; the message is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import SequenceMatcher, get_close_matches
 from pathlib import Path
@@ -79,9 +79,9 @@ class SourceError(NtpError):
     """A library's text does not stand; `diagnostics` says everything that is wrong with it."""
 
     def __init__(
-        self, diagnostics: Sequence[Diagnostic], sources: Mapping[Path | None, str] | None = None
+        self, diagnostics: Iterable[Diagnostic], sources: Mapping[Path | None, str] | None = None
     ) -> None:
-        self.diagnostics = tuple(sorted(diagnostics, key=_place))
+        self.diagnostics = in_order(diagnostics)
         self.sources = dict(sources or {})
         super().__init__(self.diagnostics)
 
@@ -90,9 +90,19 @@ class SourceError(NtpError):
         return "\n".join(map(str, self.diagnostics))
 
 
+def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics by path, line, column and code."""
+    return tuple(sorted(diagnostics, key=_place))
+
+
 def _place(diagnostic: Diagnostic) -> tuple[str, int, int, str]:
     span = diagnostic.span
     return str(span.path or ""), span.line, span.column, diagnostic.code
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    """Return whether any of the diagnostics is an error."""
+    return any(each.severity == "error" for each in diagnostics)
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:

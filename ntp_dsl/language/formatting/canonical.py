@@ -12,7 +12,7 @@ from ntp_dsl.language.parsing.blocks import cut
 from ntp_dsl.language.parsing.parser import parse
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import declaration_rows, header_rows, use_row
-from ntp_dsl.language.syntax.line_wrapping import STEP, WIDTH, Row, physical
+from ntp_dsl.language.syntax.line_wrapping import STEP, WIDTH, Row, physical, settled
 
 LEADING = ("library", "use")  # come first, in this order
 LIGHT = ("type", "enum", "record", "constant", "predicate")  # may follow one another at once
@@ -77,7 +77,7 @@ def _blocks(library: nodes.Library) -> list[_Block]:
 
 def _written(blocks: Sequence[_Block], footer: list[str]) -> str:
     for block in blocks:
-        block.rows = _joined(block.rows)
+        block.rows = _joined([settled(row) for row in block.rows])
     lines = [*_lines(blocks[0])]
     for before, block in pairwise(blocks):
         if not (before.is_light and block.is_light or before.keyword == block.keyword == "use"):

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 
 from ntp_dsl.language.parsing.tree_builder import clean
+from ntp_dsl.language.syntax.formatter import EMPTY_DOCSTRING
 from ntp_dsl.language.syntax.line_wrapping import WORD, Comment, Row
 
 TOKEN = re.compile(
@@ -93,7 +94,9 @@ def attach(tokens: Sequence[Token], rows: Sequence[Row], keyword: str) -> tuple[
         cut = 0
     else:
         cut = next((at for at, token in enumerate(tail) if token.column == 0), len(tail))
-    inside = [each for each in _in_order(tokens[:end], keyword) if not _is_empty_docstring(each)]
+    inside = _in_order(tokens[:end], keyword)
+    if not any(row.text == EMPTY_DOCSTRING for row in rows):
+        inside = [each for each in inside if not _is_empty_docstring(each)]
     places = [(row, index) for row in rows for index in range(len(_words(row.text)))]
     where = _alignment(
         [_normal(each.text) for each in inside if not each.is_comment],
@@ -107,7 +110,7 @@ def attach(tokens: Sequence[Token], rows: Sequence[Row], keyword: str) -> tuple[
             _place(token, row, index, follows)
         else:
             row, index = places[where[count]]
-            if token.leads and token.spaced and index == 0:
+            if token.spaced and index == 0:
                 row.above.append("")
             count += 1
     return lines_of(tail[:cut]), lines_of(tail[cut:])

@@ -17,8 +17,8 @@ from ntp_dsl.language.logic.facts import (
     substitute,
     value_of,
 )
-from ntp_dsl.language.names.poisoned_spans import Faults
-from ntp_dsl.language.names.symbol_table import Table, Watched
+from ntp_dsl.language.names.poisoned_spans import PoisonedSpans
+from ntp_dsl.language.names.symbol_table import SymbolTable, Watched
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import (
     Atom,
@@ -48,12 +48,16 @@ class Lack:
 
 
 class Contracts:
-    """What calls require and achieve, by what declarations say."""
+    """What calls require and achieve, by what declarations say.
 
-    def __init__(self, table: Table) -> None:
+    Args:
+        poisoned: where names and types are wrong.
+    """
+
+    def __init__(self, table: SymbolTable, poisoned: PoisonedSpans) -> None:
         self.table = table
         self.members = table.members
-        self._faults = Faults(table.mistakes)
+        self._poisoned = poisoned
         self._achievers: Watched[Kind, list[str]] = Watched()
         for each in table.callables():
             for kind in self._kinds(each.achieves):
@@ -71,7 +75,7 @@ class Contracts:
 
     def is_faulty(self, node: nodes.Node | None) -> bool:
         """Whether something inside is wrong already, so that nothing can be concluded from it."""
-        return self._faults.within(node)
+        return self._poisoned.within(node)
 
     def _kinds(self, condition: Expression | None) -> Set[Kind]:
         return {kind for fact in self.expand(facts(condition)) for kind in _kinds(fact)}
@@ -123,23 +127,23 @@ class Contracts:
         Where names or types are wrong nothing is concluded: not from a contract that has a mistake,
         nor from what comes after a statement that has one.
         """
-        if self._faults.within(program.requires):
+        if self._poisoned.within(program.requires):
             return
         known = list(self.expand(facts(program.requires)))
         for index, statement in enumerate(program.body):
             call = innermost(statement)
             callee = self.table.callable(call.callee)
-            if callee is None or self._faults.within(statement):
+            if callee is None or self._poisoned.within(statement):
                 return
             here = [*known, *self._guarded(statement)]
             variables = {generator.variable for generator in loops(statement)}
-            if not self._faults.within(callee.requires):
+            if not self._poisoned.within(callee.requires):
                 for fact in self.contract(call, "requires"):
                     if not self._holds(fact, here, call, variables):
                         yield Lack(program, index, call, fact, self._is_certain(fact))
                         if not mentions(fact) & variables:
                             known.append(fact)  # whatever mends this, mends it for later calls too
-            if self._faults.within(callee.achieves) or _is_silent(callee):
+            if self._poisoned.within(callee.achieves) or _is_silent(callee):
                 return
             known += self.promised(statement)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +30,7 @@ class _Verdict:
         return self.grounds == grounds
 
 
-class Memory:
+class IncrementalCache:
     """The verdicts of the last two runs. Only what was found sound is kept in mind."""
 
     def __init__(self) -> None:
@@ -50,14 +50,15 @@ class Memory:
         matter: object,
         dictionaries: Sequence[Watched[Any, Any]],
         grounds: object,
-        work: Callable[[], Sequence[Diagnostic]],
+        check: Iterator[Diagnostic],
     ) -> Sequence[Diagnostic]:
-        """What the work would find: known to be nothing, or found out.
+        """Return what the check yields: known to be nothing, or found by running it.
 
         Args:
-            matter: what is asked about the declaration.
-            dictionaries: all in which the work looks anything up.
+            matter: what is checked about the declaration.
+            dictionaries: all in which the check looks anything up.
             grounds: all else that it rests on.
+            check: one that has not begun.
         """
         place = id(declaration), matter
         verdict = self._before.get(place)
@@ -66,7 +67,7 @@ class Memory:
             return ()
         for dictionary in dictionaries:
             dictionary.asked.clear()
-        found = work()
+        found = [*check]
         if not found:
             answers = [
                 (index, key, dictionary.answer(key))

@@ -9,15 +9,15 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.syntax.nodes import Node, Span
 
 
-class Faults:
-    """The places of all errors so far."""
+class PoisonedSpans:
+    """The places of errors."""
 
-    def __init__(self, mistakes: Iterable[Diagnostic]) -> None:
-        errors = [each.span for each in mistakes if each.severity == "error"]
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        errors = [each.span for each in diagnostics if each.severity == "error"]
         self._places = sorted(map(_start, errors))
 
     def within(self, node: Node | None) -> bool:
-        """Whether an error begins inside the node."""
+        """Return whether an error begins inside the node."""
         if node is None or not node.span.line:
             return False
         span = node.span

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix, unknown
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, Table, check_type
+from ntp_dsl.language.diagnostics.checked import Checked
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, unknown
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable, check_type
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Span, TypeName
@@ -47,7 +48,7 @@ def si(number: nodes.Number | None) -> float | None:
     return number.value * UNITS.get(number.unit, ("", 1.0))[1]
 
 
-def fits(table: Table, actual: TypeName, expected: TypeName) -> bool:
+def fits(table: SymbolTable, actual: TypeName, expected: TypeName) -> bool:
     """Whether a value of one type may stand where the other is declared."""
     if not actual.name or not expected.name or expected.name not in table.type_names():
         return True
@@ -58,8 +59,8 @@ def fits(table: Table, actual: TypeName, expected: TypeName) -> bool:
     return table.is_a(actual.name, expected.name)
 
 
-def measure(table: Table, number: nodes.Number, expected: TypeName | None = None) -> TypeName | None:
-    """What the number measures; without a unit, whatever number is expected, in SI."""
+def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[TypeName | None]:
+    """Return what the number measures; without a unit, whatever number is expected, in SI."""
     if not number.unit:
         fits = expected is not None and expected.name in NUMBER_TYPES
         return expected if fits else TypeName("number")
@@ -69,56 +70,55 @@ def measure(table: Table, number: nodes.Number, expected: TypeName | None = None
     meant = [each for each, words in WRITTEN_OUT.items() if number.unit.lower().rstrip("s") in words]
     if meant:
         message = f"there is no unit '{number.unit}'; it is written '{meant[0]}'"
-        table.report("E107", message, span, fix=Fix(span, meant[0]))
+        yield Diagnostic("E107", message, span, fix=Fix(span, meant[0]))
         return TypeName(UNITS[meant[0]][0])
     kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
-    table.mistakes.append(
-        unknown("E107", "there is no unit", number.unit, span, kinds or UNITS, likely=kinds)
-    )
+    yield unknown("E107", "there is no unit", number.unit, span, kinds or UNITS, likely=kinds)
     return None
 
 
-def check_parameters(table: Table, parameters: Sequence[nodes.Parameter]) -> Names:
-    """The names that a signature declares, each once and of a type that exists."""
+def check_parameters(table: SymbolTable, parameters: Sequence[nodes.Parameter]) -> Checked[Names]:
+    """Return the names that a signature declares, each once and of a type that exists."""
     names: dict[str, TypeName] = {}
     for parameter in parameters:
         if parameter.name in names:
             message = f"two parameters are called '{parameter.name}'"
-            table.report("E305", message, parameter.span)
-        known = check_type(table, parameter.type)
+            yield Diagnostic("E305", message, parameter.span)
+        known = yield from check_type(table, parameter.type)
         names[parameter.name] = parameter.type if known else TypeName("")
         if known:
-            _check_range(table, parameter)
+            yield from _check_range(table, parameter)
     return names
 
 
-def _check_range(table: Table, parameter: nodes.Parameter) -> None:
+def _check_range(table: SymbolTable, parameter: nodes.Parameter) -> Iterator[Diagnostic]:
     low, high, type = parameter.low, parameter.high, parameter.type
     if low is None or high is None:
         return
     if type.name not in NUMBER_TYPES or type.is_list:
         message = f"only a number has a range, and '{parameter.name}' is {phrase(type)}"
-        table.report("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
+        yield Diagnostic("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
         return
-    before = len(table.mistakes)
-    for bound in (low, high):
-        measured = measure(table, bound, type)
-        if measured is not None and not fits(table, measured, type):
-            message = f"'{parameter.name}' is {phrase(type)}, and this {phrase(measured)}"
-            table.report("E204", message, bound.span)
-    if len(table.mistakes) == before:
-        check_order(table, low, high, low.span)
+    found = [each for bound in (low, high) for each in _check_bound(table, parameter, bound)]
+    yield from found or check_order(low, high, low.span)
 
 
-def check_order(table: Table, low: nodes.Number, high: nodes.Number, span: Span) -> None:
-    """A range ends where it began, or above."""
+def _check_bound(table: SymbolTable, parameter: nodes.Parameter, bound: nodes.Number) -> Iterator[Diagnostic]:
+    measured = yield from measure(bound, parameter.type)
+    if measured is not None and not fits(table, measured, parameter.type):
+        message = f"'{parameter.name}' is {phrase(parameter.type)}, and this {phrase(measured)}"
+        yield Diagnostic("E204", message, bound.span)
+
+
+def check_order(low: nodes.Number, high: nodes.Number, span: Span) -> Iterator[Diagnostic]:
+    """Check that a range does not end below its start."""
     start, end = si(low), si(high)
     if start is None or end is None or start <= end:
         return
     turned = Edit(high.span, format_expression(low))
     fix = Fix(low.span, format_expression(high), (turned,))
     help = "the lower bound comes first"
-    table.report("E203", "this range is empty: it ends below its start", span, help, fix=fix)
+    yield Diagnostic("E203", "this range is empty: it ends below its start", span, help=help, fix=fix)
 
 
 def _between(before: Span, last: Span) -> Span:

@@ -1,15 +1,16 @@
-"""The table of what is declared, by name: all that the checks of a library look things up in."""
+"""The symbol table of a library: every declaration that it sees, by name."""
 
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar, cast
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
+from ntp_dsl.language.diagnostics.checked import Checked
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.nodes import Declaration, Span
+from ntp_dsl.language.syntax.nodes import Declaration
 
 UNITS: Mapping[str, tuple[str, float]] = {  # unit -> (what it measures, its size in SI)
     "m": ("length", 1.0),
@@ -71,7 +72,7 @@ class Watched(dict[K, V]):
 
 
 @dataclass
-class Table:
+class SymbolTable:
     """Every declaration by name, in the namespaces of the language.
 
     Programs and apis share one, and so do the kinds of type, and constants with enumerations'
@@ -87,7 +88,6 @@ class Table:
     programs: Watched[str, nodes.ProgramDeclaration] = field(default_factory=Watched)
     tasks: Watched[str, nodes.TaskDeclaration] = field(default_factory=Watched)
     members: Watched[str, tuple[str, ...]] = field(default_factory=Watched)  # -> their enumerations
-    mistakes: list[Diagnostic] = field(default_factory=list)
 
     def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
         """All in which names are looked up."""
@@ -102,6 +102,15 @@ class Table:
         for member in declaration.members if isinstance(declaration, nodes.EnumDeclaration) else ():
             owners = self.members.get(member, ())
             self.members[member] = tuple(dict.fromkeys([*owners, declaration.name]))
+
+    def select(self, is_chosen: Callable[[Declaration], bool]) -> SymbolTable:
+        """Return a table of some of the declarations."""
+        chosen = SymbolTable()
+        for dictionary in self.dictionaries():
+            for each in dictionary.values():
+                if isinstance(each, Declaration) and is_chosen(each):
+                    chosen.add(each)
+        return chosen
 
     def callable(self, name: str) -> nodes.ApiDeclaration | nodes.ProgramDeclaration | None:
         return self.programs.get(name) or self.apis.get(name)
@@ -140,18 +149,6 @@ class Table:
         """The enumerations that have such a member."""
         return self.members.get(member) or ()
 
-    def report(
-        self,
-        code: str,
-        message: str,
-        span: Span,
-        help: str = "",
-        *notes: Note,
-        fix: Fix | None = None,
-        name: str = "",
-    ) -> None:
-        self.mistakes.append(Diagnostic(code, message, span, notes, help, fix, name))
-
 
 SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, namespace, word)
     nodes.TypeDeclaration: ("types", "type", "type"),
@@ -174,8 +171,8 @@ ELSEWHERE = {
 }  # fmt: skip
 
 
-def check_type(table: Table, name: nodes.TypeName) -> bool:
-    """Whether the type exists; says so if not."""
+def check_type(table: SymbolTable, name: nodes.TypeName) -> Checked[bool]:
+    """Return whether the type exists."""
     if name.name in table.type_names():
         return True
     known = table.type_names()
@@ -183,10 +180,10 @@ def check_type(table: Table, name: nodes.TypeName) -> bool:
     if meant is None and name.name in UNITS:
         meant = UNITS[name.name][0]
     if meant is None:
-        table.mistakes.append(unknown("E103", "there is no type", name.name, name.span, known))
+        yield unknown("E103", "there is no type", name.name, name.span, known)
         return False
     help = "" if meant else "a predicate is true or false by itself, and words are members of an enumeration"
     message = f"there is no type '{name.name}'" + (f"; did you mean '{meant}'?" if meant else "")
     fix = Fix(name.span, meant) if meant else None
-    table.report("E103", message, name.span, help, fix=fix, name=name.name)
+    yield Diagnostic("E103", message, name.span, (), help, fix, name.name)
     return False

@@ -8,12 +8,11 @@ from functools import cache
 from pathlib import Path
 
 from ntp_dsl.common.resources import library_folder
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.names.visibility import Unit, below, key
 from ntp_dsl.language.parsing.blocks import DECLARES, SPACES
-from ntp_dsl.language.parsing.partial_library import Draft, Key
-from ntp_dsl.language.syntax.nodes import EnumDeclaration, Span
+from ntp_dsl.language.parsing.partial_library import Key
+from ntp_dsl.language.syntax.nodes import EnumDeclaration, Library, Span
 
 Shelf = Callable[[], Mapping[Key, str]]  # which library that is at hand declares a name
 
@@ -29,73 +28,57 @@ SOUGHT: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def report_unknown(
-    table: Table,
-    space: str,
-    code: str,
-    what: str,
-    name: str,
-    span: Span,
-    candidates: Iterable[str],
-    help: str = "",
-    likely: Iterable[str] = (),
-) -> None:
-    """Leave it in the table that a name is not in sight; `settle` decides what is said of it."""
-    table.mistakes.append(unknown(code, what, name, span, candidates, help, likely))
-
-
 def settle(
-    mistakes: Iterable[Diagnostic], units: Sequence[Unit], index: int, shelf: Shelf
+    found: Iterable[Diagnostic], units: Sequence[Unit], index: int, shelf: Shelf
 ) -> Iterator[Diagnostic]:
-    """What is to be said of a library, now that all libraries are known.
+    """Yield what remains of the diagnostics of a library, now that all libraries are known.
 
-    A name that a broken declaration may declare is passed over, and so is what stands in a line that is only
-    guessed at; of a library that ought to be used it is said once.
+    A name that an unreadable declaration may declare is passed over, and so is what stands in a line that is
+    only guessed at; of a library that ought to be used it is said once.
     """
-    home = units[index].draft
+    home = units[index]
     inside = [*below(units, index), index]
-    drafts = [units[each].draft for each in inside]
-    lost = frozenset[Key]().union(*(draft.lost for draft in drafts))
-    is_open = any(units[each].draft.lacks_uses or None in units[each].uses for each in inside)
+    unreadable = frozenset[Key]().union(*(units[each].partial.unreadable for each in inside))
+    is_open = any(units[each].partial.lacks_uses or None in units[each].uses for each in inside)
     missing: set[str] = set()
-    for mistake in mistakes:
-        if mistake.span.line in home.guessed and mistake.span.path == home.path:
+    for each in found:
+        if each.span.line in home.partial.guessed and each.span.path == home.library.path:
             continue
-        keys = [(space, mistake.name) for space in SOUGHT.get(mistake.code, ()) if mistake.name]
-        if keys and (is_open or not lost.isdisjoint(keys)):
+        keys = [(space, each.name) for space in SOUGHT.get(each.code, ()) if each.name]
+        if keys and (is_open or not unreadable.isdisjoint(keys)):
             continue
         library = _owner(keys, units, inside, shelf) if keys else None
         if library is None:
-            yield mistake
+            yield each
         elif library not in missing:
             missing.add(library)
-            yield _unused(mistake, library, home)
+            yield _unused(each, library, home.library)
 
 
 def _owner(keys: Sequence[Key], units: Sequence[Unit], inside: Sequence[int], shelf: Shelf) -> str | None:
-    """The library that declares it and is not in sight."""
+    """Return the library that declares it and is not visible."""
     for each, unit in enumerate(units):
-        if each not in inside and not _declared(unit.draft).isdisjoint(keys):
-            return unit.draft.name
-    names = {unit.draft.name for unit in units}
+        if each not in inside and not _declared(unit.library).isdisjoint(keys):
+            return unit.library.name
+    names = {unit.library.name for unit in units}
     known = shelf()
     return next((known[each] for each in keys if known.get(each, "") not in {"", *names}), None)
 
 
-def _declared(draft: Draft) -> set[Key]:
-    enums = (each for each in draft.declarations if isinstance(each, EnumDeclaration))
+def _declared(library: Library) -> set[Key]:
+    enums = (each for each in library.declarations if isinstance(each, EnumDeclaration))
     members = {("value", member) for enum in enums for member in enum.members}
-    return members.union(map(key, draft.declarations))
+    return members.union(map(key, library.declarations))
 
 
-def _unused(mistake: Diagnostic, library: str, home: Draft) -> Diagnostic:
-    message = f"'{mistake.name}' is declared by library '{library}', which is not used here"
+def _unused(diagnostic: Diagnostic, library: str, home: Library) -> Diagnostic:
+    message = f"'{diagnostic.name}' is declared by library '{library}', which is not used here"
     help = f"write 'use {library}' above; whatever else it declares is known then, too"
-    return replace(mistake, message=message, help=help, fix=_use(library, home))
+    return replace(diagnostic, message=message, help=help, fix=_use(library, home))
 
 
-def _use(library: str, home: Draft) -> Fix | None:
-    """With the other uses, or above the first declaration."""
+def _use(library: str, home: Library) -> Fix | None:
+    """Write the `use` with the others, or above the first declaration."""
     nodes = [*home.uses, *home.declarations]
     if not nodes:
         return None

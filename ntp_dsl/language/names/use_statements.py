@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
-from ntp_dsl.language.parsing.partial_library import Draft
-from ntp_dsl.language.syntax.nodes import Span, Use
+from ntp_dsl.language.syntax.nodes import Library, Span, Use
 
 
 def unknown_library(use: Use, known: Iterable[str]) -> Diagnostic:
@@ -24,10 +23,10 @@ def circle(use: Use, names: Sequence[str]) -> Diagnostic:
     return Diagnostic("E304", message, use.span)
 
 
-def repeated(draft: Draft) -> Iterator[Diagnostic]:
+def repeated(library: Library) -> Iterator[Diagnostic]:
     """For each library that is used a second time."""
     first: dict[str, Use] = {}
-    for use in draft.uses:
+    for use in library.uses:
         if use.library in first:
             note = Note("first used here", first[use.library].span)
             message = f"library '{use.library}' is used already"

@@ -18,7 +18,7 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.parsing import blocks, parse_messages, parser_tables, tree_builder
 from ntp_dsl.language.parsing.blocks import KEYWORDS, Piece
 from ntp_dsl.language.parsing.error_recovery import Parsed, recover
-from ntp_dsl.language.parsing.partial_library import Draft, draft
+from ntp_dsl.language.parsing.partial_library import PartialLibrary, assemble
 from ntp_dsl.language.parsing.term_builder import Word
 from ntp_dsl.language.syntax.nodes import NOWHERE, Library, Span
 
@@ -46,20 +46,20 @@ def parse(text: str, path: Path | str | None = None) -> Library:
         path: where the text comes from, for the spans; the file is not opened.
     """
     where = None if path is None else Path(path)
-    draft = read(text, where)
-    if draft.mistakes:
-        raise SourceError(draft.mistakes, {where: lines(text)})
-    return draft.whole()
+    partial = read(text, where)
+    if partial.diagnostics:
+        raise SourceError(partial.diagnostics, {where: lines(text)})
+    return partial.library
 
 
-def read(text: str, path: Path | None, read_piece: Callable[[Piece], Parsed] | None = None) -> Draft:
-    """Read what can be read of a library; the draft says what cannot.
+def read(text: str, path: Path | None, read_piece: Callable[[Piece], Parsed] | None = None) -> PartialLibrary:
+    """Read what can be read of a library; its diagnostics say what cannot.
 
     Args:
         read_piece: reads one declaration, where the caller knows a quicker way than to parse it.
     """
     found = [(read_piece or parse_piece)(piece) for piece in blocks.cut(lines(text), path)]
-    return draft(found, path)
+    return assemble(found, path)
 
 
 def lines(text: str) -> str:

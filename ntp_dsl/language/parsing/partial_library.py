@@ -1,4 +1,4 @@
-"""From pieces to a draft: a library as far as it could be read, which may have holes."""
+"""From the pieces of a text to a library as far as it could be read."""
 
 from __future__ import annotations
 
@@ -18,56 +18,45 @@ UNNAMED = "NAME"
 
 
 @dataclass(frozen=True)
-class Draft:
-    """A text as far as it could be read: enough to look for more mistakes, no proof of anything.
+class PartialLibrary:
+    """A library as far as its text could be read: enough to look for more mistakes, no proof of anything.
 
-    Of `holed` declarations the signature stands, but lines are missing; of `lost` ones only the name.
+    Of `incomplete` declarations the signature stands, but lines are missing; of `unreadable` ones only the
+    name. The defaults are those of a text without mistakes.
     """
 
-    name: str
-    uses: tuple[Use, ...]
-    declarations: tuple[Declaration, ...]
-    docstring: str = ""
-    path: Path | None = None
-    mistakes: tuple[Diagnostic, ...] = ()
-    holed: frozenset[Key] = frozenset()
-    lost: frozenset[Key] = frozenset()
+    library: Library
+    diagnostics: tuple[Diagnostic, ...] = ()
+    incomplete: frozenset[Key] = frozenset()
+    unreadable: frozenset[Key] = frozenset()
     guessed: frozenset[int] = frozenset()  # lines that are read as they were probably meant
     lacks_uses: bool = False  # a `use` could not be read: any name may come from there
 
-    def whole(self) -> Library:
-        """The library, of a text without mistakes."""
-        assert not self.mistakes
-        return Library(self.name, self.uses, self.declarations, self.docstring, self.path)
 
-    @staticmethod
-    def of(library: Library) -> Draft:
-        """A library is a draft that lacks nothing."""
-        return Draft(library.name, library.uses, library.declarations, library.docstring, library.path)
-
-
-def draft(found: Sequence[Parsed], path: Path | None) -> Draft:
+def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
     """Join what was read of a text's pieces, in their order."""
     items = [parsed.item for parsed in found]
     headers = [item for item in items if isinstance(item, Header)]
-    mistakes = [mistake for parsed in found for mistake in parsed.mistakes]
-    broken = [parsed for parsed in found if parsed.item is None]
     stem = path.stem if path and path.stem.isidentifier() else UNNAMED
-    return Draft(
+    library = Library(
         headers[0].name if headers else stem,
         tuple(item for item in items if isinstance(item, Use)),
         tuple(item for item in items if isinstance(item, Declaration)),
         headers[0].docstring if headers else "",
         path,
-        (*mistakes, *_header_mistakes(headers, found, stem, path)),
-        frozenset(_holed(found)),
+    )
+    diagnostics = [each for parsed in found for each in parsed.mistakes]
+    return PartialLibrary(
+        library,
+        (*diagnostics, *_check_header(headers, found, stem, path)),
+        frozenset(_incomplete(found)),
         frozenset(key for parsed in found for key in parsed.lost),
         frozenset(line for parsed in found for line in parsed.guessed),
-        any(parsed.piece.keyword == "use" for parsed in broken),
+        any(parsed.piece.keyword == "use" and parsed.item is None for parsed in found),
     )
 
 
-def _holed(found: Sequence[Parsed]) -> Iterator[Key]:
+def _incomplete(found: Sequence[Parsed]) -> Iterator[Key]:
     after = [parsed.piece.keyword for parsed in found[1:]]
     for parsed, following in zip_longest(found, after, fillvalue=None):
         assert parsed is not None
@@ -77,7 +66,7 @@ def _holed(found: Sequence[Parsed]) -> Iterator[Key]:
             yield blocks.SPACES[parsed.piece.keyword], parsed.item.name
 
 
-def _header_mistakes(
+def _check_header(
     headers: Sequence[Header], found: Sequence[Parsed], stem: str, path: Path | None
 ) -> Iterator[Diagnostic]:
     top = Span(path, 1, 1, 1, 1)

@@ -8,7 +8,7 @@ from itertools import combinations, count, permutations
 
 from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix
 from ntp_dsl.language.names.signatures import Names, fits
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Expression, Field, Name, Parameter, Span, TypeName
@@ -22,7 +22,7 @@ FEW = 5  # arguments, up to which every order and choice is tried
 class Sight:
     """What can be named at a place, and what an expression there would be; says nothing aloud."""
 
-    table: Table
+    table: SymbolTable
     names: Names
     accepts: Callable[[Parameter, Expression], bool]
 

@@ -10,7 +10,7 @@ from ntp_dsl.language.diagnostics.diagnostics import Fix
 from ntp_dsl.language.logic.facts import substitute
 from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind, blocks_needed
 from ntp_dsl.language.names.signatures import fits
-from ntp_dsl.language.names.symbol_table import Table
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression, format_group, format_sampler
 from ntp_dsl.language.syntax.nodes import (
@@ -30,7 +30,7 @@ MANY, SOME = 8, 3  # things in a scene, and elements of a goal, where nothing is
 HIGHEST = 4
 
 
-def missing_section(task: TaskDeclaration, section: str, goal: str, table: Table) -> Fix | None:
+def missing_section(task: TaskDeclaration, section: str, goal: str, table: SymbolTable) -> Fix | None:
     """The line that is missing, where it belongs."""
     text = {"scene": _scene, "goal": _goal, "run": _run, "success": _success}[section](task, goal, table)
     if text is None:
@@ -54,7 +54,7 @@ def _spans(task: TaskDeclaration, section: str) -> list[Span]:
     return [node.span for node in found]
 
 
-def _scene(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+def _scene(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """As many things as usual of the types that the goal's record takes."""
     sampler = task.goal
     if sampler is None or not sampler.groups or "table" not in table.constants:
@@ -72,13 +72,13 @@ def _scene(task: TaskDeclaration, goal: str, table: Table) -> str | None:
     return ", ".join(map(format_group, groups)) or None
 
 
-def _record(sampler: Sampler, table: Table) -> nodes.RecordDeclaration | None:
+def _record(sampler: Sampler, table: SymbolTable) -> nodes.RecordDeclaration | None:
     kind = SAMPLERS.get(sampler.name)
     name = sampler.result.name if sampler.result else kind.record if kind else ""
     return table.records.get(name)
 
 
-def _goal(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+def _goal(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """Towers of the first group, if the program that runs takes such a list."""
     program = table.programs.get(task.run.callee) if task.run else None
     lists = [each.type.name for each in program.parameters if each.type.is_list] if program else []
@@ -107,7 +107,7 @@ def with_options(sampler: Sampler, kind: SamplerKind, counts: Sequence[int]) -> 
     return replace(sampler, options=(*sampler.options, *more))
 
 
-def _run(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+def _run(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """The only program that takes such a goal, and, if there are more, achieves what success asks."""
     record = _record(task.goal, table) if task.goal else None
     if record is None:
@@ -120,13 +120,13 @@ def _run(task: TaskDeclaration, goal: str, table: Table) -> str | None:
     return f"{chosen[0].name}({goal})" if len(chosen) == 1 else None
 
 
-def _success(task: TaskDeclaration, goal: str, table: Table) -> str | None:
+def _success(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """What the program that runs achieves, said of what it is given."""
     meant = promised(task, table)
     return format_expression(meant) if meant is not None else None
 
 
-def promised(task: TaskDeclaration, table: Table) -> nodes.Expression | None:
+def promised(task: TaskDeclaration, table: SymbolTable) -> nodes.Expression | None:
     """What the program that runs achieves, in the task's terms."""
     program = table.programs.get(task.run.callee) if task.run else None
     if program is None or program.achieves is None or task.run is None:
@@ -134,13 +134,13 @@ def promised(task: TaskDeclaration, table: Table) -> nodes.Expression | None:
     return said_of(program, task.run)
 
 
-def other_run(task: TaskDeclaration, goal: str, table: Table) -> Fix | None:
+def other_run(task: TaskDeclaration, goal: str, table: SymbolTable) -> Fix | None:
     """The program that takes such a goal, where another one is told to run."""
     text = _run(task, goal, table)
     return Fix(task.run.span, text) if task.run is not None and text is not None else None
 
 
-def typed_goal(task: TaskDeclaration, table: Table) -> Fix | None:
+def typed_goal(task: TaskDeclaration, table: SymbolTable) -> Fix | None:
     """`-> list[RECORD]`, of what the program that runs takes, where the goal does not say what it draws."""
     goal, program = task.goal, table.programs.get(task.run.callee) if task.run else None
     kind = SAMPLERS.get(goal.name) if goal else None
@@ -207,7 +207,11 @@ def without(option: Option, sampler: Sampler) -> Fix | None:
 
 
 def with_groups(
-    goal: Sampler, kind: SamplerKind, record: RecordDeclaration | None, task: TaskDeclaration, table: Table
+    goal: Sampler,
+    kind: SamplerKind,
+    record: RecordDeclaration | None,
+    task: TaskDeclaration,
+    table: SymbolTable,
 ) -> Fix | None:
     """The groups of the scene, where it is clear which are meant: those that are named, and what fits."""
     wanted = len(kind.sources)
@@ -240,7 +244,9 @@ def filled(
     return [*zip(types, (first, second), strict=False)]
 
 
-def fills(kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration, table: Table) -> bool:
+def fills(
+    kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration, table: SymbolTable
+) -> bool:
     """Whether a record can be made of such things."""
     return len(record.fields) == 2 and all(
         fits(table, type, field.type) for type, field in filled(kind, types, record)
@@ -253,7 +259,7 @@ def other_groups(
     index: int,
     record: RecordDeclaration,
     task: TaskDeclaration,
-    table: Table,
+    table: SymbolTable,
 ) -> list[str]:
     """The groups that would fit where one stands that does not."""
     fields = record.fields if kind.many_sources else (record.fields[index],)
@@ -265,7 +271,7 @@ def other_groups(
 
 
 def other_record(
-    goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: Table
+    goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: SymbolTable
 ) -> Fix | None:
     """The list that the program which runs takes, or else the only one that the things can fill."""
     if goal.result is None:

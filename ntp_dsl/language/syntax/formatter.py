@@ -11,6 +11,7 @@ from ntp_dsl.language.syntax.line_wrapping import STEP, Row
 from ntp_dsl.language.syntax.nodes import Expression, Number
 
 INDENT = " " * STEP
+EMPTY_DOCSTRING = '""""""'
 
 
 def hash_declaration(declaration: nodes.Declaration) -> str:
@@ -35,7 +36,10 @@ def declaration_rows(declaration: nodes.Declaration) -> list[Row]:
         if isinstance(declaration, kind):
             first, *rest = formatter(declaration)
             below = [Row(STEP + len(line) - len(line.lstrip()), line.lstrip()) for line in rest]
-            return [Row(0, first), *_docstring(declaration.docstring, STEP), *below]
+            below = [*_docstring(declaration.docstring, STEP), *below]
+            if not below and isinstance(declaration, nodes.ProgramDeclaration | nodes.TaskDeclaration):
+                below = [Row(STEP, EMPTY_DOCSTRING)]  # a block that says nothing is still a block
+            return [Row(0, first), *below]
     raise AssertionError(f"no layout for a {type(declaration).__name__}")
 
 

@@ -41,40 +41,42 @@ class Row:
     behind: list[str] = field(default_factory=list)
 
 
-def physical(row: Row) -> list[str]:
-    """The lines of a row as they are written, without line ends."""
-    margin = " " * row.indent
-    lines, row = _with_comments(row)
-    if row.behind:
-        lines[-1] = "  ".join([lines[-1], *row.behind])
-    return [*(f"{margin}{line}" if line else "" for line in row.above), *lines]
-
-
-def _with_comments(row: Row) -> tuple[list[str], Row]:
-    """The lines with the comments that stand within; those that no line can take move out of it."""
+def settled(row: Row) -> Row:
+    """Return the row with every comment within that none of its lines can take moved above or behind it."""
     if not row.within:
-        return [*_wrapped(row.text, row.indent, force=False)], row
+        return row
     lines = [*_wrapped(row.text, row.indent, force=True)]
-    placed = [(_line_of(comment, lines), comment) for comment in row.within]
     begins = _line_of(Comment("", 0, is_above=True), lines)  # an opening bracket may come before
-    above = [each for at, each in placed if each.is_above and at <= begins]
-    behind = [each for at, each in placed if not each.is_above and at == len(lines) - 1]
-    if above or behind:
-        return _with_comments(
-            replace(
-                row,
-                above=row.above + [each.text for each in above],
-                within=[each for each in row.within if each not in [*above, *behind]],
-                behind=[each.text for each in behind] + row.behind,
-            )
+    above = [each for each in row.within if each.is_above and _line_of(each, lines) <= begins]
+    behind = [each for each in row.within if not each.is_above and _line_of(each, lines) == len(lines) - 1]
+    if not above and not behind:
+        return row
+    return settled(
+        replace(
+            row,
+            above=row.above + [each.text for each in above],
+            within=[each for each in row.within if each not in [*above, *behind]],
+            behind=[each.text for each in behind] + row.behind,
         )
-    written: list[str] = []
-    for number, line in enumerate(lines):
-        here = [comment for at, comment in placed if at == number]
-        inner = " " * (_indent(line) + STEP * (number == len(lines) - 1))
-        written += [inner + each.text for each in here if each.is_above]
-        written.append("  ".join([line, *(each.text for each in here if not each.is_above)]))
-    return written, row
+    )
+
+
+def physical(row: Row) -> list[str]:
+    """Return the lines of a settled row as they are written, without line ends."""
+    margin = " " * row.indent
+    lines = [*_wrapped(row.text, row.indent, force=bool(row.within))]
+    above: list[list[str]] = [[] for _ in lines]
+    beside = [[line] for line in lines]
+    for comment in row.within:
+        number = _line_of(comment, lines)
+        if comment.is_above:
+            inner = _indent(lines[number]) + STEP * (number == len(lines) - 1)
+            above[number].append(" " * inner + comment.text)
+        else:
+            beside[number].append(comment.text)
+    beside[-1] += row.behind
+    written = [line for number in range(len(lines)) for line in (*above[number], "  ".join(beside[number]))]
+    return [*(f"{margin}{line}" if line else "" for line in row.above), *written]
 
 
 def _line_of(comment: Comment, lines: Sequence[str]) -> int:
