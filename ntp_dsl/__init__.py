@@ -37,7 +37,7 @@ _HOMES = {
     "call_graph": "ntp_dsl.api",
     "compare": "ntp_dsl.traces.comparison.divergence",
     "demonstrate": "ntp_dsl.api",
-    "diagnose": "ntp_dsl.language.loader",
+    "diagnose": "ntp_dsl.api",
     "diagnose_text": "ntp_dsl.language.loader",
     "draw": "ntp_dsl.api",
     "expert_policy": "ntp_dsl.api",

@@ -29,6 +29,7 @@ from ntp_dsl.execution.interpreter import Run
 from ntp_dsl.graph import calls
 from ntp_dsl.graph.picture import CallPicture
 from ntp_dsl.language import loader
+from ntp_dsl.language.checker import Report
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
@@ -100,6 +101,11 @@ def load_text(
     Raises `SourceError`, which carries every diagnostic, where it is not sound.
     """
     return with_functions(loader.load_text(text, path), functions)
+
+
+def diagnose(path: Path | str) -> Report:
+    """Check a library without its Python: an `.ntp` file, a folder with one, or an example's name."""
+    return loader.diagnose(loader.find(path))
 
 
 def call_graph(registry: Registry, program: str | None = None) -> CallPicture:

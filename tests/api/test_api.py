@@ -59,6 +59,14 @@ def test_an_episode_is_the_one_that_the_command_carries_out(tmp_path: Path) -> N
     assert episode.trace.motions == theirs.motions
 
 
+def test_a_library_is_checked_by_its_name_or_its_path(tmp_path: Path) -> None:
+    assert ntp_dsl.diagnose("block_stacking").is_sound
+    (tmp_path / "mine.ntp").write_text("library mine\nuse nothing_there\n")
+    assert not ntp_dsl.diagnose(tmp_path / "mine.ntp").is_sound
+    with pytest.raises(ntp_dsl.NtpError, match="there is no library at 'nowhere'"):
+        ntp_dsl.diagnose("nowhere")
+
+
 def test_a_library_of_text_says_what_is_wrong_with_it() -> None:
     report = ntp_dsl.diagnose_text("library mine\nuse tabletop\nprogram p(x: Objekt):\n    pick(x)\n")
     assert not report.is_sound and "Objekt" in repr(report) and "did you mean 'Object'" in repr(report)
