@@ -7,8 +7,9 @@ from typing import Any
 
 from rich.text import Text
 
+from ntp_dsl.common.text import printable
 from ntp_dsl.traces.failure_attribution import attribute_call
-from ntp_dsl.traces.phrases import format_call, printable
+from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.times import Times
 from ntp_dsl.traces.trace import Trace

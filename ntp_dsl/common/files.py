@@ -19,8 +19,20 @@ LOCK = ".ntp.lock"
 def written_whole(path: Path) -> Iterator[Path]:
     """Yield a path beside the final one, which replaces it on success and is removed on failure.
 
-    A link is followed, and a device or pipe is written to: neither is replaced. Raises `OSError`.
+    A link is followed, and a device or pipe is written to: neither is replaced. Raises `OSError`, which
+    names the file.
     """
+    try:
+        with _written_whole(path) as whole:
+            yield whole
+    except OSError as error:
+        if error.filename is None and error.errno is not None:  # so raised by writes and `close`
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
+
+
+@contextmanager
+def _written_whole(path: Path) -> Iterator[Path]:
     target = path.resolve()
     if target.is_dir():
         raise IsADirectoryError(EISDIR, "is a folder, not a file", str(path))

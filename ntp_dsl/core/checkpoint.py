@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import torch
+from msgspec import Struct
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
+from torch import Tensor
 
+from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.text import printable
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
@@ -32,68 +38,86 @@ class Checkpoint:
     recipe: Mapping[str, Any]
 
 
+@dataclass(frozen=True)
+class _File:
+    """The contents of a file."""
+
+    tensors: Mapping[str, Tensor]
+    config: CoreConfig
+    memory: Memory
+    recipe: dict[str, Any]
+
+
+class _Progress(Struct, frozen=True):
+    """The recipe of a training that is not finished."""
+
+    iteration: Count
+    training: dict[str, Any]  # as of `TrainingConfig`
+    data: Any = None
+
+
 def save_core(core: Core, recipe: Mapping[str, Any], path: Path) -> None:
-    with written_whole(path) as partial:
-        save_file(dict(core.state_dict()), partial, _header(core, recipe))
+    """Write a checkpoint, whole or not at all. Raises `OSError`."""
+    _write(core.state_dict(), core, recipe, path)
 
 
 def load_core(path: Path) -> Checkpoint:
     """Raises `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
-    tensors, header = _read(path)
-    try:
-        core = Core(CoreConfig(**header["config"]), Memory.from_json(header["memory"]))
-        recipe = header["recipe"]
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
-        raise NtpError(f"{path}: the checkpoint does not fit its own description: {error}") from error
-    try:
-        core.load_state_dict(tensors)
-    except RuntimeError as error:
-        command = recipe.get("command", "ntp train")
+    found = _read(path)
+    with torch.device("meta"):  # sizes only: what a description claims is not allocated before it fits
+        outline = Core(found.config, found.memory)
+    if _shapes(outline.state_dict()) != _shapes(found.tensors):
+        command = printable(found.recipe.get("command", "ntp train"))
         raise NtpError(
             f"{path}: the weights do not fit the core that the checkpoint describes, which is of another "
             f"version perhaps; train anew: {command}"
-        ) from error
-    return Checkpoint(core.eval(), recipe)
+        )
+    core = Core(found.config, found.memory)
+    core.load_state_dict(found.tensors)
+    return Checkpoint(core.eval(), found.recipe)
 
 
 def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
-    """The core, the optimiser's state, the iteration, and what it is trained on, to go on from."""
+    """Write the core, the optimiser's state, the iteration, and what it is trained on, to go on from."""
     tensors = {f"core.{name}": value for name, value in trainer.core.state_dict().items()}
     for number, state in trainer.optimiser.state_dict()["state"].items():
         tensors |= {f"optimiser.{number}.{name}": value for name, value in state.items()}
-    facts = {
-        "iteration": trainer.iteration,
-        "training": asdict(trainer.config),
-        "data": data,
-        "memory": trainer.core.memory.to_json(),
-    }
-    with written_whole(path) as partial:
-        save_file(tensors, partial, _header(trainer.core, facts))
+    facts = {"iteration": trainer.iteration, "training": asdict(trainer.config), "data": data}
+    _write(tensors, trainer.core, facts, path)
 
 
 def resume_training(trainer: Trainer, path: Path, data: Any = None) -> None:
-    """Raises `NtpError` where the file is of another training: another library, other data or knobs."""
-    tensors, header = _read(path)
-    wanted = {
-        "training": asdict(trainer.config),
-        "data": data,
-        "memory": trainer.core.memory.to_json(),
-    }
-    if any(header["recipe"].get(key) != json.loads(json.dumps(wanted[key])) for key in wanted):
-        raise NtpError(f"{path}: was made with other settings; choose another --out or remove it")
-    core = {n.removeprefix("core."): t for n, t in tensors.items() if n.startswith("core.")}
+    """Raises `NtpError` where the file is of another training: another library, other data or parameters."""
+    found = _read(path)
     try:
-        trainer.core.load_state_dict(core)
-    except RuntimeError as error:
-        raise NtpError(f"{path}: is of another core; choose another --out or remove it") from error
-    state: dict[int, dict[str, torch.Tensor]] = {}
+        with decoding():
+            progress = msgspec.convert(found.recipe, _Progress)
+    except Unreadable as error:
+        raise NtpError(f"{path}: is no unfinished training: {error}") from error
+    wanted = json.loads(json.dumps([asdict(trainer.config), data]))
+    if [progress.training, progress.data] != wanted or found.memory != trainer.core.memory:
+        raise NtpError(f"{path}: was made with other settings; choose another --out or remove it")
+    core = {n.removeprefix("core."): t for n, t in found.tensors.items() if n.startswith("core.")}
+    state = _optimiser_state(trainer, found.tensors)
+    if _shapes(core) != _shapes(trainer.core.state_dict()) or state is None:
+        raise NtpError(f"{path}: is of another core; choose another --out or remove it")
+    trainer.core.load_state_dict(core)
+    groups = trainer.optimiser.state_dict()["param_groups"]
+    trainer.optimiser.load_state_dict({"state": state, "param_groups": groups})
+    trainer.iteration = progress.iteration
+
+
+def _optimiser_state(trainer: Trainer, tensors: Mapping[str, Tensor]) -> dict[int, dict[str, Tensor]] | None:
+    """Return the state of each parameter; None where they are of other parameters."""
+    shapes = [parameter.shape for parameter in trainer.core.parameters()]
+    state: dict[int, dict[str, Tensor]] = {}
     for name, tensor in tensors.items():
-        if name.startswith("optimiser."):
-            _, number, key = name.split(".")
-            state.setdefault(int(number), {})[key] = tensor
-    whole = trainer.optimiser.state_dict()
-    trainer.optimiser.load_state_dict({"state": state, "param_groups": whole["param_groups"]})
-    trainer.iteration = int(header["recipe"]["iteration"])
+        if match := re.fullmatch(r"optimiser\.(\d{1,9})\.(\w+)", name):
+            number = int(match[1])
+            if number >= len(shapes) or tensor.shape not in (shapes[number], torch.Size(())):
+                return None
+            state.setdefault(number, {})[match[2]] = tensor
+    return state if len({frozenset(each) for each in state.values()}) <= 1 else None
 
 
 def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
@@ -124,17 +148,23 @@ def check_fits(memory: Memory, registry: Registry, program: str, path: Path) -> 
         )
 
 
-def _header(core: Core, recipe: Mapping[str, Any]) -> dict[str, str]:
-    return {
+def _shapes(tensors: Mapping[str, Tensor]) -> dict[str, tuple[torch.Size, torch.dtype]]:
+    return {name: (tensor.shape, tensor.dtype) for name, tensor in tensors.items()}
+
+
+def _write(tensors: Mapping[str, Tensor], core: Core, recipe: Mapping[str, Any], path: Path) -> None:
+    header = {
         "format": FORMAT,
         "version": VERSION,
         "config": json.dumps(asdict(core.config)),
-        "memory": json.dumps(core.memory.to_json()),
+        "memory": json.dumps(asdict(core.memory)),
         "recipe": json.dumps(recipe, default=str),
     }
+    with written_whole(path) as partial:
+        partial.write_bytes(save(dict(tensors), header))
 
 
-def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
+def _read(path: Path) -> _File:
     if not path.is_file():
         raise NtpError(f"{path}: no such checkpoint; `ntp train` makes them")
     try:
@@ -148,7 +178,14 @@ def _read(path: Path) -> tuple[dict[str, torch.Tensor], dict[str, Any]]:
     if header.get("format") != FORMAT or header.get("version") != VERSION:
         raise NtpError(f"{path}: expected a checkpoint of `ntp train`, found other safetensors")
     try:
-        parsed = {name: json.loads(header[name]) for name in ("config", "memory", "recipe")}
-    except (KeyError, ValueError) as error:
+        found = _File(
+            tensors,
+            decode(header.get("config", ""), CoreConfig),
+            decode(header.get("memory", ""), Memory),
+            decode(header.get("recipe", ""), dict[str, Any]),
+        )
+    except Unreadable as error:
         raise NtpError(f"{path}: the checkpoint's description is damaged: {error}") from error
-    return tensors, parsed
+    if not all(torch.isfinite(tensor).all() for tensor in tensors.values()):
+        raise NtpError(f"{path}: expected finite weights, found NaN or infinity; train anew")
+    return found

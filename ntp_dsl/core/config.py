@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
+
+Width = Annotated[int, Meta(ge=1, le=4096)]
+Layers = Annotated[int, Meta(ge=0, le=64)]
 
 
 @dataclass(frozen=True)
 class CoreConfig:
-    width: int = 64  # of hidden layers
-    type_width: int = 8  # of a type's embedding
-    row_width: int = 24  # of a program's embedding
-    hops: int = 2  # pointers that each frame of a demonstration throws, one from the other, at least
-    rounds: int = 2  # of messages between things of the present state
-    kernel: int = 5  # of the temporal convolutions [frames]
+    """The sizes of a core; the bounds hold for those that a file states."""
+
+    width: Width = 64  # of hidden layers
+    type_width: Width = 8  # of a type's embedding
+    row_width: Width = 24  # of a program's embedding
+    hops: Layers = 2  # pointers that each frame of a demonstration throws, one from the other, at least
+    rounds: Layers = 2  # of messages between things of the present state
+    kernel: Layers = 5  # of the temporal convolutions, odd [frames]
+
+    def __post_init__(self) -> None:
+        if self.kernel % 2 == 0:
+            raise ValueError(f"expected an odd kernel, found {self.kernel}")
 
     def pointers(self, arity: int) -> int:
         """How many hops there are, where a call takes so many objects: each can be pointed at."""

@@ -7,24 +7,34 @@ only call what it declares, and a new program cannot capture the calls of an old
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from graphlib import TopologicalSorter
+from typing import Annotated, TypeVar
+
+from msgspec import Meta
 
 from ntp_dsl.language.registry import Callable, Parameter, Registry, bounds
 from ntp_dsl.semantics.observation import Argument, Record
 
 Given = TypeVar("Given")
 
+# Bounds of what a file states.
+Place = Annotated[int, Meta(ge=0, le=100)]  # among arguments
+Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Few = Meta(max_length=100)
+MAX_CALLEES = 1000
+MAX_CELLS = 10**7  # of the largest table over rows, slots and values
+
 
 @dataclass(frozen=True)
 class Value:
     """An argument that is no object: a member of an enumeration, or a number of a range."""
 
-    index: int  # among all arguments that are no lists
+    index: Place  # among all arguments that are no lists
     members: tuple[str, ...] = ()
-    low: float = 0.0
-    high: float = 1.0
+    low: Number = 0.0
+    high: Number = 1.0
 
     def scaled(self, number: float) -> float:
         """Where in its range a number lies, from 0 to 1."""
@@ -39,7 +49,7 @@ class Value:
 class Packed:
     """A record among the arguments, of which the core gives each field."""
 
-    index: int  # of its first field, among all arguments that are no lists
+    index: Place  # of its first field, among all arguments that are no lists
     type: str
     fields: tuple[str, ...]
 
@@ -50,9 +60,16 @@ class Signature:
 
     name: str
     hash: str
-    object_types: tuple[str, ...]  # of those that point at objects
-    values: tuple[Value, ...] = ()  # the others
-    records: tuple[Packed, ...] = ()
+    object_types: Annotated[tuple[str, ...], Few]  # of those that point at objects
+    values: Annotated[tuple[Value, ...], Few] = ()  # the others
+    records: Annotated[tuple[Packed, ...], Few] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.object_types) + len(self.values)
+        places = [value.index for value in self.values]
+        ends = [record.index + len(record.fields) for record in self.records]
+        if places != sorted({*places}) or max([*places, -1]) >= count or max([*ends, 0]) > count:
+            raise ValueError(f"the arguments of '{self.name}' do not follow one another")
 
     def split(self, arguments: Sequence[str | float]) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
         """The objects among the arguments, and the values, each in their order."""
@@ -82,19 +99,32 @@ class Row:
     """A program's row: its signature and the callees of its slots."""
 
     signature: Signature
-    callees: tuple[str, ...]
+    callees: Annotated[tuple[str, ...], Meta(max_length=MAX_CALLEES)]
 
 
 @dataclass(frozen=True)
 class Memory:
-    """What a core was trained over. It travels in the checkpoint."""
+    """What a core was trained over. It travels in the checkpoint.
+
+    Raises `ValueError` where it refers to undeclared names, and where a type is its own ancestor.
+    """
 
     library: str
     registry_hash: str
     types: tuple[str, ...]
     parents: tuple[tuple[str, str | None], ...]
-    rows: tuple[Row, ...]
+    rows: Annotated[tuple[Row, ...], Meta(min_length=1)]
     apis: tuple[Signature, ...]
+
+    def __post_init__(self) -> None:
+        TopologicalSorter({name: (parent,) for name, parent in self.parents}).prepare()
+        used = {name for signature in self.signatures() for name in signature.object_types}
+        called = {name for row in self.rows for name in row.callees}
+        missing = (used - {*self.types}) | (called - {signature.name for signature in self.signatures()})
+        if missing:
+            raise ValueError(f"'{min(missing)}' is not declared")
+        if self.rows and len(self.rows) * self.slots * (1 + self.value_arity) > MAX_CELLS:
+            raise ValueError("there are too many programs, callees and values")
 
     @classmethod
     def of(cls, registry: Registry) -> Memory:
@@ -150,11 +180,13 @@ class Memory:
     def lineage(self) -> dict[str, tuple[str, ...]]:
         """Each type with its ancestors, itself first."""
         parents = dict(self.parents)
-
-        def chain(name: str | None) -> tuple[str, ...]:
-            return () if name is None else (name, *chain(parents.get(name)))
-
-        return {name: chain(name) for name in self.types}
+        found = {}
+        for name in self.types:
+            chain = [name]
+            while parent := parents.get(chain[-1]):
+                chain.append(parent)
+            found[name] = tuple(chain)
+        return found
 
     @cached_property
     def _places(self) -> dict[str, int]:
@@ -163,20 +195,6 @@ class Memory:
     @cached_property
     def _by_name(self) -> dict[str, Signature]:
         return {signature.name: signature for signature in self.signatures()}
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, data: dict[str, Any]) -> Memory:
-        return cls(
-            data["library"],
-            data["registry_hash"],
-            tuple(data["types"]),
-            tuple((name, parent) for name, parent in data["parents"]),
-            tuple(Row(_signature(r["signature"]), tuple(r["callees"])) for r in data["rows"]),
-            tuple(_signature(api) for api in data["apis"]),
-        )
 
 
 def signature(registry: Registry, row: Callable) -> Signature:
@@ -200,14 +218,3 @@ def signature(registry: Registry, row: Callable) -> Signature:
         else:
             values.append(Value(place, (), *bounds(parameter)))
     return Signature(row.name, row.hash, tuple(object_types), tuple(values), tuple(records))
-
-
-def _signature(data: dict[str, Any]) -> Signature:
-    values = tuple(
-        Value(each["index"], tuple(each["members"]), each["low"], each["high"])
-        for each in data.get("values", ())
-    )
-    records = tuple(
-        Packed(each["index"], each["type"], tuple(each["fields"])) for each in data.get("records", ())
-    )
-    return Signature(data["name"], data["hash"], tuple(data["object_types"]), values, records)

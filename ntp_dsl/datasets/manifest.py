@@ -9,7 +9,9 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
+from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import episode_files, written_whole
+from ntp_dsl.common.text import printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Record
@@ -30,13 +32,13 @@ class Recorded(StrEnum):
 class RecordedEpisode(Struct, frozen=True, omit_defaults=True, kw_only=True):
     """A row of the manifest."""
 
-    number: int
+    number: Count
     seed: int
     goal: tuple[Record, ...]
     outcome: Recorded
     reason: str = ""  # of a failure
-    frames: int = 0  # of the demonstration
-    primitives: int = 0
+    frames: Count = 0  # of the demonstration
+    primitives: Count = 0
 
     @property
     def is_kept(self) -> bool:
@@ -53,13 +55,13 @@ class Manifest(Struct, frozen=True, kw_only=True):
     registry: str  # hash of its programs and apis
     task: str
     episodes: tuple[RecordedEpisode, ...]
-    wanted: int = 0  # episodes that were asked for; fewer where a recording was interrupted
+    wanted: Count = 0  # episodes that were asked for; fewer where a recording was interrupted
     world: str = "kinematic"
     arm: str | None = None
     seed: int = 0
     perturbation_rate: float = 0.0
     command: str = ""  # as it was typed
-    excluded: int = 0  # end configurations that were never drawn
+    excluded: Count = 0  # end configurations that were never drawn
     excluded_files: dict[str, str] = {}  # name -> sha256
     varied: dict[str, tuple[int, int]] = {}  # length, topology, semantics -> range
     versions: dict[str, str] = {}  # package -> version
@@ -80,8 +82,8 @@ def read_manifest(folder: Path, registry: Registry) -> Manifest:
         raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
     if manifest.registry != registry.hash:
         raise NtpError(
-            f"{folder}: was recorded with another library or version: '{manifest.library}' "
-            f"({manifest.registry}); expected '{registry.name}' ({registry.hash}): record anew"
+            f"{folder}: was recorded with another library or version: '{printable(manifest.library)}' "
+            f"({printable(manifest.registry)}); expected '{registry.name}' ({registry.hash}): record anew"
         )
     return manifest
 
@@ -104,14 +106,15 @@ def recorded_files(folder: Path) -> set[str]:
 
 def _decoded(text: bytes, path: Path) -> Manifest:
     try:
-        row = msgspec.json.decode(text)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        row = decode(text, Any)
+    except Unreadable as error:
         raise NtpError(f"{path}: expected JSON, found something else: {error}") from error
     if not isinstance(row, dict) or row.get("format") != FORMAT:
         raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
     try:
-        return msgspec.convert(_upgraded(row) if row.get("version") == 1 else row, Manifest)
-    except (msgspec.ValidationError, KeyError, TypeError, AttributeError) as error:
+        with decoding():
+            return msgspec.convert(_upgraded(row) if row.get("version") == 1 else row, Manifest)
+    except Unreadable as error:
         raise NtpError(f"{path}: the manifest is damaged: {error}; record anew") from error
 
 

@@ -13,13 +13,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, Facts, Origin
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
 
 FORMAT = "ntp-demonstration"  # also the key of the header among the file's metadata
 VERSION = 2
+FARTHEST = 1e6  # that a number of a frame lies from zero
 POSITION, ORIENTATION, DEVIATION = "position.", "orientation.", "deviation."  # before an object's name
 
 
@@ -40,7 +43,7 @@ class _HeaderOfVersion1(msgspec.Struct, frozen=True):
 
 
 class _Versioned(msgspec.Struct):
-    version: int
+    version: Count
 
 
 def write_demonstration(demonstration: Demonstration, path: Path) -> None:
@@ -80,22 +83,14 @@ def read_demonstration(path: Path, scene: Sequence[SceneObject] = ()) -> Demonst
     """
     table = _table(path)
     header = _header(table, path)
-    if isinstance(header, _HeaderOfVersion1):
-        return _checked(_version_1(table, header, path), path)
-    objects = header.objects if header else _named(table, scene, path)
+    objects = () if isinstance(header, _HeaderOfVersion1) else _objects(table, header, scene, path)
     try:
-        found = Demonstration(
-            objects,
-            table["time"].to_numpy().astype(np.float32),
-            table["closed"].to_numpy(zero_copy_only=False).astype(bool),
-            _rows(table, "gripper", 3),
-            np.stack([_rows(table, POSITION + each.name, 3) for each in objects], axis=1),
-            _optional(table, ORIENTATION, objects, 4),
-            _optional(table, DEVIATION, objects, 1),
-            _facts(table),
-            header.origin if header else UNKNOWN,
-        )
-    except (KeyError, TypeError, ValueError, AttributeError, msgspec.MsgspecError) as error:
+        with decoding():
+            if isinstance(header, _HeaderOfVersion1):
+                found = _version_1(table, header)
+            else:
+                found = _present_version(table, objects, header.origin if header else UNKNOWN)
+    except Unreadable as error:
         raise NtpError(f"{path}: the demonstration lacks a column or a field: {error}") from error
     return _checked(found, path)
 
@@ -107,8 +102,9 @@ def _table(path: Path) -> Any:
     if not path.is_file():
         raise NtpError(f"{path}: no such demonstration; `ntp record` makes them")
     try:
-        return parquet.read_table(path)
-    except (pa.ArrowException, OSError) as error:
+        with decoding():
+            return parquet.read_table(path)
+    except (pa.ArrowException, OSError, Unreadable) as error:
         raise NtpError(
             f"{path}: expected a demonstration (Parquet), found something else or a truncated file"
         ) from error
@@ -119,21 +115,25 @@ def _header(table: Any, path: Path) -> Header | _HeaderOfVersion1 | None:
     if text is None:
         return None
     try:
-        version = msgspec.json.decode(text, type=_Versioned).version
+        version = decode(text, _Versioned).version
         if version == 1:
-            return msgspec.json.decode(text, type=_HeaderOfVersion1)
+            return decode(text, _HeaderOfVersion1)
         if version == VERSION:
-            return msgspec.json.decode(text, type=Header)
-    except msgspec.MsgspecError as error:
+            return decode(text, Header)
+    except Unreadable as error:
         raise NtpError(f"{path}: the demonstration's header is not one: {error}") from error
     raise NtpError(f"{path}: expected version {VERSION} of the format, found {version}")
 
 
-def _named(table: Any, scene: Sequence[SceneObject], path: Path) -> tuple[SceneObject, ...]:
-    """Return the objects that the columns of a file without a header refer to."""
+def _objects(
+    table: Any, header: Header | None, scene: Sequence[SceneObject], path: Path
+) -> tuple[SceneObject, ...]:
+    """Return the objects of a file: those of its header, or those of the scene that its columns refer to."""
+    if header is not None:
+        return header.objects
     names = [each.removeprefix(POSITION) for each in table.column_names if each.startswith(POSITION)]
     if not names:
-        found = ", ".join(table.column_names[:4])
+        found = printable(", ".join(table.column_names[:4]))
         raise NtpError(
             f"{path}: expected a demonstration with the columns time, closed, gripper and {POSITION}NAME, "
             f"found a table of {found}"
@@ -141,27 +141,52 @@ def _named(table: Any, scene: Sequence[SceneObject], path: Path) -> tuple[SceneO
     known = {each.name: each for each in scene}
     if unknown := [name for name in names if name not in known]:
         there = f"the scene has {', '.join(known)}" if known else "and the file has no header"
-        raise NtpError(f"{path}: unknown objects {', '.join(unknown)}: {there}")
+        raise NtpError(f"{path}: unknown objects {printable(', '.join(unknown))}: {there}")
     return tuple(known[name] for name in names)
 
 
-def _version_1(table: Any, header: _HeaderOfVersion1, path: Path) -> Demonstration:
+def _present_version(table: Any, objects: Sequence[SceneObject], origin: Origin) -> Demonstration:
+    return Demonstration(
+        tuple(objects),
+        _times(table),
+        _closed(table),
+        _rows(table, "gripper", 3),
+        np.stack([_rows(table, POSITION + each.name, 3) for each in objects], axis=1),
+        _optional(table, ORIENTATION, objects, 4),
+        _optional(table, DEVIATION, objects, 1),
+        _facts(table),
+        origin,
+    )
+
+
+def _version_1(table: Any, header: _HeaderOfVersion1) -> Demonstration:
     """Return it with the gripper at the origin in every frame: only relative positions are known."""
-    try:
-        goal = tuple(Record("", tuple(row.items())) for row in header.notes.get("goal", ()))
-        times = table["time"].to_numpy().astype(np.float32)
-        places = np.stack([_rows(table, POSITION + each.name, 3) for each in header.things], axis=1)
-        closed = table["closed"].to_numpy(zero_copy_only=False).astype(bool)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise NtpError(f"{path}: the demonstration lacks a column or a field: {error}") from error
-    origin = Origin(goal=goal)
-    return Demonstration(header.things, times, closed, np.zeros((len(times), 3)), places, origin=origin)
+    goal = tuple(Record("", tuple(row.items())) for row in header.notes.get("goal", ()))
+    times = _times(table)
+    places = np.stack([_rows(table, POSITION + each.name, 3) for each in header.things], axis=1)
+    at_origin = np.zeros((len(times), 3))
+    return Demonstration(header.things, times, _closed(table), at_origin, places, origin=Origin(goal=goal))
+
+
+def _times(table: Any) -> NDArray[np.float32]:
+    times: NDArray[np.float32] = table["time"].to_numpy().astype(np.float32)
+    return times
+
+
+def _closed(table: Any) -> NDArray[np.bool_]:
+    closed: NDArray[np.bool_] = table["closed"].to_numpy(zero_copy_only=False).astype(bool)
+    return closed
 
 
 def _checked(found: Demonstration, path: Path) -> Demonstration:
-    arrays = (found.positions, found.grippers, found.orientations, found.deviations)
-    if not len(found) or not all(each is None or np.isfinite(each).all() for each in arrays):
+    arrays = (found.times, found.positions, found.grippers, found.orientations, found.deviations)
+    given = [each for each in arrays if each is not None]
+    if not len(found) or not all((np.abs(each) <= FARTHEST).all() for each in given):
         raise NtpError(f"{path}: expected frames of finite positions, found none or NaN")
+    if {len(each) for each in (*given, found.closed)} != {len(found)}:
+        raise NtpError(f"{path}: expected a value of every column in every frame")
+    if len({*found.names}) < len(found.names):
+        raise NtpError(f"{path}: expected objects of different names, found one name twice")
     return found
 
 
@@ -195,4 +220,4 @@ def _facts(table: Any) -> tuple[Facts, ...] | None:
     if "facts" not in table.column_names:
         return None
     texts = table["facts"].to_pylist()
-    return tuple(frozenset(msgspec.json.decode(each, type=list[DeclaredFact])) for each in texts)
+    return tuple(frozenset(decode(each, list[DeclaredFact])) for each in texts)

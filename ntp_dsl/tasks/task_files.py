@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta, Struct
 
+from ntp_dsl.common.decoding import Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import SceneObject
@@ -23,6 +24,8 @@ from ntp_dsl.tasks.authors_files import AUTHORS_SCENE, AuthorsFile
 FORMAT = "ntp-tasks"
 VERSION = 2
 EXPECTED = f"a file of tasks ('{FORMAT}', or the authors' '{AUTHORS_SCENE}')"
+
+MAX_SIDE = 100.0  # of an object [m]
 
 GoalRow = Mapping[str, str | float]  # of a record: field -> object, member or number [SI]
 
@@ -48,20 +51,17 @@ class TaskFile(Struct, frozen=True):
     tasks: Annotated[tuple[TaskFileEntry, ...], Meta(min_length=1)]
 
 
-class Unexpected(Exception):
-    """A file has unexpected contents."""
-
-
 def read_tasks(path: Path) -> list[TaskFileEntry]:
     """Read a file of either format. Raises `NtpError`, with what was expected and found, for any other."""
     data = _read_json(path)
     try:
-        entries = _entries(data)
-        for number, entry in enumerate(entries):
-            _check(entry, number)
-    except (Unexpected, msgspec.ValidationError) as error:
+        with decoding():
+            entries = _entries(data)
+            for number, entry in enumerate(entries):
+                _check(entry, number)
+            return entries
+    except Unreadable as error:
         raise NtpError(f"{path}: {error}") from error
-    return entries
 
 
 def write_tasks(entries: Sequence[TaskFileEntry], path: Path) -> None:
@@ -77,30 +77,30 @@ def as_file(entries: Sequence[TaskFileEntry]) -> TaskFile:
 
 def _read_json(path: Path) -> Any:
     try:
-        return msgspec.json.decode(path.read_bytes())
+        return decode(path.read_bytes(), Any)
     except OSError as error:
         raise NtpError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+    except Unreadable as error:
         raise NtpError(f"{path}: expected {EXPECTED} in JSON, found something else: {error}") from error
 
 
 def _entries(data: Any) -> list[TaskFileEntry]:
     if not isinstance(data, dict):
-        raise Unexpected(f"expected {EXPECTED}, found {_shown(data)}")
+        raise Unreadable(f"expected {EXPECTED}, found {_shown(data)}")
     if data.get("format") == FORMAT:
         if data.get("version") == 1:
             data = _upgraded(data)
         if data.get("version") != VERSION:
-            raise Unexpected(f"expected version {VERSION}, found {_shown(data.get('version'))}")
+            raise Unreadable(f"expected version {VERSION}, found {_shown(data.get('version'))}")
         return list(msgspec.convert(data, TaskFile).tasks)
     if {"name", "scene", "tasks"} <= data.keys():
         if data["name"] != AUTHORS_SCENE:
-            raise Unexpected(f"expected tasks of '{AUTHORS_SCENE}', found {_shown(data['name'])}")
+            raise Unreadable(f"expected tasks of '{AUTHORS_SCENE}', found {_shown(data['name'])}")
         authors = msgspec.convert(data, AuthorsFile)
         objects = authors.scene.as_ours()
         return [TaskFileEntry(task.id, objects, task.goal()) for task in authors.tasks]
     found = ", ".join(f"'{key}'" for key in list(data)[:6]) or "nothing"
-    raise Unexpected(f"expected {EXPECTED}, found an object of {found}")
+    raise Unreadable(f"expected {EXPECTED}, found an object of {found}")
 
 
 def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
@@ -118,19 +118,22 @@ def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check(entry: TaskFileEntry, number: int) -> None:
-    """Raise `Unexpected` for impossible objects, and for a goal over unknown ones."""
+    """Raise `Unreadable` for impossible objects, and for a goal over unknown ones."""
     where = f"tasks[{number}]"
     if len(set(entry.names)) < len(entry.names):
-        raise Unexpected(f"{where}: expected objects of different names, found one name twice")
+        raise Unreadable(f"{where}: expected objects of different names, found one name twice")
     for each in entry.objects:
         if not (each.name.isprintable() and each.name.strip()):
-            raise Unexpected(f"{where}: expected a printable name, found {each.name!r}")
-        if not all(side > 0 for side in each.size):
-            raise Unexpected(f"{where}: expected three positive sizes of '{each.name}', found {each.size}")
+            raise Unreadable(f"{where}: expected a printable name, found {each.name!r}")
+        if not all(0 < side <= MAX_SIDE for side in each.size):
+            raise Unreadable(
+                f"{where}: expected three positive sizes of '{each.name}' of at most {MAX_SIDE:g} m, "
+                f"found {each.size}"
+            )
     for row in entry.goal:
         values = list(row.values())
         if len(set(values)) < len(values):
-            raise Unexpected(f"{where}: expected different objects in one row, found {_shown(row)}")
+            raise Unreadable(f"{where}: expected different objects in one row, found {_shown(row)}")
 
 
 def _shown(value: Any) -> str:

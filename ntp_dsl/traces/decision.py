@@ -6,10 +6,10 @@ from typing import Annotated, Generic, TypeVar
 
 from msgspec import Meta, Struct
 
+from ntp_dsl.common.decoding import Count
 from ntp_dsl.semantics.observation import Argument
 
 Value = TypeVar("Value")
-Count = Annotated[int, Meta(ge=0)]
 Frames = tuple[Count, Count]  # of a demonstration [begin, end)
 Probability = Annotated[float, Meta(ge=0, le=1)]
 Seconds = Annotated[float, Meta(ge=0, lt=1e9)]

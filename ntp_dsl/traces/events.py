@@ -6,9 +6,10 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from ntp_dsl.common.decoding import MAX_COUNT, Count
 from ntp_dsl.semantics.geometry import Quaternion, Vector
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, SceneObject
-from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
+from ntp_dsl.traces.decision import NO_DECISION, Decision, Frames, Seconds
 from ntp_dsl.traces.schema import NOT_EXECUTED, CallKind, CallOutcome, End, Execution, Header
 
 DIGITS = 5  # of positions [m]
@@ -58,7 +59,7 @@ class CallEvent(Struct, tag_field="event", tag="call", frozen=True, omit_default
     """The beginning of a call."""
 
     id: Count
-    parent: Annotated[int, Meta(ge=-1)]
+    parent: Annotated[int, Meta(ge=-1, le=MAX_COUNT)]
     kind: CallKind
     name: str
     arguments: tuple[Argument, ...]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from ntp_dsl.common.text import printable
 from ntp_dsl.traces.failure_attribution import attribute_call
-from ntp_dsl.traces.phrases import format_call, headline, printable
+from ntp_dsl.traces.phrases import format_call, headline
 from ntp_dsl.traces.schema import ROOT, Call, End, Header
 
 if TYPE_CHECKING:

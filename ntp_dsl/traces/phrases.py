@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
+from ntp_dsl.common.text import printable
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Frames
 from ntp_dsl.traces.schema import Call, Header
 
 MAX_LIST_ITEMS = 3  # of a list in a text
-
-
-def printable(text: object) -> str:
-    """Return the text with control characters escaped, so that a terminal cannot be commanded by it."""
-    raw = str(text)
-    return raw if raw.isprintable() else raw.encode("unicode_escape").decode("ascii")
 
 
 def format_argument(argument: Argument) -> str:

@@ -13,6 +13,8 @@ from typing import Any, overload
 
 import msgspec
 
+from ntp_dsl.common.decoding import Unreadable, decoding
+from ntp_dsl.common.text import printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.events import (
@@ -24,7 +26,7 @@ from ntp_dsl.traces.events import (
     StateEvent,
 )
 from ntp_dsl.traces.old_versions import OLDEST, Upgrade
-from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, End, Header, Motion
+from ntp_dsl.traces.schema import FORMAT, MAX_DEPTH, ROOT, VERSION, Call, End, Header, Motion
 from ntp_dsl.traces.trace import Trace
 
 EVENTS: dict[str, type[Any]] = {
@@ -37,7 +39,6 @@ EVENTS: dict[str, type[Any]] = {
     "end": End,
 }
 DECODERS = {name: msgspec.json.Decoder(event) for name, event in EVENTS.items()}
-MAX_MESSAGE = 200  # [characters]
 
 
 class _Named(msgspec.Struct):
@@ -83,13 +84,10 @@ def _events(lines: Sequence[bytes], path: Path) -> Iterator[tuple[int, Event]]:
     upgrade = _upgrade(lines[0], path)
     for number, line in enumerate(lines, 1):
         try:
-            event = _header(line, upgrade) if number == 1 else _event(line, upgrade)
-        except msgspec.ValidationError as error:
-            raise NtpError(f"{path}:{number}: not a line of a trace: {str(error)[:MAX_MESSAGE]}") from error
-        except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise NtpError(f"{path}:{number}: expected a line of JSON, found {line[:40]!r}") from error
-        except RecursionError as error:
-            raise NtpError(f"{path}:{number}: not a line of a trace: it is nested too deeply") from error
+            with decoding():
+                event = _header(line, upgrade) if number == 1 else _event(line, upgrade)
+        except Unreadable as error:
+            raise NtpError(f"{path}:{number}: not a line of a trace: {error}") from error
         if event is not None:
             yield number, event
 
@@ -97,8 +95,9 @@ def _events(lines: Sequence[bytes], path: Path) -> Iterator[tuple[int, Event]]:
 def _upgrade(first: bytes, path: Path) -> Upgrade | None:
     """Return the converter of an old version; None for the current one. Raises `NtpError` for others."""
     try:
-        header = _versioned.decode(first)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        with decoding():
+            header = _versioned.decode(first)
+    except Unreadable as error:
         raise NtpError(f"{path}:1: expected a trace (JSON lines) of `ntp`, found {first[:40]!r}") from error
     if header.format != FORMAT:
         raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found something else")
@@ -106,9 +105,8 @@ def _upgrade(first: bytes, path: Path) -> Upgrade | None:
         return None if header.version == VERSION else Upgrade(header.version)
     newer = type(header.version) is int and header.version > VERSION
     advice = "it was written by a newer ntp: update ntp" if newer else "record it again"
-    raise NtpError(
-        f"{path}: expected version {VERSION} of the format, found {header.version!r:.40}; {advice}"
-    )
+    found = printable(repr(header.version)[:40])
+    raise NtpError(f"{path}: expected version {VERSION} of the format, found {found}; {advice}")
 
 
 def _header(line: bytes, upgrade: Upgrade | None) -> Event:
@@ -141,6 +139,9 @@ class _TraceBuilder:
         match event:
             case Header():
                 _expect(not self._has_header, "a second header")
+                reference = event.demonstration
+                if reference is not None and reference.calls is not None:
+                    _expect(reference.calls.depth <= MAX_DEPTH, "its demonstration has too many nested calls")
                 self.trace.header, self.states.objects, self._has_header = event, event.objects, True
             case StateEvent():
                 _expect(event.id == len(self.states), f"expected state {len(self.states)}")
@@ -165,6 +166,7 @@ class _TraceBuilder:
         _expect(event.parent == caller, f"call {number} is made by {event.parent}, but {caller} is running")
         _expect(caller == ROOT or self._running[-1].is_program, "a primitive cannot make calls")
         _expect(event.scope is None or event.scope[0] <= event.scope[1], "expected a scope of [begin, end)")
+        _expect(len(self._running) < MAX_DEPTH, f"more than {MAX_DEPTH} nested calls")
         self._check_state(event.state)
         call = Call(
             number,

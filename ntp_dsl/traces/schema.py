@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
+from ntp_dsl.common.decoding import Count
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Record, SceneObject
-from ntp_dsl.traces.decision import NO_DECISION, Count, Decision, Frames, Seconds
+from ntp_dsl.traces.decision import NO_DECISION, Decision, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 FORMAT = "ntp-trace"
 VERSION = 3
 ROOT = -1
+MAX_DEPTH = 200  # of calls in calls; the interpreter stops long before
 
 
 class CallKind(StrEnum):
@@ -119,6 +121,14 @@ class DemonstratedCall(Struct, kw_only=True):
         yield self
         for child in self.children:
             yield from child.walk()
+
+    @property
+    def depth(self) -> int:
+        """Return how many calls are in one another, itself included."""
+        depth, calls = 0, [self]
+        while calls:
+            depth, calls = depth + 1, [child for call in calls for child in call.children]
+        return depth
 
 
 class DemonstrationReference(Struct, frozen=True, omit_defaults=True, kw_only=True):

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from ntp_dsl.common.decoding import decode
 from ntp_dsl.common.resources import checkpoints_folder, examples_folder, library_folder
 from ntp_dsl.core.checkpoint import Checkpoint, check_fits, load_core, save_core, strangers
 from ntp_dsl.core.memory import Memory
@@ -56,6 +62,63 @@ def test_weights_of_another_core_are_refused_with_what_to_do(shipped: Checkpoint
     assert "\n" not in str(refused.value)
 
 
+def rewritten(path: Path, change: Callable[[dict[str, str], dict[str, torch.Tensor]], None]) -> Path:
+    """Copy the shipped checkpoint with its header or its weights changed."""
+    with safe_open(SHIPPED, "pt") as opened:
+        header, names = opened.metadata(), list(opened.keys())
+        tensors = {name: opened.get_tensor(name) for name in names}
+    change(header, tensors)
+    save_file(tensors, path, header)
+    return path
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_weights_that_are_no_numbers_are_refused(value: float, tmp_path: Path) -> None:
+    def change(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> None:
+        tensors["end.bias"][0] = value
+
+    with pytest.raises(NtpError, match="expected finite weights"):
+        load_core(rewritten(tmp_path / "spoilt.safetensors", change))
+
+
+HUGE = 10**9
+MALFORMED: list[tuple[str, Any]] = [
+    *[("config", {name: HUGE}) for name in ("hops", "rounds", "width", "row_width", "kernel")],
+    *[("config", {name: 64}) for name in ("hops", "rounds", "type_width")],
+    ("config", {"kernel": 4}),
+    ("config", {"width": "64"}),
+    ("config", {"width": None}),
+    ("config", {"width": -1}),
+    ("config", {"width": 10**400}),
+    ("config", []),
+    ("config", "[" * 100_000),
+    ("memory", "[" * 100_000),
+    ("recipe", '{"a":' * 100_000),
+    ("recipe", []),
+    ("memory", {"types": [[1]]}),
+    ("memory", {"types": 3}),
+    ("memory", {"parents": [["Block", "Block"]]}),
+    ("memory", {"rows": []}),
+    ("memory", {"rows": [{"callees": []}]}),
+    ("memory", {"apis": []}),
+    ("memory", {"types": []}),
+    ("memory", {"library": 10**400}),
+]
+
+
+@pytest.mark.parametrize("part, change", MALFORMED, ids=range(len(MALFORMED)))
+def test_a_malformed_description_is_refused_at_once(part: str, change: Any, tmp_path: Path) -> None:
+    def spoil(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> None:
+        changed = {**json.loads(header[part]), **change} if isinstance(change, dict) else change
+        header[part] = change if isinstance(change, str) else json.dumps(changed)
+
+    path = rewritten(tmp_path / "spoilt.safetensors", spoil)
+    started = time.perf_counter()
+    with pytest.raises(NtpError, match="description is damaged|do not fit the core") as refused:
+        load_core(path)
+    assert time.perf_counter() - started < 5 and str(refused.value).isprintable()
+
+
 @pytest.mark.parametrize("kept", [0, 7, 100, 5000, -1])
 def test_a_checkpoint_that_was_cut_off_is_refused_in_one_sentence(kept: int, tmp_path: Path) -> None:
     path = tmp_path / "cut.safetensors"
@@ -84,7 +147,7 @@ def test_a_checkpoint_of_another_library_is_refused(shipped: Checkpoint) -> None
 
 def test_a_memory_comes_back_from_json(stacking: Registry) -> None:
     memory = Memory.of(stacking)
-    assert Memory.from_json(memory.to_json()) == memory
+    assert decode(json.dumps(asdict(memory)), Memory) == memory
 
 
 def test_the_shipped_checkpoint_fits_the_shipped_library(stacking: Registry, shipped: Checkpoint) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ntp_dsl.common.decoding import decode
 from ntp_dsl.core.config import CoreConfig, TrainingConfig
 from ntp_dsl.core.corpus import Corpus
 from ntp_dsl.core.memory import Memory
@@ -72,7 +75,7 @@ def test_arguments_survive_being_taken_apart_and_put_together(registry: Registry
         assert len(flat) == count
         signature = memory.signature(name)
         assert signature.packed(signature.join(*signature.split(flat))) == arguments
-        assert Memory.from_json(memory.to_json()) == memory
+        assert decode(json.dumps(asdict(memory)), Memory) == memory
 
 
 WITHOUT_MEMBERS = LIBRARY.replace("enum Side: left, right\n", "").replace("Side", "Movable")

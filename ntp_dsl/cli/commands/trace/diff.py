@@ -13,11 +13,12 @@ from rich.text import Text
 
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
+from ntp_dsl.common.text import printable
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Answer
-from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline, printable
+from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.sources import statement

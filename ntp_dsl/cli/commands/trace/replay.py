@@ -16,6 +16,7 @@ from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -25,7 +26,6 @@ from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
-from ntp_dsl.traces.phrases import printable
 from ntp_dsl.traces.reader import parse_trace, read_trace
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter

@@ -13,8 +13,9 @@ from rich.text import Text
 from ntp_dsl.cli.calls import as_json, demonstration_frames, line
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
+from ntp_dsl.common.text import printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
-from ntp_dsl.traces.phrases import format_call, headline, printable
+from ntp_dsl.traces.phrases import format_call, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.times import Times, inclusive_times

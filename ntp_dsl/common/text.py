@@ -1,0 +1,9 @@
+"""Text of unknown origin, made safe for a terminal."""
+
+from __future__ import annotations
+
+
+def printable(text: object) -> str:
+    """Return the text with control characters escaped, so that a terminal cannot be commanded by it."""
+    raw = str(text)
+    return raw if raw.isprintable() else raw.encode("unicode_escape").decode("ascii")
