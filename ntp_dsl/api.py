@@ -15,15 +15,17 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from msgspec.structs import replace as with_fields
 
+from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation import episode_parts
+from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.success import Verdict
 from ntp_dsl.execution.interpreter import Run
 from ntp_dsl.graph import calls
@@ -46,6 +48,8 @@ from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import with_functions, with_python
 from ntp_dsl.worlds.catalogue import equip, make_world
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Scene, World
+
+Expected = TypeVar("Expected")
 
 FIRST = 0  # the episode that commands carry out of a seed
 
@@ -74,10 +78,17 @@ class Task:
         """Return where everything starts."""
         return episode_parts.starting_scene(self.instance, self.seed, FIRST)
 
+    def showing(self, demonstration: Demonstration) -> Task:
+        """Return the same task with the goal that a demonstration states; without any where it states none.
+
+        Such a task can be carried out; without a goal, nobody judges the result. Raises `NtpError` for a
+        demonstration of other objects, and for a goal that is not one of this task.
+        """
+        return replace(self, instance=as_demonstrated(self.registry, self.instance, demonstration))
+
     def __repr__(self) -> str:
-        return (
-            f"<Task {self.name} of {self.registry.name}, seed {self.seed}: {', '.join(map(str, self.goal))}>"
-        )
+        goal = ", ".join(map(str, self.goal)) or "no goal is stated"
+        return f"<Task {self.name} of {self.registry.name}, seed {self.seed}: {goal}>"
 
 
 def load(path: Path | str) -> Registry:
@@ -123,15 +134,15 @@ def draw(registry: Registry, task: str, seed: int = 0) -> Task:
     return Task(registry, episode_parts.drawn_instance(registry, declared, seed, FIRST), seed)
 
 
-def demonstrate(task: Task, world: World | None = None) -> RecordedDemonstration:
+def demonstrate(task: Task, world: World | str | None = None) -> RecordedDemonstration:
     """Let the expert show a task once, from another placement than the one in which it starts.
 
     Args:
-        world: the kinematic one where none is given.
+        world: a world, or the name of one that ships; the kinematic one by default.
 
     Raises `NoDemonstration` where the expert fails again and again.
     """
-    world = _equipped(world, task.registry)
+    world = _equipped(world, _expected(task, Task, "draw").registry)
     expert = Expert(task.registry)
     shown, _ = episode_parts.demonstration(task.registry, expert, world, task.instance, task.seed, FIRST)
     return shown
@@ -163,10 +174,14 @@ def learned_policy(
     program = task.instance.program
     path = Path(model) if model is not None else shipped_checkpoint(task.registry, program)
     if path is None:
-        raise NtpError(f"no shipped checkpoint knows '{program}' as '{task.registry.name}' declares it")
+        raise NtpError(
+            f"no shipped checkpoint knows '{program}' as '{task.registry.name}' declares it; "
+            "`ntp record` and `ntp train` make one, which `model` then names"
+        )
     core = load_core(path).core
     check_fits(core.memory, task.registry, program, path)
-    return LearnedPolicy(core, shown.demonstration if isinstance(shown, RecordedDemonstration) else shown)
+    given = shown.demonstration if isinstance(shown, RecordedDemonstration) else shown
+    return LearnedPolicy(core, _expected(given, Demonstration, "demonstrate or read_demonstration"))
 
 
 @dataclass(frozen=True)
@@ -175,24 +190,26 @@ class Episode:
 
     task: Task
     run: Run
-    verdict: Verdict
+    verdict: Verdict | None  # None where the task states no goal
     trace: Trace
 
     @property
-    def success(self) -> bool:
-        """Whether the strict test is passed: see `docs/results.md`."""
-        return self.verdict.success
+    def success(self) -> bool | None:
+        """Whether the strict test is passed: see `docs/results.md`; None where nobody can judge."""
+        return self.verdict.success if self.verdict else None
 
     def __repr__(self) -> str:
-        cause = f" ({self.verdict.attributed_to}: {self.verdict.reason})" if not self.success else ""
-        judged = "success" if self.success else "failure"
-        return f"<Episode of {self.task.name}: {judged}{cause}, {self.run.primitives} primitives>"
+        judged = "not judged"
+        if self.verdict is not None:
+            cause = f" ({self.verdict.attributed_to}: {self.verdict.reason})"
+            judged = "success" if self.verdict.success else f"failure{cause}"
+        return f"<Episode of {self.task.name}: {judged}, {counted(self.run.primitives, 'primitive')}>"
 
 
 def run(
     task: Task,
     policy: Policy,
-    world: World | None = None,
+    world: World | str | None = None,
     disturbances: Disturbances = UNDISTURBED,
     on_frame: episode_parts.OnFrame | None = None,
 ) -> Episode:
@@ -200,10 +217,14 @@ def run(
 
     Args:
         policy: what decides; see `expert_policy`, `learned_policy` and the protocol `Policy`.
-        world: where; the kinematic one where none is given, else one of `make_world` or your own `World`.
+        world: where: the name of a world that ships, one of `make_world`, or your own `World`; the kinematic
+            one by default.
         on_frame: called with the observation of every tenth of a second of the motion.
     """
-    world = _equipped(world, task.registry)
+    world = _equipped(world, _expected(task, Task, "draw").registry)
+    _expected(disturbances, Disturbances, "Disturbances")
+    if not (hasattr(policy, "root") and hasattr(policy, "decide")):
+        raise NtpError(f"expected a policy, as learned_policy gives; found {policy!r}")
     stream = io.StringIO()
     kind = getattr(policy, "kind", PolicyKind.CUSTOM)
     facts = header(task.registry, task.instance, task.seed, kind)
@@ -220,14 +241,20 @@ def run(
         on_frame=on_frame,
     )
     trace = parse_trace(stream.getvalue().encode(), Path(task.name))
-    assert done.verdict is not None, "a task that was drawn has a goal"
     return Episode(task, done.run, done.verdict, trace)
 
 
-def _equipped(world: World | None, registry: Registry) -> World:
+def _expected(value: Any, kind: type[Expected], source: str) -> Expected:
+    """Return a value that a caller gave. Raises `NtpError` where it is of another type."""
+    if not isinstance(value, kind):
+        raise NtpError(f"expected a {kind.__name__}, as {source} gives; found {value!r}")
+    return value
+
+
+def _equipped(world: World | str | None, registry: Registry) -> World:
     """Return a world that can do what a library declares."""
-    if world is None:
-        return make_world("kinematic", registry)
+    if world is None or isinstance(world, str):
+        return make_world(world or "kinematic", registry)
     equip(world, registry)
     return world
 

@@ -31,7 +31,7 @@ def model_for(library: Path, task: str, model: Path | None) -> Path:
         return path
     raise NtpError(
         f"no shipped checkpoint knows '{declared.callee}' as library '{registry.name}' declares it; "
-        f"to train one:\n"
+        f"to train one (-n 50 is quick, and less reliable):\n"
         f"  ntp record {library} {task} -n 300 --out runs/data\n"
         f"  ntp train {library} --data runs/data --out runs/model"
     )

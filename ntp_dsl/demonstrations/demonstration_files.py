@@ -1,6 +1,7 @@
 """Demonstrations as Parquet files, one row a frame: docs/demonstrations.md has the columns.
 
-A file made elsewhere needs only the columns; the scene describes its objects then.
+A file made elsewhere needs only the columns; the scene describes its objects then, and its tables need no
+column.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, Facts, Origin
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
+from ntp_dsl.worlds.starts import furniture_positions
 
 FORMAT = "ntp-demonstration"  # also the key of the header among the file's metadata
 VERSION = 2
-FARTHEST = 1e6  # that a number of a frame lies from zero
+FARTHEST = 10.0  # that anything lies from the robot's base [m]
 POSITION, ORIENTATION, DEVIATION = "position.", "orientation.", "deviation."  # before an object's name
 
 
@@ -73,14 +75,15 @@ def write_demonstration(demonstration: Demonstration, path: Path) -> None:
         parquet.write_table(table, partial)
 
 
-def read_demonstration(path: Path, scene: Sequence[SceneObject] = ()) -> Demonstration:
+def read_demonstration(path: Path | str, scene: Sequence[SceneObject] = ()) -> Demonstration:
     """Read a demonstration.
 
     Args:
-        scene: the objects that a file without a header may show.
+        scene: the objects that a file without a header may show, such as those of a task.
 
     Raises `NtpError`, with what was expected and found, for anything but a whole demonstration.
     """
+    path = Path(path)
     table = _table(path)
     header = _header(table, path)
     objects = () if isinstance(header, _HeaderOfVersion1) else _objects(table, header, scene, path)
@@ -121,7 +124,7 @@ def _header(table: Any, path: Path) -> Header | _HeaderOfVersion1 | None:
         if version == VERSION:
             return decode(text, Header)
     except Unreadable as error:
-        raise NtpError(f"{path}: the demonstration's header is not one: {error}") from error
+        raise NtpError(f"{path}: the demonstration's header is invalid: {error}") from error
     raise NtpError(f"{path}: expected version {VERSION} of the format, found {version}")
 
 
@@ -140,9 +143,12 @@ def _objects(
         )
     known = {each.name: each for each in scene}
     if unknown := [name for name in names if name not in known]:
-        there = f"the scene has {', '.join(known)}" if known else "and the file has no header"
+        there = f"the scene has {', '.join(known)}"
+        if not known:
+            there = "the file has no header; give the objects of its scene, as in scene=task.objects"
         raise NtpError(f"{path}: unknown objects {printable(', '.join(unknown))}: {there}")
-    return tuple(known[name] for name in names)
+    tables = [each for each in scene if each.name not in names and each.name in furniture_positions([each])]
+    return (*(known[name] for name in names), *tables)
 
 
 def _present_version(table: Any, objects: Sequence[SceneObject], origin: Origin) -> Demonstration:
@@ -151,7 +157,7 @@ def _present_version(table: Any, objects: Sequence[SceneObject], origin: Origin)
         _times(table),
         _closed(table),
         _rows(table, "gripper", 3),
-        np.stack([_rows(table, POSITION + each.name, 3) for each in objects], axis=1),
+        np.stack([_positions(table, each) for each in objects], axis=1),
         _optional(table, ORIENTATION, objects, 4),
         _optional(table, DEVIATION, objects, 1),
         _facts(table),
@@ -174,20 +180,71 @@ def _times(table: Any) -> NDArray[np.float32]:
 
 
 def _closed(table: Any) -> NDArray[np.bool_]:
-    closed: NDArray[np.bool_] = table["closed"].to_numpy(zero_copy_only=False).astype(bool)
+    values = table["closed"].to_numpy(zero_copy_only=False)
+    closed: NDArray[np.bool_] = values.astype(bool)
+    if values.dtype.kind not in "biuf" or not (closed == values).all():
+        raise Unreadable("'closed' is expected to be true or false, or 1 or 0")
     return closed
 
 
+def _positions(table: Any, obj: SceneObject) -> NDArray[np.float64]:
+    """Return where an object was in each frame, (T, 3); a table without a column was where tables are."""
+    column = POSITION + obj.name
+    still = furniture_positions([obj])
+    if column in table.column_names or obj.name not in still:
+        return _rows(table, column, 3)
+    return np.tile(np.array(still[obj.name]), (table.num_rows, 1))
+
+
 def _checked(found: Demonstration, path: Path) -> Demonstration:
-    arrays = (found.times, found.positions, found.grippers, found.orientations, found.deviations)
-    given = [each for each in arrays if each is not None]
-    if not len(found) or not all((np.abs(each) <= FARTHEST).all() for each in given):
-        raise NtpError(f"{path}: expected frames of finite positions, found none or NaN")
-    if {len(each) for each in (*given, found.closed)} != {len(found)}:
-        raise NtpError(f"{path}: expected a value of every column in every frame")
-    if len({*found.names}) < len(found.names):
-        raise NtpError(f"{path}: expected objects of different names, found one name twice")
+    if fault := _fault(found):
+        raise NtpError(f"{path}: {fault}")
     return found
+
+
+def _fault(found: Demonstration) -> str:
+    """Return what is impossible about a demonstration, and where; empty where nothing is."""
+    per_object = {
+        POSITION: found.positions,
+        ORIENTATION: found.orientations,
+        DEVIATION: found.deviations,
+    }
+    columns: dict[str, NDArray[Any]] = {
+        "time": found.times,
+        "gripper": found.grippers,
+        "closed": found.closed,
+    }
+    for prefix, values in per_object.items():
+        if values is not None:
+            columns |= {prefix + name: values[:, index] for index, name in enumerate(found.names)}
+    if not len(found):
+        return "expected frames, found none"
+    if len({*found.names}) < len(found.names):
+        return "expected objects of different names, found one name twice"
+    for name, values in columns.items():
+        if len(values) != len(found):
+            return f"expected a value of every column in every frame, found {len(values)} of '{name}'"
+        if not (finite := np.isfinite(values)).all():
+            return (
+                f"expected finite numbers, found {values[~finite][0]} in '{name}' at frame {_first(~finite)}"
+            )
+    for name in ("gripper", *(POSITION + each for each in found.names)):
+        if (far := np.abs(columns[name]) > FARTHEST).any():
+            distance, at = columns[name][far][0], _first(far)
+            return (
+                f"expected metres, within {FARTHEST:g} m of the robot's base; found {distance:g} in '{name}' "
+                f"at frame {at}: are these millimetres?"
+            )
+    if (back := np.diff(found.times) < 0).any():
+        return f"expected times [s] that do not decrease, found a step back at frame {_first(back) + 1}"
+    if len(found) > 1 and found.times[-1] <= found.times[0]:
+        return f"expected times [s] that increase, found {found.times[0]:g} in all frames"
+    return ""
+
+
+def _first(wrong: NDArray[np.bool_]) -> int:
+    """Return the first frame in which anything is wrong."""
+    return int(np.argwhere(wrong)[0][0])
 
 
 def _fixed(rows: NDArray[Any], kind: Any) -> Any:

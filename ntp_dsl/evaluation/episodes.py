@@ -14,8 +14,8 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
-from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
+from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.episode_parts import (
     ATTEMPTS,
     NoDemonstration,
@@ -25,13 +25,9 @@ from ntp_dsl.evaluation.episode_parts import (
     drawn_instance,
 )
 from ntp_dsl.execution.interpreter import Watcher
-from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Record
-from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import Instance, find_task, from_file
 from ntp_dsl.traces.schema import Attribution, Header, PolicyKind
 from ntp_dsl.traces.sources import library_sources
@@ -143,8 +139,7 @@ class Evaluator:
         instance = self.instance(number)
         attempts = 0
         if recorded is not None:
-            check_objects(recorded.demonstration, instance)
-            instance = instance.with_goal(_demonstrated_goal(self.registry, recorded.demonstration, instance))
+            instance = as_demonstrated(self.registry, instance, recorded.demonstration)
         elif self.is_learned or self.plan.traces is not None:
             try:
                 recorded, attempts = self.demonstration(instance, number)
@@ -226,45 +221,6 @@ def _without_demonstration(number: int, instance: Instance, failure: NoDemonstra
         disturbances=0,
         demonstrations=ATTEMPTS,
     )
-
-
-def check_objects(demonstration: Demonstration, instance: Instance) -> None:
-    """Raise `NtpError` unless a demonstration has exactly the objects of the scene."""
-    demonstrated = {(obj.name, obj.type) for obj in demonstration.objects}
-    expected = {(obj.name, obj.type) for obj in instance.objects}
-    for verb, difference in (("lacks", expected - demonstrated), ("also shows", demonstrated - expected)):
-        if difference:
-            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in difference))
-            raise NtpError(
-                f"the demonstration {verb} {listed}; the scene has "
-                f"{', '.join(sorted(name for name, _ in expected))}"
-            )
-
-
-def _demonstrated_goal(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:
-    """Return the goal that a demonstration states, by which success is judged; empty if it states none.
-
-    The policy never sees it.
-    """
-    rows = demonstration.origin.goal
-    if not rows:
-        return ()
-    pattern = instance.goal[0]
-    try:
-        goal = tuple(
-            Record(pattern.type, tuple((name, type(value)(row[name])) for name, value in pattern.fields))
-            for row in rows
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        fields = ", ".join(name for name, _ in pattern.fields)
-        raise NtpError(
-            f"the demonstration's goal does not fit this task, whose goal elements have {fields}"
-        ) from error
-    known = {*demonstration.names, *(name for enum in registry.enums.values() for name in enum)}
-    missing = {value for row in goal for _, value in row.fields if isinstance(value, str)} - known
-    if missing:
-        raise NtpError(f"the demonstration's goal names {', '.join(sorted(missing))}, which it lacks")
-    return goal
 
 
 def run_all(plan: Plan, episodes: int, workers: int) -> Iterator[Episode]:

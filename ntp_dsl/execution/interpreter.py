@@ -10,6 +10,7 @@ from typing import Any
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.execution.refusals import Call, Refusals, differ
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.observation import Argument, Observation
@@ -171,10 +172,27 @@ class Interpreter:
             choice = replace(choice, done=False)
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
+        self._check(choice)
         source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
         return replace(
             choice, decision=with_fields(choice.decision, source=source, seconds=round(seconds, 5))
         )
+
+    def _check(self, choice: Choice) -> None:
+        """Raise `NtpError` where a policy chose what the library does not declare."""
+        callee = choice.callee
+        if callee is None:
+            return
+        if callee not in self.registry.apis and callee not in self.registry.programs:
+            raise NtpError(
+                f"the policy chose '{callee}', which is no program or api of library '{self.registry.name}'"
+            )
+        parameters = self.registry[callee].parameters
+        if len(choice.arguments) != len(parameters):
+            raise NtpError(
+                f"the policy chose {callee} with {choice.arguments!r}; it takes "
+                f"({', '.join(each.name for each in parameters)})"
+            )
 
     def _is_vain(self, call: Call, run: Run) -> bool:
         return call in run.in_vain and run.in_vain.bars(call, self.world.truth())
@@ -219,6 +237,8 @@ class Interpreter:
         number = self._write_call(parent, CallKind.API, choice.callee, choice, choice.decision, choice.seen)
         before = self.world.truth()
         outcome = self.world.call(choice.callee, choice.arguments)
+        if not isinstance(outcome, Outcome):
+            raise NtpError(f"the world answered {choice.callee} with {outcome!r}; expected an Outcome")
         run.primitives += 1
         run.handled |= set(choice.arguments)
         run.planning_seconds += outcome.planning_seconds

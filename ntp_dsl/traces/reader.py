@@ -57,8 +57,9 @@ class _Versioned(msgspec.Struct):
 _named, _versioned = msgspec.json.Decoder(_Named), msgspec.json.Decoder(_Versioned)
 
 
-def read_trace(path: Path) -> Trace:
+def read_trace(path: Path | str) -> Trace:
     """Read a file up to its last complete line. Raises `NtpError` where it is not a trace."""
+    path = Path(path)
     try:
         return parse_trace(path.read_bytes(), path)
     except OSError as error:

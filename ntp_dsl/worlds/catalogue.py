@@ -40,12 +40,15 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
 
     Raises `NtpError` for an api or predicate that neither the world nor Python provides.
     """
+    if missing := [name for name in _members(World) if not _has(world, name)]:
+        kind = type(world).__name__
+        raise NtpError(f"expected a world, found {kind}, which lacks {', '.join(missing)}; see docs/api.md")
     lacks = lacking(world, registry)
     if lacks:
         skills = sorted(world.skills)
         raise NtpError(
-            f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; it has "
-            f"the apis {', '.join(skills)} and the predicates {', '.join(BUILT_IN)}; "
+            f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; its `skills` "
+            f"are {', '.join(skills)}, and the the predicates {', '.join(BUILT_IN)}; "
             f"others are left to Python: api {lacks[0]}(...) by python"
         )
     for api in registry.apis.values():
@@ -53,6 +56,16 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
             world.skills[api.name] = partial(_carry_out, registry, api, world)
         else:
             world.skills[api.name] = world.skills[api.skill]
+
+
+def _members(protocol: type) -> list[str]:
+    """Return the names of the attributes and methods of a protocol."""
+    return [*protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))]
+
+
+def _has(world: object, name: str) -> bool:
+    """Return whether a world has a member; its properties may have no value before the first reset."""
+    return hasattr(type(world), name) or hasattr(world, name)
 
 
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:

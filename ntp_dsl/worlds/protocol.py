@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from math import inf
 from typing import Any, Protocol
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation, SceneObject
 
@@ -70,6 +72,14 @@ class Disturbances:
     pushes: float = 0.0
     noise: float = 0.0
     clumsiness: float = 0.0  # motions and placements that miss; only in the kinematic world
+
+    def __post_init__(self) -> None:
+        """Raise `NtpError` for what is no probability, and for a negative or infinite noise."""
+        for name in ("slips", "pushes", "clumsiness"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise NtpError(f"{name}: expected a probability, from 0 to 1; found {getattr(self, name)}")
+        if not 0 <= self.noise < inf:
+            raise NtpError(f"noise: expected a standard deviation in metres, found {self.noise}")
 
 
 UNDISTURBED = Disturbances()

@@ -29,6 +29,7 @@ from ntp_dsl.cli.options import (
     varied,
 )
 from ntp_dsl.common.files import episode_files
+from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
@@ -121,13 +122,14 @@ def run_episode(
         messages.print(f"wrote {path}")
     if episode.success is False:
         raise TaskFailed(f"the task failed ({episode.attributed_to}): {episode.reason}")
-    if episode.success is None and not json:
+    if json:
+        return
+    work = f"{counted(episode.primitives, 'primitive')}, {episode.simulated_seconds:.1f} s of robot time"
+    if episode.success is None:
         messages.print("the demonstration states no goal, so the result was not judged")
-    if not json:
-        answers.print(
-            f"done: {episode.placements} placements, {episode.primitives} primitives, "
-            f"{episode.simulated_seconds:.1f} s of robot time"
-        )
+        answers.print(f"finished, not judged: {work}")
+    else:
+        answers.print(f"done: {counted(episode.placements, 'placement')}, {work}")
 
 
 def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:

@@ -37,9 +37,10 @@ class Rules:
 
     @classmethod
     def between(cls, a: Trace, b: Trace, scopes: bool = True) -> Rules:
-        """Return the rules that fit the policies of both traces."""
+        """Return the rules that fit both traces. Scopes are compared only where both have some."""
         scripted = not (a.is_learned or b.is_learned)
-        return cls(lists=scripted, unfinished=scripted, scopes=scopes)
+        both = all(any(call.scope is not None for call in each.calls) for each in (a, b))
+        return cls(lists=scripted, unfinished=scripted, scopes=scopes and both)
 
     def label(self, call: Call) -> Hashable:
         """Return a key that is equal for calls that are the same but for their numbers."""
