@@ -40,7 +40,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
 
     Raises `NtpError` for an api or predicate that neither the world nor Python provides.
     """
-    if missing := [name for name in _members(World) if not _has(world, name)]:
+    if missing := [name for name in _members(World) if not hasattr(world, name)]:
         kind = type(world).__name__
         raise NtpError(f"expected a world, found {kind}, which lacks {', '.join(missing)}; see docs/api.md")
     lacks = lacking(world, registry)
@@ -59,13 +59,9 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
 
 
 def _members(protocol: type) -> list[str]:
-    """Return the names of the attributes and methods of a protocol."""
-    return [*protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))]
-
-
-def _has(world: object, name: str) -> bool:
-    """Return whether a world has a member; its properties may have no value before the first reset."""
-    return hasattr(type(world), name) or hasattr(world, name)
+    """Return the names of a protocol's attributes and methods; properties have no value before a reset."""
+    methods = [name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")]
+    return [*protocol.__annotations__, *methods]
 
 
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
