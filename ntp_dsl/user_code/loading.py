@@ -21,7 +21,6 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import PythonCode, Registry, place_of
 from ntp_dsl.language.syntax.nodes import PYTHON, Span
-from ntp_dsl.semantics.value_checks import plain
 from ntp_dsl.user_code.return_checks import Test, answer_test
 
 LONGEST = 80  # of an answer in a message
@@ -139,7 +138,7 @@ def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) ->
     def guarded(*arguments: Any, **parameters: Any) -> Any:
         try:
             answer = function(*arguments, **parameters)
-            answer = list(answer) if isinstance(answer, Iterator) else plain(answer)
+            answer = _plain(answer)
         except PythonFault:
             raise
         except Exception as error:
@@ -149,6 +148,12 @@ def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) ->
         return answer
 
     return guarded
+
+
+def _plain(answer: Any) -> Any:
+    from ntp_dsl.semantics.value_checks import plain  # which needs numpy: loading a library does not
+
+    return list(answer) if isinstance(answer, Iterator) else plain(answer)
 
 
 def _brief(answer: Any) -> str:
