@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome
 
@@ -99,9 +100,18 @@ def sampler(function: Any) -> Any:
 def _mark(kind: str, given: Any) -> Any:
     if isinstance(given, str):
         return lambda function: _marked(kind, given, function)
+    if not hasattr(given, "__name__"):
+        raise NtpError(f'@{kind}: expected a function or a name, found {given!r}; write @{kind}("its_name")')
     return _marked(kind, given.__name__, given)
 
 
 def _marked(kind: str, name: str, function: F) -> F:
-    setattr(function, MARK, (kind, name))
+    if not callable(function):
+        raise NtpError(f"@{kind}: expected a function, found {function!r}; write @{kind} above a `def`")
+    try:
+        setattr(function, MARK, (kind, name))
+    except (AttributeError, TypeError) as error:  # of what is built in, and of methods of an object
+        raise NtpError(
+            f"@{kind}: expected a function written in Python, found {function!r}; write a `def` that calls it"
+        ) from error
     return function
