@@ -5,10 +5,9 @@ from __future__ import annotations
 import sys
 
 from ntp_dsl import extras
-from ntp_dsl.extras import EXTRAS
 
-__all__ = ["EXTRAS", "missing"]
-
+# Of the commands: none needs pandas, which other libraries look for and do without.
+EXTRAS = {module: extra for module, extra in extras.EXTRAS.items() if extra != "notebook"}
 KINEMATIC = " (--world kinematic)"
 INSTEAD = {"ntp check": "; --static needs nothing more"}  # what a command can do without the module
 
