@@ -21,7 +21,6 @@ from typing import Any, TypeVar
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.checked_policy import CheckedPolicy, kind_of
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
 from ntp_dsl.demonstrations.demonstration import Demonstration
@@ -31,6 +30,7 @@ from ntp_dsl.evaluation.success import Verdict
 from ntp_dsl.execution.interpreter import Run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.checked_policy import CheckedPolicy, kind_of
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy

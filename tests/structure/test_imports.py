@@ -13,8 +13,7 @@ from sources import importers, imports, modules
 # What each folder may import of the project, besides itself and what those folders may import.
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl": ("ntp_dsl.api", "ntp_dsl.libraries", "ntp_dsl.extras"),
-    "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.checked_policy"),
-    "ntp_dsl.checked_policy": ("ntp_dsl.policies",),
+    "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.libraries"),
     "ntp_dsl.libraries": ("ntp_dsl.graph", "ntp_dsl.user_code"),
     "ntp_dsl.extras": ("ntp_dsl.language",),
     "ntp_dsl.common": (),
