@@ -1,4 +1,4 @@
-"""Whether a goal can be drawn: from what the scene has, with the knobs there are, into a record that fits."""
+"""Checks of a task's goal: that it can be drawn from the scene, with its options, into a record that fits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
 from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind
-from ntp_dsl.language.names.signatures import fits, head, phrase
+from ntp_dsl.language.names.signatures import fits, leading_span, with_article
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import (
     filled,
@@ -37,7 +37,7 @@ LENGTHS = {kind.length for kind in SAMPLERS.values()} | {"count", "number", "siz
 
 def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[str]:
     """Return the record that the goal is a list of; "" where that cannot be told."""
-    span = head(goal.span, goal.name)
+    span = leading_span(goal.span, goal.name)
     record = yield from _check_result(goal, table)
     sources = yield from _check_sources(goal, task, table)
     if goal.by is not None:
@@ -67,7 +67,7 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Chec
         found = [*_check_fields(goal, kind, record, sources, task, table)]
         yield from found
         if found:
-            return ""  # nobody can tell what is meant
+            return ""  # it is unclear which record is meant
     counts = [count for _, count in sources]
     if options is not None and all(counts):
         for name, message, better in kind.flaws(options, counts):
@@ -103,10 +103,10 @@ def _check_python(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> I
         lists = [each.type for each in program.parameters if each.type.is_list] if program else []
         typed = replace(goal, result=lists[0]) if len(lists) == 1 else None
         fix = Fix(goal.span, format_sampler(typed)) if typed else None
-        yield Diagnostic("E502", message, head(goal.span, goal.name), help=help, fix=fix)
+        yield Diagnostic("E502", message, leading_span(goal.span, goal.name), help=help, fix=fix)
 
 
-Source = tuple[TypeName, int]  # of what type, and how many at least
+Source = tuple[TypeName, int]  # a type, and how many objects there are at least
 
 
 def _check_sources(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[list[Source] | None]:
@@ -136,7 +136,7 @@ def _check_number(
     table: SymbolTable,
 ) -> Iterator[Diagnostic]:
     wanted = len(kind.sources)
-    span = head(goal.span, goal.name)
+    span = leading_span(goal.span, goal.name)
     help = f"{goal.name}({', '.join(kind.sources)}, ...)"
     if not sources:
         message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
@@ -155,7 +155,7 @@ def _check_fields(
     table: SymbolTable,
 ) -> Iterator[Diagnostic]:
     """Check that a pair becomes the record's two fields; of a tower, each object may be either."""
-    span = goal.result.span if goal.result else head(goal.span, goal.name)
+    span = goal.result.span if goal.result else leading_span(goal.span, goal.name)
     note = Note(f"'{record.name}' is declared here", record.name_span)
     types = [type for type, _ in sources]
     if len(record.fields) != 2:
@@ -167,7 +167,7 @@ def _check_fields(
     if index is None:
         return
     type, field = wanted[index]
-    message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(type)}"
+    message = f"'{field.name}' is {with_article(field.type)}, and these are each {with_article(type)}"
     is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
     others = other_groups(goal, kind, index, record, task, table) if is_clear else []
     if not kind.many_sources and fills(kind, types[::-1], record, table):
@@ -196,7 +196,9 @@ def _check_options(
         message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
-        yield Diagnostic("E502", message, head(goal.span, goal.name), help=f"for example: {whole}", fix=fix)
+        yield Diagnostic(
+            "E502", message, leading_span(goal.span, goal.name), help=f"for example: {whole}", fix=fix
+        )
     return None if missing or found else options
 
 
@@ -225,4 +227,4 @@ def _check_ranges(goal: Sampler) -> Checked[Mapping[str, Option]]:
 
 
 def _option_span(option: Option) -> Span:
-    return head(option.span, option.name)
+    return leading_span(option.span, option.name)

@@ -1,4 +1,4 @@
-"""What every code of a diagnostic stands for, in a few words; a code never changes its meaning."""
+"""What every diagnostic code stands for, in a few words; a code never changes its meaning."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The ways in which a task may draw its goals, their knobs, and which settings nothing can meet.
+"""The samplers from which a task may draw its goals, their options, and which settings are impossible.
 
-Each goal is three choices: its length, its topology (what the elements are to one another: which towers,
-who shares a support) and its semantics (which things take which part). The first is a sampler's own knob;
+Each goal is three choices: its length, its topology (how the elements relate: which towers, what shares a
+support) and its semantics (which objects take which part). The first is an option of the sampler;
 `topology=0..9` and `semantics=0..99` say which of the possible choices may be made, so that a task can be
 trained on some and tested on others.
 """
@@ -14,17 +14,17 @@ from dataclasses import dataclass
 from ntp_dsl.language.syntax.nodes import Option
 
 Range = tuple[int, int]
-# The option at fault, or nothing for the sampler itself; what is wrong; and the nearest range that would do.
+# The option at fault, or "" for the sampler itself; what is wrong; and the nearest range that is possible.
 Flaw = tuple[str, str, Range | None]
 VARIED = ("topology", "semantics")
 
 
 @dataclass(frozen=True)
 class SamplerKind:
-    """A sampler: what it draws from, the knob that is its length, its others, and their test.
+    """A sampler: what it draws from, the option that is its length, its other options, and their test.
 
-    `sources` says what each argument stands for; the last may be given several times where
-    `many_sources` is set. `flaws` takes the knobs and how many things each source has at least.
+    `sources` says what each argument is; the last may be given several times where `many_sources` is set.
+    `flaws` takes the options and how many objects each source has at least.
     """
 
     sources: tuple[str, ...]
@@ -41,12 +41,12 @@ class SamplerKind:
 
 
 def blocks_needed(placements: int, height: int) -> int:
-    """The fewest blocks that so many placements take, in towers no higher than `height`."""
+    """Return the fewest blocks that so many placements take, in towers no higher than `height`."""
     return placements + -(-placements // (height - 1))
 
 
 def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterator[Flaw]:
-    """`height` is the highest tower's: height=4 means that one has four blocks and none more."""
+    """Yield what is impossible; `height` is the highest tower's: one has four blocks, none has more."""
     placements, height = options["placements"], options["height"]
     blocks = sum(counts)
     if placements.low < 1:
@@ -86,7 +86,7 @@ def _from(option: Option, low: int) -> Range:
 
 
 def _up_to(option: Option, high: int) -> Range | None:
-    """None where nothing at all is possible."""
+    """Return None where nothing is possible."""
     return (min(option.low, high), high) if high > 0 else None
 
 
