@@ -50,5 +50,5 @@ def test_what_is_composed_is_achieved_by_achieving_its_parts(tmp_path: Path, pac
 
 def test_of_a_composed_predicate_the_reversed_part_is_named(tmp_path: Path) -> None:
     (note,) = promises(tmp_path, WHOLE, "pick_and_place(c, l)")
-    told = "packed(g, c, l) is promised; the calls achieve 'on' for other things, never for these"
-    assert note.message == told
+    expected = "packed(g, c, l) is promised, and the calls achieve 'on' of other objects only"
+    assert note.message == expected

@@ -48,7 +48,7 @@ class ApplicationChecker:
             known = [each.name for each in alike] or [*self._table.predicates]
             return unknown("E102", "there is no predicate", name, span, known, likely=likely)
         note = Note("declared here", callee.name_span)
-        message = f"'{name}' is something to call, not a predicate"
+        message = f"'{name}' is a program or api, not a predicate"
         return Diagnostic("E102", message, span, (note,), _achieved(callee))
 
     def call(self, call: nodes.Call, names: Names) -> Iterator[Diagnostic]:
@@ -83,7 +83,7 @@ class ApplicationChecker:
         """Say which programs and apis achieve the predicate."""
         callables = self._table.callables()
         names = [c.name for c in callables if c.achieves and predicate in predicates(c.achieves)]
-        return f"what achieves it can be called: {', '.join(names)}" if names else ""
+        return f"call what achieves it: {', '.join(names)}" if names else ""
 
 
 def _are_as_many(declared: nodes.PredicateDeclaration, atom: nodes.Atom) -> bool:
@@ -93,4 +93,4 @@ def _are_as_many(declared: nodes.PredicateDeclaration, atom: nodes.Atom) -> bool
 def _achieved(callee: nodes.ApiDeclaration | nodes.ProgramDeclaration) -> str:
     if callee.achieves is None:
         return ""
-    return f"what it achieves can be asked for: {format_expression(callee.achieves)}"
+    return f"as a condition, write what it achieves: {format_expression(callee.achieves)}"

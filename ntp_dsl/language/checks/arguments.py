@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
-from ntp_dsl.language.names.signatures import Names, fits, leading_span, si, with_article
+from ntp_dsl.language.names.signatures import Names, are_given, counted, fits, leading_span, si, with_article
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
@@ -90,7 +90,7 @@ class ArgumentChecker:
         note: Note,
     ) -> Diagnostic:
         wanted, found = len(parameters), len(node.arguments)
-        message = f"'{declared.name}' takes {_count(wanted)}, here {_are(found)}"
+        message = f"'{declared.name}' takes {counted(wanted, 'argument')}, and {are_given(found)}"
         meant = argument_repairs.repair_count(scope, parameters, node.arguments)
         fix = None if meant is None else argument_repairs.as_call(node, declared.name, meant)
         listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
@@ -127,7 +127,7 @@ class ArgumentChecker:
         else:
             fix = argument_repairs.narrower(scope, parameter, wrong)
             if fix is not None:
-                help = f"only {with_article(parameter.type)} will do: say so where it is declared"
+                help = f"only {with_article(parameter.type)} fits: narrow its declared type"
         return Diagnostic("E202", message, wrong.span, (note,), help, fix)
 
     def _members(self, type: TypeName) -> str:
@@ -140,7 +140,7 @@ def _check_range(parameter: Parameter, number: nodes.Number, note: Note) -> Iter
     if value is None or low is None or high is None or low <= value <= high:
         return
     unit = _unit(parameter)
-    message = f"'{parameter.name}' lies in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
+    message = f"'{parameter.name}' must be in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
     fix = _other_unit(parameter, number, value, low, high)
     help = f"did you mean {fix.replacement}?" if fix else ""
     yield Diagnostic("E203", message, number.span, (note,), help, fix)
@@ -173,11 +173,3 @@ def _other_unit(
         if low <= number.value * size <= high:
             return Fix(number.span, format_expression(nodes.Number(number.value, unit)))
     return None
-
-
-def _count(number: int) -> str:
-    return f"{number} argument{'s' * (number != 1)}" if number else "no argument"
-
-
-def _are(number: int) -> str:
-    return {0: "are none", 1: "is 1"}.get(number, f"are {number}")

@@ -30,7 +30,7 @@ def check_hierarchy(table: SymbolTable, own: Sequence[nodes.Declaration]) -> Ite
     grounded = _grounded(table)
     for program in (each for each in own if isinstance(each, ProgramDeclaration)):
         if program.name not in grounded:
-            message = f"'{program.name}' never comes to an api: the robot would do nothing"
+            message = f"'{program.name}' never reaches an api: the robot would do nothing"
             help = "call an api, or a program that does"
             yield Diagnostic("E406", message, program.name_span, help=help)
 
@@ -48,7 +48,7 @@ def _check_promises(program: ProgramDeclaration, table: SymbolTable) -> Iterator
         api = table.apis.get(call.callee)
         if api is not None and api.achieves is None:
             message = f"'{api.name}' achieves nothing, so what follows it would never be called"
-            help = "make it the last call, or say in its declaration what it achieves"
+            help = "make it the last call, or declare what it achieves"
             note = Note(f"'{api.name}' is declared here", api.name_span)
             order = (*program.body[:index], *program.body[index + 1 :], statement)
             fix = reorder(program.body, order)
@@ -69,8 +69,8 @@ def _check_recursion(
     mutual = [atom for atom in _relations(statement, program, table) if atom.predicate in MUTUAL]
     if mutual and call.callee == program.name:
         name = mutual[0].predicate
-        message = f"'{name}' seems to hold both ways: the recursion would go to and fro along it"
-        help = "recursion needs a relation that comes to an end, such as on(b, item)"
+        message = f"'{name}' seems to be symmetric: the recursion would go back and forth along it"
+        help = "recursion needs a relation without cycles, such as on(b, item)"
         note = Note(f"'{name}' is declared here", table.predicates[name].name_span)
         yield Diagnostic("W405", message, leading_span(call.span, call.callee), (note,), help)
 
@@ -114,7 +114,7 @@ def _reaches(start: str, goal: str, table: SymbolTable) -> bool:
 def _unguarded(statement: Statement, program: ProgramDeclaration, table: SymbolTable) -> Diagnostic:
     call = innermost(statement)
     through = "itself" if call.callee == program.name else f"itself again, through '{call.callee}'"
-    message = f"'{program.name}' calls {through}, and nothing says that this comes to an end"
+    message = f"'{program.name}' calls {through}, and nothing guarantees that this ends"
     help = "recursion goes along a relation: for b in Object if on(b, item): ..."
     fix = _step(statement, program, table)
     if fix is not None:
@@ -162,7 +162,7 @@ def _grounded(table: SymbolTable) -> set[str]:
 def _check_compositions(
     table: SymbolTable, own: Iterable[nodes.PredicateDeclaration]
 ) -> Iterator[Diagnostic]:
-    """Check that no composed predicate is made of itself."""
+    """Check that no composed predicate is defined by itself."""
     parts = {each.name: predicates(each.body) for each in table.predicates.values()}
     for name in (each.name for each in own):
         seen: set[str] = set()
@@ -173,5 +173,5 @@ def _check_compositions(
             waiting |= parts.get(part, set()) - seen
         if name in seen:
             span = table.predicates[name].name_span
-            help = "say it in terms of other predicates, or leave it to the world: without a body"
-            yield Diagnostic("E407", f"predicate '{name}' is made of itself", span, help=help)
+            help = "define it by other predicates, or leave it to the world, without a body"
+            yield Diagnostic("E407", f"predicate '{name}' is defined by itself", span, help=help)

@@ -54,7 +54,7 @@ def _check_part(part: Expression | nodes.Generator, table: SymbolTable) -> Itera
             declared = table.predicates.get(predicate)
             if declared is not None and declared.body is None and one != ANY:
                 what = format_expression(one)
-                message = f"nothing is {predicate.replace('_', ' ')} itself: {what} stands here twice"
+                message = f"'{predicate}' never holds of an object and itself: {what} is given here twice"
                 yield Diagnostic("W404", message, part.span)
 
 
@@ -63,7 +63,7 @@ def _check_conjunction(values: Sequence[Expression], table: SymbolTable) -> Iter
         for other in values[:index]:
             clash = any(contradicts(b, a, table.members) for a in facts(other) for b in facts(value))
             if clash:
-                message = f"{format_expression(value)} can never hold together with what is said before"
+                message = f"{format_expression(value)} contradicts an earlier condition"
                 note = Note(f"namely {format_expression(other)}", other.span)
                 yield Diagnostic("E409", message, value.span, (note,), "remove one of the two")
                 break
@@ -73,13 +73,13 @@ def _check_comparison(node: Compare) -> Iterator[Diagnostic]:
     left, right = value_of(node.left), value_of(node.right)
     if left is not None and right is not None:
         truth = compare_values(left, node.operator, right)
-        message = f"this compares numbers that are written out: it is always {str(truth).lower()}"
+        message = f"this compares literal numbers: it is always {str(truth).lower()}"
     elif node.left == node.right:
         truth = REFLEXIVE[node.operator]
-        message = f"this compares a thing with itself: it is always {str(truth).lower()}"
+        message = f"this compares an expression with itself: it is always {str(truth).lower()}"
     else:
         return
-    help = "one of the two sides was probably meant otherwise"
+    help = "one of the two sides is probably a mistake"
     yield Diagnostic("W401", message, node.span, help=help)
 
 
@@ -134,13 +134,13 @@ def _check_guards(
         if condition is None or contracts.is_faulty(condition):
             pass
         elif any(contradicts(fact, have, members) for fact in stated for have in known):
-            message = "this never holds here: the contrary is required, or said before"
+            message = "this never holds here: an earlier condition excludes it"
             yield Diagnostic("W402", message, condition.span)
         elif _follows(program.achieves, stated, members):
-            message = f"where this holds '{program.name}' has achieved all, and has returned already"
+            message = f"where this holds, '{program.name}' has achieved everything and returned"
             yield Diagnostic("W402", message, condition.span)
         elif _follows(condition, known, members):
-            message = "this always holds here: it is required, or said before"
+            message = "this always holds here: an earlier condition implies it"
             yield Diagnostic("W402", message, condition.span, fix=_without_when(statement))
         known += stated
         statement = statement.body
@@ -163,7 +163,7 @@ def _check_irreflexive(statement: Statement, contracts: Contracts) -> Iterator[D
             case Atom(predicate, (one, other)) if one == other and predicate in IRREFLEXIVE:
                 if one not in (ANY, EVERY):
                     what = format_expression(fact)
-                    message = f"this would achieve {what}, and nothing is {predicate} itself"
+                    message = f"this would achieve {what}, which never holds"
                     yield Diagnostic("W404", message, leading_span(call.span, call.callee))
 
 
@@ -184,11 +184,9 @@ def _check_promise(program: ProgramDeclaration, contracts: Contracts) -> Iterato
         unreferenced = sorted(free_names(part) & parameters - referenced)
         about = format_expression(part)
         if unreferenced:
-            message = f"{about} is promised, and no call speaks of '{unreferenced[0]}'"
+            message = f"{about} is promised, and no call refers to '{unreferenced[0]}'"
         elif (elsewhere := _promised_elsewhere(unpromised, promised)) and not _calls_api(program, contracts):
-            message = (
-                f"{about} is promised; the calls achieve '{elsewhere}' for other things, never for these"
-            )
+            message = f"{about} is promised, and the calls achieve '{elsewhere}' of other objects only"
         else:
             continue
         yield Diagnostic("N401", message, part.span)

@@ -34,7 +34,7 @@ def _no_promise(program: ProgramDeclaration, contracts: Contracts) -> Diagnostic
     text = format_expression(promised) if promised else "on(item, support)"
     fix = contract_repairs.add_clause(program, f"achieves {text}") if promised else None
     message = f"program '{program.name}' does not say what it achieves"
-    help = f"say what holds once it has done its work: achieves {text}"
+    help = f"state what holds when it is done: achieves {text}"
     return Diagnostic("E401", message, program.name_span, help=help, fix=fix)
 
 
@@ -64,11 +64,11 @@ def _missing_of_call(
     callee = contracts.table.callable(unmet.call.callee)
     assert callee is not None
     what = " and ".join(format_expression(fact).replace(EVERY.id, "any") for fact in facts)
-    message = f"'{callee.name}' requires {what}, and nothing provides that before it"
+    message = f"'{callee.name}' requires {what}, and nothing before it provides that"
     help = f"add it to what '{unmet.program.name}' requires"
     names = [name for name in contracts.achievers(unmet.fact) if name != unmet.program.name]
     if names:
-        help = f"call what achieves it ({', '.join(names)}) before, or {help}"
+        help = f"call what achieves it ({', '.join(names)}) first, or {help}"
     fix, help = repaired or (None, help)
     note = Note(f"'{callee.name}' is declared here", callee.name_span)
     code = "E403" if unmet.certain else "N403"

@@ -43,7 +43,7 @@ def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterat
         case nodes.ConstantDeclaration():
             if declaration.type.is_list or declaration.type.name not in table.types:
                 if (yield from check_type(table, declaration.type)):
-                    message = "a constant is one thing of the scene"
+                    message = "a constant is one object of the scene"
                     yield Diagnostic("E202", message, declaration.type.span)
         case nodes.PredicateDeclaration():
             names = yield from check_parameters(table, declaration.parameters)
@@ -79,7 +79,7 @@ def _no_result(declaration: nodes.PredicateDeclaration) -> Diagnostic:
     whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
     meant = replace(declaration, body=None, result=nodes.TypeName(body.id))
     fix = Fix(whole, format_signature(meant)) if start.line == end.line else None
-    message = f"what a reading is, is said after '->': {format_signature(meant)}"
+    message = f"the type of a reading follows '->': {format_signature(meant)}"
     return Diagnostic("E205", message, body.span, fix=fix, name=body.id)
 
 

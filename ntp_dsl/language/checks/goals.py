@@ -8,7 +8,7 @@ from dataclasses import replace
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
 from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind
-from ntp_dsl.language.names.signatures import fits, leading_span, with_article
+from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, with_article
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import (
     filled,
@@ -46,7 +46,7 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Chec
         return record.name if record else ""
     kind = SAMPLERS.get(goal.name)
     if kind is None:
-        help = "a function of your own is written: NAME(...) -> list[Placement] by python"
+        help = "a sampler in Python is written: NAME(...) -> list[Placement] by python"
         yield unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help)
         return record.name if record else ""
     if goal.result is None:
@@ -94,7 +94,7 @@ def _check_result(goal: Sampler, table: SymbolTable) -> Checked[RecordDeclaratio
 def _check_python(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     assert goal.by is not None
     if goal.by.id != PYTHON:
-        message = f"a goal is drawn by a sampler that there is, or by {PYTHON}"
+        message = f"a goal is drawn by a built-in sampler, or by {PYTHON}"
         yield Diagnostic("E112", message, goal.by.span)
     elif goal.result is None:
         message = f"'{goal.name}' does not say what it draws"
@@ -139,10 +139,10 @@ def _check_number(
     span = leading_span(goal.span, goal.name)
     help = f"{goal.name}({', '.join(kind.sources)}, ...)"
     if not sources:
-        message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
+        message = f"'{goal.name}' draws from the scene; name the groups that it may use"
         yield Diagnostic("E502", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
     elif len(sources) < wanted or (len(sources) > wanted and not kind.many_sources):
-        message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
+        message = f"'{goal.name}' draws from {counted(wanted, 'group')}, and {are_given(len(sources))}"
         yield Diagnostic("E201", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
 
 
@@ -167,13 +167,13 @@ def _check_fields(
     if index is None:
         return
     type, field = wanted[index]
-    message = f"'{field.name}' is {with_article(field.type)}, and these are each {with_article(type)}"
+    message = f"'{field.name}' is {with_article(field.type)}, and each of these is {with_article(type)}"
     is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
     others = other_groups(goal, kind, index, record, task, table) if is_clear else []
     if not kind.many_sources and fills(kind, types[::-1], record, table):
         fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
         place = goal.group_spans[0] if goal.group_spans else span
-        yield Diagnostic("E202", message, place, (note,), "the other way round they fit", fix)
+        yield Diagnostic("E202", message, place, (note,), "in the other order they fit", fix)
     elif len(others) == 1 and goal.group_spans:
         place = goal.group_spans[0 if kind.many_sources else index]
         help = f"'{others[0]}' would fit"
@@ -193,7 +193,7 @@ def _check_options(
     yield from (found := [*found, *wrong])
     missing = [name for name in kind.needed if name not in options]
     if missing and not found:
-        message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
+        message = f"'{goal.name}' needs {' and '.join(map(repr, missing))}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
         yield Diagnostic(

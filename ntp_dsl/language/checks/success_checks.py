@@ -82,7 +82,7 @@ def _other_fields(task: TaskDeclaration, program: ProgramDeclaration) -> Diagnos
     assert task.success is not None and task.run is not None and program.achieves is not None
     promised = promise_of_call(program, task.run)
     text = format_expression(promised) if promised is not None else ""
-    message = f"'{program.name}' achieves the like, but of other fields: {text}"
+    message = f"'{program.name}' achieves the same, but of other fields: {text}"
     note = Note("what it achieves", program.achieves.span)
     fix = Fix(task.success.span, text) if text else None
     return Diagnostic("W503", message, task.success.span, (note,), fix=fix)

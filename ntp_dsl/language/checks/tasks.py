@@ -81,6 +81,6 @@ def _check_goal_is_judged(task: TaskDeclaration, table: SymbolTable) -> Iterator
     if is_run and GOAL not in free_names(task.success):
         meant = promised(task, table)
         fix = Fix(task.success.span, format_expression(meant)) if meant else None
-        message = f"this says nothing of the {GOAL} that is drawn and run"
+        message = f"this does not refer to the {GOAL} that is drawn and run"
         help = f"what '{task.run.callee}' achieves is: {fix.replacement}" if fix else ""
         yield Diagnostic("W501", message, task.success.span, help=help, fix=fix)

@@ -67,7 +67,7 @@ class TypeChecker:
         if left is None or found is None or not fits(self._table, found, left):
             return None
         meant = format_expression(replace(before, right=value))
-        message = f"this is {with_article(found)}, where something true or false is meant"
+        message = f"this is {with_article(found)}, where a condition is expected"
         fix = Fix(value.span, meant)
         return Diagnostic("E205", message, value.span, help=f"did you mean '{meant}'?", fix=fix)
 
@@ -77,7 +77,7 @@ class TypeChecker:
         atom = nodes.Atom(declared.name, (), span=node.span)
         yield from self._applications.arguments.check(atom, declared, declared.parameters, names)
         if not declared.parameters:
-            message = f"'{declared.name}' is a predicate, and is written with brackets"
+            message = f"'{declared.name}' is a predicate and needs brackets"
             fix = Fix(node.span, f"{declared.name}()")
             yield Diagnostic("E201", message, node.span, fix=fix)
 
@@ -88,7 +88,7 @@ class TypeChecker:
         domain = generator.iterable
         element = yield from self._element(domain, names)
         if generator.variable in names or generator.variable in self._table.constants:
-            message = f"'{generator.variable}' has a meaning here already"
+            message = f"'{generator.variable}' is defined here already"
             taken = {*names, *self._table.constants}
             fix = argument_repairs.rename(generator, scope, taken)
             help = "choose another name for the variable"
@@ -118,11 +118,11 @@ class TypeChecker:
             yield unknown("E101", what, domain.id, domain.span, known, likely=lists)
         elif found is None or found.name:
             one = found or self._table.constants[domain.id].type
-            message = f"'{domain.id}' is one {one.name}, not a list to go through"
+            message = f"'{domain.id}' is one {one.name}, not a list to iterate over"
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
             if one.name in self._table.records and one.span.line:
                 fix = Fix(one.span, f"list[{one.name}]")  # it is declared as a record, and iterated over
-            help = "a loop goes through a list, or through the things of a type: for b in Object"
+            help = "a loop iterates over a list, or over the objects of a type: for b in Object"
             yield Diagnostic("E206", message, domain.span, help=help, fix=fix)
         return TypeName("")  # an unknown type, which fits everything: the error is reported already
 
@@ -148,18 +148,18 @@ class TypeChecker:
                     return result if result and result.name in self._table.type_names() else None
                 if self._is_mistaken(declared):
                     return None
-                message = f"'{declared.name}' is true or false; here a value is meant"
+                message = f"'{declared.name}' is a condition, where a value is expected"
                 help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
                 fix = self._inside(expression, names, expected)
                 yield Diagnostic("E205", message, expression.span, help=help, fix=fix)
                 return None
             case nodes.Wildcard():
-                help = "'any' stands in a predicate's argument, as in holding(any)"
+                help = "'any' can only be a predicate's argument, as in holding(any)"
                 fix = self._only(expression, names, expected)
-                message = "'any' names no particular thing"
+                message = "'any' is no particular object"
                 yield Diagnostic("E207", message, expression.span, help=help, fix=fix)
                 return None
-        yield Diagnostic("E205", "this is true or false; here a value is meant", expression.span)
+        yield Diagnostic("E205", "this is a condition, where a value is expected", expression.span)
         return None
 
     def _inside(self, atom: nodes.Atom, names: Names, expected: TypeName | None) -> Fix | None:
@@ -188,14 +188,14 @@ class TypeChecker:
         known = [*names, *self._table.constants, *members]
         help = ""
         if name in self._table.types:
-            help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
+            help = f"'{name}' is a type; an object of that type needs a parameter or a loop"
         likely = [] if expected is None else self._of_type(expected, names)
         if (declared := self._table.predicates.get(name)) is not None:
             scope = self._applications.arguments.scope(names)
             meant = argument_repairs.repair_count(scope, declared.parameters, ())
             text = f"{name}({', '.join(map(format_expression, meant or ()))})"
             applied = Fix(node.span, text) if meant is not None else None
-            message = f"'{name}' is a predicate, and is written with brackets"
+            message = f"'{name}' is a predicate and needs brackets"
             help = f"for example: {text}" if applied else ""
             return Diagnostic("E101", message, node.span, help=help, fix=applied)
         if (owner := self._field_called(node, name, names)) is not None:
@@ -235,7 +235,7 @@ class TypeChecker:
 
     def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> Checked[TypeName | None]:
         if self._names_member(node, names):
-            message = f"a member of an enumeration stands by itself: {node.name}"
+            message = f"a member of an enumeration is written alone: {node.name}"
             yield Diagnostic("E101", message, node.span, fix=Fix(node.span, node.name))
             return None
         type = yield from self._name(node.value, node.value.id, names, None)
@@ -244,7 +244,7 @@ class TypeChecker:
         record = self._table.records.get(type.name)
         if record is None or type.is_list:
             message = f"'{node.value.id}' is {with_article(type)}, which has no fields"
-            help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
+            help = f"iterate over it with: for p in {node.value.id}" if type.is_list else ""
             fix = self._applied(node, names) or self._owner(node, names)
             yield Diagnostic("E105", message, node.span, help=help, fix=fix)
             return None
@@ -313,10 +313,10 @@ class TypeChecker:
         if left is None or right is None:
             return
         if not (fits(self._table, left, right) or fits(self._table, right, left)):
-            message = f"{with_article(left)} is never compared with {with_article(right)}"
+            message = f"{with_article(left)} cannot be compared with {with_article(right)}"
             yield Diagnostic("E208", message, node.span)
         elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
-            message = f"'{node.operator}' orders numbers, and these are each {with_article(left)}"
+            message = f"'{node.operator}' orders numbers, and each of these is {with_article(left)}"
             yield Diagnostic("E208", message, node.span)
 
     def _is_truth(self, side: Expression) -> bool:
@@ -331,7 +331,7 @@ class TypeChecker:
 
 
 def _not_a_truth(expression: Expression, found: TypeName) -> Diagnostic:
-    message = f"this is {with_article(found)}, where something true or false is meant"
+    message = f"this is {with_article(found)}, where a condition is expected"
     help = "a condition is a predicate, a comparison, or several joined with and, or, not"
     return Diagnostic("E205", message, expression.span, help=help)
 
@@ -352,7 +352,7 @@ def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
     """Report `clear(x) == True`: a predicate needs no such comparison."""
     other = node.right if truth is node.left else node.left
     word = TRUTHS.get(other.id.lower()) if isinstance(other, nodes.Name) else None
-    message = "what is true or false is not compared; it stands by itself, or after 'not'"
+    message = "a condition is not compared; it is written alone, or after 'not'"
     fix = None
     if word is not None and node.operator in {"==", "!="}:
         meant = truth if word == (node.operator == "==") else nodes.Not(truth)

@@ -40,7 +40,7 @@ def unused_within(declaration: Declaration) -> Iterator[Diagnostic]:
             yield from _unused_variables([body])
         case nodes.TaskDeclaration(goal=goal, run=run) if goal is not None and run is not None:
             if GOAL not in _names(run.arguments):
-                message = f"a goal is drawn, and '{run.callee}' is not told: 'run' does not take it"
+                message = f"a goal is drawn, and 'run' does not pass it to '{run.callee}'"
                 help = f"for example: run: {run.callee}({GOAL})"
                 yield Diagnostic("W105", message, leading_span(goal.span, goal.name), help=help)
             yield from _unused_variables([declaration.success])
@@ -57,8 +57,8 @@ def _unused_parameters(
     needed = _names(parts)
     for each in parameters:
         if each.name not in needed and not each.name.startswith("_"):
-            message = f"nothing here speaks of the parameter '{each.name}'"
-            help = f"leave it out, or call it '_{each.name}' if it must be there"
+            message = f"the parameter '{each.name}' is not used"
+            help = f"remove it, or call it '_{each.name}' if it is needed"
             yield Diagnostic("W102", message, each.span, help=help)
 
 
@@ -83,8 +83,8 @@ def _is_unused(generator: Generator, needed: set[str]) -> bool:
 
 
 def _unused_variable(generator: Generator) -> Diagnostic:
-    message = f"nothing speaks of '{generator.variable}': every round of the loop is the same"
-    help = f"call it '_{generator.variable}' if so it is meant"
+    message = f"the variable '{generator.variable}' is not used: every iteration is the same"
+    help = f"call it '_{generator.variable}' if that is intended"
     return Diagnostic("W103", message, generator.span, help=help)
 
 
@@ -118,8 +118,8 @@ def unused_between(
         if not is_seen and not is_for_unused and not name.startswith("_"):
             word = KINDS[type(declaration)].keyword
             code = "N106" if _is_whole(declaration) else "W106"
-            message = f"none of the tasks comes to {word} '{name}'"
-            help = f"leave it out, or call it '_{name}' if it is for others"
+            message = f"no task uses {word} '{name}'"
+            help = f"remove it, or call it '_{name}' if it is for other libraries"
             yield Diagnostic(code, message, declaration.name_span, help=help)
 
 
@@ -145,7 +145,7 @@ def _unused_uses(units: Sequence[Unit], table: SymbolTable, references: Referenc
             continue
         others = set[int]().union(*(brings[each] for each in brings if each != index))
         if index not in needed and not (brings[index] - others) & needed:
-            message = f"nothing of library '{use.library}' is needed here"
+            message = f"library '{use.library}' is not needed here"
             yield Diagnostic("W101", message, use.span, fix=line_removal(use))
 
 
@@ -192,6 +192,6 @@ def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: SymbolT
     for group in task.scene:
         is_met = any(each in ranges for each in table.ancestors(group.type.name))
         if group.name not in named and not is_met and not group.name.startswith("_"):
-            message = f"nothing that this task runs can ever come to '{group.name}'"
-            help = f"draw goals from it, or call it '_{group.name}' if it only stands in the way"
+            message = f"nothing that this task runs can ever use '{group.name}'"
+            help = f"draw goals from it, or call it '_{group.name}' if it is only an obstacle"
             yield Diagnostic("N104", message, leading_span(group.span, group.name), help=help)

@@ -50,7 +50,7 @@ def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterat
     placements, height = options["placements"], options["height"]
     blocks = sum(counts)
     if placements.low < 1:
-        message = "a goal without a placement is empty: nothing would have to be done"
+        message = "a goal without a placement is empty: there is nothing to do"
         yield "placements", message, _from(placements, 1)
     elif height.low < 2:
         heights = (
@@ -60,7 +60,7 @@ def _tower_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Iterat
         )
         yield "height", "a tower has at least two blocks", _from(height, next(heights, 2))
     elif height.low > blocks:
-        message = f"a tower of {height.low} takes as many blocks; the scene has {blocks}"
+        message = f"a tower of {height.low} takes {height.low} blocks; the scene has {blocks}"
         highest = min(blocks, placements.low + 1)
         is_enough = highest > 1 and blocks_needed(placements.high, highest) <= blocks
         yield "height", message, (highest, highest) if is_enough else None
@@ -94,12 +94,12 @@ def _matching_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> Ite
     pairs, each = options["pairs"], options.get("each")
     items, supports = counts
     if pairs.low < 1:
-        message = "a goal without a pair is empty: nothing would have to be done"
+        message = "a goal without a pair is empty: there is nothing to do"
         yield "pairs", message, _from(pairs, 1)
     elif pairs.high > items:
         yield "pairs", f"{pairs.high} pairs take as many items; there are {items}", _up_to(pairs, items)
     elif each is not None and each.low < 1:
-        yield "each", "a support that takes nothing is no support", _from(each, 1)
+        yield "each", "a support takes at least one item", _from(each, 1)
     elif each is not None and pairs.high > supports * each.high:
         most = supports * each.high
         message = f"{supports} supports take {most} items at most, not {pairs.high}"
@@ -110,13 +110,13 @@ def _permutation_flaws(options: Mapping[str, Option], counts: Sequence[int]) -> 
     items, places = counts
     length = options.get("length")
     if length is not None and length.low < 1:
-        message = "a goal of no things is empty: nothing would have to be done"
+        message = "a goal of no objects is empty: there is nothing to do"
         yield "length", message, _from(length, 1)
     elif length is not None and length.high > items:
-        message = f"so many things are not in the scene; there are {items}"
+        message = f"the scene has only {items} objects"
         yield "length", message, _up_to(length, items)
     elif (length.high if length else items) > places:
-        message = f"{length.high if length else items} things do not fit on {places} places"
+        message = f"{length.high if length else items} objects do not fit on {places} places"
         yield "length" if length else "", message, _up_to(length, places) if length else None
 
 

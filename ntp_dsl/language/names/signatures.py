@@ -41,6 +41,16 @@ def with_article(type: TypeName) -> str:
     return f"{'an' if text[:1].lower() in 'aeiou' else 'a'} {text}"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return `no argument`, `1 argument`, `2 arguments`."""
+    return f"{number or 'no'} {noun}{'s' * (number > 1)}"
+
+
+def are_given(number: int) -> str:
+    """Return `none is given`, `1 is given`, `2 are given`."""
+    return f"{number or 'none'} {'are' if number > 1 else 'is'} given"
+
+
 def si(number: nodes.Number | None) -> float | None:
     """Return the number in SI units."""
     if number is None:
@@ -106,7 +116,9 @@ def _check_range(table: SymbolTable, parameter: nodes.Parameter) -> Iterator[Dia
 def _check_bound(table: SymbolTable, parameter: nodes.Parameter, bound: nodes.Number) -> Iterator[Diagnostic]:
     measured = yield from measure(bound, parameter.type)
     if measured is not None and not fits(table, measured, parameter.type):
-        message = f"'{parameter.name}' is {with_article(parameter.type)}, and this {with_article(measured)}"
+        message = (
+            f"'{parameter.name}' is {with_article(parameter.type)}, and this is {with_article(measured)}"
+        )
         yield Diagnostic("E204", message, bound.span)
 
 

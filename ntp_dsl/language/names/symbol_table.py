@@ -190,7 +190,9 @@ def check_type(table: SymbolTable, name: nodes.TypeName) -> Checked[bool]:
     if meant is None:
         yield unknown("E103", "there is no type", name.name, name.span, known)
         return False
-    help = "" if meant else "a predicate is true or false by itself, and words are members of an enumeration"
+    help = (
+        "" if meant else "a predicate is a condition without a type, and words are members of an enumeration"
+    )
     message = f"there is no type '{name.name}'" + (f"; did you mean '{meant}'?" if meant else "")
     fix = Fix(name.span, meant) if meant else None
     yield Diagnostic("E103", message, name.span, (), help, fix, name.name)

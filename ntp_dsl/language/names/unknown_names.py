@@ -75,7 +75,7 @@ def _declared(library: Library) -> set[Key]:
 
 def _not_used_here(diagnostic: Diagnostic, library: str, home: Library) -> Diagnostic:
     message = f"'{diagnostic.name}' is declared by library '{library}', which is not used here"
-    help = f"write 'use {library}' above; whatever else it declares is known then, too"
+    help = f"write 'use {library}' above, which makes its other names visible, too"
     return replace(diagnostic, message=message, help=help, fix=_use(library, home))
 
 

@@ -126,7 +126,7 @@ def _clash(
         return Diagnostic("E301", message, again.name_span, (note,), help, fix)
     name = units[owner].library.name
     message = f"{word} '{again.name}' is also declared by library '{name}', which is used here"
-    help = "remove it: the other says the same" if alike else "choose another name"
+    help = "remove it: the other is the same" if alike else "choose another name"
     return Diagnostic("E302", message, again.name_span, (note,), help, fix)
 
 
@@ -159,7 +159,7 @@ def _check_parent(declaration: TypeDeclaration, table: SymbolTable) -> Iterator[
         yield unknown("E103", "there is no type", parent.name, parent.span, table.types)
     elif declaration.name in table.ancestors(parent.name):
         message = f"type '{declaration.name}' is its own ancestor"
-        help = "one of the types in the circle has no parent"
+        help = "one of the types in the cycle must have no parent"
         yield Diagnostic("E303", message, parent.span, help=help)
 
 

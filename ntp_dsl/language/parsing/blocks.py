@@ -144,7 +144,7 @@ def _join(above: Block, below: Block) -> Block:
     else:
         name = DECLARES.match(above.text)
         what = f"'{above.keyword} {name.group(2)}'" if name else f"the {above.keyword}"
-        message = f"this line stands at the margin; what belongs to {what} is indented below it"
+        message = f"this line is at the margin; what belongs to {what} is indented below it"
         fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]))
         diagnostic = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
     text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
@@ -209,7 +209,7 @@ def unbalanced(block: Block) -> Iterator[Diagnostic]:
         if mark in PARTNERS:
             stack.append((mark, offset))
         elif not stack or PARTNERS[stack[-1][0]] != mark:
-            message = f"nothing was opened that this '{mark}' closes"
+            message = f"this '{mark}' closes nothing that was opened"
             yield Diagnostic("E003", message, block.at(offset))
             return
         else:
@@ -226,7 +226,7 @@ def misspelt_keyword(block: Block) -> Diagnostic:
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
     meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
-        message = f"nothing begins with '{found}'; did you mean '{meant}'?"
+        message = f"no declaration begins with '{found}'; did you mean '{meant}'?"
         return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
     message = f"no declaration begins with {found or block.text[0]!r}"
     if block.text[0].isspace():

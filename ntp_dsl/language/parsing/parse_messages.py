@@ -72,10 +72,10 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
     untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", block.text.split("\n")[line - 1][: column - 1])
     if expected == {"':'"} and text in {")", ","} and untyped:
         name = untyped.group(1)
-        message = f"'{name}' does not say of which type it is"
+        message = f"'{name}' has no type"
         return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
     if kind == "_INDENT":
-        message = "this line is indented further than the one above it, to which nothing belongs"
+        message = "this line is indented further than the one above, which has no body"
         span = _next_line(block, line)
     if kind == "_NEWLINE" and "':'" in expected and _opens_block(block, line):
         message = "a ':' is missing at the end of this line"
@@ -96,7 +96,7 @@ def _advice(kind: str, expected: Set[str]) -> str:
     if kind in {"_DEDENT", "$END", "_NEWLINE"} and INDENTED in expected:
         return "what belongs to this declaration is indented below it"
     if kind == "_INDENT":
-        return "only expressions in brackets run over several lines"
+        return "only expressions in brackets continue over several lines"
     return ""
 
 
@@ -130,7 +130,7 @@ def _misspelt_line(block: Block, line: int, column: int, expected: Set[str]) -> 
 def unreadable(block: Block, line: int, column: int, letter: str) -> Diagnostic:
     """Report a character that occurs nowhere in the language."""
     message = f"the character {letter!r} does not belong to the language"
-    help = "text in quotes is a docstring only: three double quotes" if letter in "\"'" else ""
+    help = "only a docstring is text in quotes: three double quotes" if letter in "\"'" else ""
     return Diagnostic("E001", message, block.span(line, column), help=help)
 
 
@@ -153,7 +153,7 @@ def dedent(block: Block) -> Diagnostic:
         levels.append(indent)
         above = indent
     column = len(row) - len(row.lstrip()) + 1
-    message = "this line is indented unlike every line above that it could belong to"
+    message = "the indentation of this line matches no line above that it could belong to"
     return Diagnostic("E001", message, block.span(number, column))
 
 

@@ -73,7 +73,7 @@ def _check_header(
     if not headers and not any(parsed.item is None for parsed in found):
         help = f"write 'library {stem}' above everything else"
         fix = Fix(top, f"library {stem}\n\n")
-        message = "the text does not say which library it is"
+        message = "the text does not name its library"
         yield Diagnostic("E005", message, top, help=help, fix=fix)
     for header in headers[1:]:
         yield Diagnostic("E005", "a text is one library; this is another header", header.span)

@@ -89,7 +89,7 @@ def _foreign(
         if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
             fix = Fix(block.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
     message = f"there is no '{word}' in the language"
-    help = "a body is calls, 'for' and 'when'"
+    help = "a body consists of calls, 'for' and 'when'"
     return replace(diagnostic, message=message, span=span, help=help, fix=fix)
 
 
@@ -129,7 +129,7 @@ def _fixed(diagnostic: Diagnostic, block: Block, rows: list[str], guess: Guess) 
         message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
         return replace(diagnostic, message=message, span=span, fix=fix, help="")
     if is_here and taken.strip().lower() in FILLERS and not replacement.strip():
-        message = f"'{taken.strip()}' has no place here"
+        message = f"'{taken.strip()}' is not allowed here"
         return replace(diagnostic, message=message, span=span, fix=fix, help=help)
     return replace(diagnostic, fix=fix, help=help)
 

@@ -84,7 +84,7 @@ class Terms:
 
     def _declare(self, name: Word) -> str:
         if name.text in RESERVED:
-            message = f"'{name.text}' is a word of the language; nothing else can be called that"
+            message = f"'{name.text}' is a keyword, which cannot be used as a name"
             self.diagnostics.append(Diagnostic("E009", message, name.span))
         return name.text
 

@@ -325,7 +325,7 @@ class Builder(Terms):
         found: dict[str, Any] = {}
         for before, clause in zip((None, *clauses), clauses, strict=False):
             if before is not None and clause.kind in found:
-                message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"
+                message = f"'{clause.kind}' appears twice; join what belongs together with 'and'"
                 fix = merge_clauses(found[clause.kind], clause.value, before.span, clause.span)
                 self.diagnostics.append(Diagnostic("E008", message, clause.span, fix=fix))
             found.setdefault(clause.kind, clause.value)

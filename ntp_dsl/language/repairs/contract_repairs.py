@@ -138,7 +138,7 @@ def _replaced(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposa
         body = list(unmet.program.body)
         body[unmet.index] = _with_call(body[unmet.index], call)
         text = format_statement(call)[0]
-        words = f"call '{call.callee}' instead, which asks for less"
+        words = f"call '{call.callee}' instead, which requires less"
         yield replace(unmet.program, body=tuple(body)), Fix(unmet.call.span, text), words
 
 
