@@ -24,7 +24,7 @@ def page() -> str:
 
 
 def declarations() -> str:
-    """The text of every example, as one library."""
+    """Return the text of every example, as one library."""
     blocks = re.findall(r"(?:^(?: {4}.*)?\n)+", FENCED.sub("", page()), flags=re.MULTILINE)
     return "\n".join(re.sub(r"^ {4}", "", block, flags=re.MULTILINE) for block in blocks)
 
