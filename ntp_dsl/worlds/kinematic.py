@@ -188,7 +188,8 @@ class KinematicWorld(RestingObjects):
             angle, reach = self._rng.uniform(0, 2 * np.pi), self._rng.uniform(0.06, 0.12)
             x, y, _ = self._positions[name]
             self.disturbed.add(name)
-            self._fall(name, x + reach * np.cos(angle), y + reach * np.sin(angle))
+            away = x + reach * float(np.cos(angle)), y + reach * float(np.sin(angle))
+            self._fall(name, *self._within_reach(*away, (x, y)))
         self._drop_unsupported()
         self._emit()
         return Outcome(True, disturbances=tuple(f"push {name}" for name in fallen))
