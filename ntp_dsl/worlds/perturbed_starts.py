@@ -273,7 +273,7 @@ class Rebuilt:
             dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
             (x0, x1), (y0, y1) = region_within(below, (x, y), item.size)
             return self.standing.on(below.name, item.name, min(max(x + dx, x0), x1), min(max(y + dy, y0), y1))
-        reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
+        reach = CARRIES if below.size[:2] == (CUBE, CUBE) else max(0.0, min(below.size[:2]) / 2 - 0.001)
         centred = rng.random() < (min(self._straight, STRAIGHT) if below.roomy else self._straight)
         dx, dy = rng.normal(0, 0.001, 2) if centred else rng.uniform(-reach, reach, 2)
         return self.standing.on(below.name, item.name, x + float(dx), y + float(dy))

@@ -189,6 +189,29 @@ def test_a_scene_that_means_nothing_is_refused_by_the_static_check(tmp_path: Pat
     assert error.code == code and (not place or excerpt(path, error) == place)
 
 
+@pytest.mark.parametrize(
+    "declarations",
+    [
+        "api seize(it: Table) by grasp\n    achieves not empty(gripper)\n\n"
+        "program get():\n    achieves not empty(gripper)\n    seize(table)",
+        "predicate deep(it: Gripper) by hollow\n\nprogram get(x: Low):\n"
+        "    requires present(x) and reachable(x)\n    achieves deep(gripper)\n    pick(x)",
+        "predicate weight(it: Gripper) -> mass\n\nprogram get(x: Low):\n"
+        "    requires present(x) and reachable(x)\n    achieves weight(gripper) > 1 kg\n    pick(x)",
+    ],
+)
+def test_what_no_object_can_be_asked_is_a_finding_and_no_crash(tmp_path: Path, declarations: str) -> None:
+    assert {each.code for each in diagnostics(written(tmp_path, STACK, declarations=declarations))} <= {
+        "E601",
+        "E607",
+        "W605",
+    }
+
+
+def test_the_smallest_objects_can_be_tested(tmp_path: Path) -> None:
+    diagnostics(written(tmp_path, STACK + " with cube(0.1 cm)"))
+
+
 @pytest.mark.parametrize("case", MISDECLARED)
 def test_what_a_provider_does_not_match_is_an_error_at_its_declaration(tmp_path: Path, case: str) -> None:
     declarations, message = MISDECLARED[case]
