@@ -67,6 +67,7 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
         rng: for counts that are ranges, and for who starts on whom; without it, the largest counts, in order.
     """
     used: Counter[str] = Counter()
+    loads: Counter[str] = Counter()  # how many objects start on each
     groups: dict[str, list[str]] = {}
     objects: list[SceneObject] = []
     starts: dict[str, Start] = {}
@@ -75,7 +76,7 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
         stem, first = group.type.name.lower(), used[group.type.name]  # numbers go on over groups
         used[group.type.name] += count
         names = [f"{stem}_{number}" for number in range(first, first + count)]
-        surfaces = _dealt(groups.get(group.place, [group.place]), count, rng)
+        surfaces = _dealt(groups.get(group.place, [group.place]), count, loads, rng)
         for index, (name, surface) in enumerate(zip(names, surfaces, strict=True)):
             objects.append(_object(name, group, index, registry))
             _check_width(objects[-1], group, registry)
@@ -90,12 +91,17 @@ def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
     return group.most if rng is None else int(rng.integers(group.count, group.most + 1))
 
 
-def _dealt(places: Sequence[str], count: int, rng: np.random.Generator | None) -> list[str]:
-    """Return a place for each of so many objects: all places are used equally often, in a drawn order."""
-    if rng is None or len(places) == 1:
-        return [places[index % len(places)] for index in range(count)]
-    order = [places[index] for index in rng.permutation(len(places))]
-    return [order[index % len(order)] for index in rng.permutation(count)]
+def _dealt(
+    places: Sequence[str], count: int, loads: Counter[str], rng: np.random.Generator | None
+) -> list[str]:
+    """Return a place for each of so many objects, the least loaded first; who goes where is drawn."""
+    shuffled = rng if len(places) > 1 else None
+    order = [places[index] for index in shuffled.permutation(len(places))] if shuffled else places
+    dealt: list[str] = []
+    for _ in range(count):
+        dealt.append(min(order, key=lambda place: loads[place]))
+        loads[dealt[-1]] += 1
+    return [dealt[index] for index in shuffled.permutation(count)] if shuffled else dealt
 
 
 def _object(name: str, group: SceneGroup, index: int, registry: Registry) -> SceneObject:

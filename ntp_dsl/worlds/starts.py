@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot
 
 import numpy as np
@@ -12,6 +12,7 @@ from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import Footprint, Region, clearance, region_within
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
+from ntp_dsl.worlds.grids import COLUMNS, TIGHT, Spot, covered_area, free_cells, in_cells, spots_on_grid
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import CUBE, TABLE, NoRoom, Start
 from ntp_dsl.worlds.standing import Standing, nests_badly, turned_where_free
@@ -20,17 +21,11 @@ CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
 WIDE = ((0.3, 0.7), (-0.3, 0.3))  # where trays and pads may stand as well
 ASIDE = ((0.5, 0.34), (0.5, -0.34), (0.32, 0.36), (0.32, -0.36))  # of constants that are trays
-JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
-COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
-REDRAWS = 20_000  # of all spots, until they are far enough apart
 GAP = 0.03  # between objects of other sizes [m]
-TIGHT = 0.007  # between objects on a grid, at least [m]
 CROWDED = 0.4  # covered share of a region's free part above which objects start on a grid
-MOST_CELLS = 4  # of a grid, for each object
 TRIES, RESTARTS = 400, 60  # for each object, and for all of them
 LISTED = 4  # names in a message, at most
 
-Spot = tuple[float, float]
 Sizes = Mapping[str, tuple[float, float]]  # along x and y, by object [m]
 NOWHERE = Start()  # in particular
 
@@ -107,18 +102,12 @@ def _check_shared_places(items: Sequence[SceneObject], starts: Mapping[str, Star
 def _on_grid(
     items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
 ) -> dict[str, Spot]:
-    """Place cubes as the authors do: each in its own cell, jittered, none nearer than the spacing."""
-    cells = [(x, y) for x in COLUMNS for y in COLUMNS]
-    if len(items) <= len(cells):
-        for _ in range(REDRAWS):
-            chosen = rng.permutation(len(cells))[: len(items)]
-            spots = [_jittered(cells[index], rng) for index in chosen]
-            if _spaced(spots):
-                return {obj.name: spot for obj, spot in zip(items, spots, strict=True)}
-    raise NoRoom(
-        f"{len(items)} objects do not fit on the table; its grid has {len(cells)} cells",
-        _largest_group(items, starts),
-    )
+    """Place plain cubes on the authors' grid."""
+    spots = spots_on_grid(len(items), CENTRE, rng)
+    if spots is None:
+        message = f"{len(items)} objects do not fit on the table; its grid has {len(COLUMNS) ** 2} cells"
+        raise NoRoom(message, _largest_group(items, starts))
+    return {obj.name: spot for obj, spot in zip(items, spots, strict=True)}
 
 
 def _largest_group(items: Iterable[SceneObject], starts: Mapping[str, Start]) -> str:
@@ -260,62 +249,17 @@ def _crowded(
         if x0 == x1 or y0 == y1:
             continue  # their start is exact
         width = max(max(sizes[obj.name]) for obj in objects)
-        covered = sum(_covered(region, spot, size) for spot, size in in_place)
+        covered = sum(covered_area(region, spot, size) for spot, size in in_place)
         if len(objects) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
             continue
-        found = _free_cells(len(objects), width, region, in_place)
+        found = free_cells(len(objects), width, region, in_place)
         if found is None:
             continue
         free, pitch = found
-        for obj, cell in zip(objects, _in_cells(free, pitch, width, rng), strict=False):
+        for obj, cell in zip(objects, in_cells(free, pitch, width, rng), strict=False):
             cells[obj.name] = cell
             in_place.append((cells[obj.name], sizes[obj.name]))
     return cells
-
-
-def _in_cells(free: Sequence[Spot], pitch: float, width: float, rng: np.random.Generator) -> Iterator[Spot]:
-    """Yield the cells in a random order, each with a jitter that leaves a gap to its neighbours."""
-    jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
-    for cell in rng.permutation(len(free)):
-        dx, dy = rng.uniform(-jitter, jitter, 2)
-        yield free[cell][0] + float(dx), free[cell][1] + float(dy)
-
-
-def _free_cells(
-    count: int, width: float, region: Region, in_place: Sequence[Footprint]
-) -> tuple[list[Spot], float] | None:
-    """Return the free cells of the widest grid with at least that many, and their pitch; None without one."""
-    (x0, x1), (y0, y1) = region
-    for wanted in range(count, MOST_CELLS * count + 1):
-        columns, rows = _grid(wanted, x1 - x0, y1 - y0)
-        pitch = min((x1 - x0) / columns, (y1 - y0) / rows)
-        if pitch < width + TIGHT:
-            return None
-        middles = [
-            (x0 + (column + 0.5) * (x1 - x0) / columns, y0 + (row + 0.5) * (y1 - y0) / rows)
-            for column in range(columns)
-            for row in range(rows)
-        ]
-        clear = clearance(middles, (pitch, pitch), in_place) >= 0
-        free = [middle for middle, is_clear in zip(middles, clear, strict=True) if is_clear]
-        if len(free) >= count:
-            return free, pitch
-    return None
-
-
-def _covered(region: Region, spot: Sequence[float], size: Sequence[float]) -> float:
-    """Return the area of a region that an object's footprint covers [m2]."""
-    sides = [
-        min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
-        for axis in (0, 1)
-    ]
-    return max(0.0, sides[0]) * max(0.0, sides[1])
-
-
-def _grid(count: int, length: float, width: float) -> tuple[int, int]:
-    """Return columns and rows of at least that many cells, as square as the region allows."""
-    columns = max(1, round((count * length / width) ** 0.5))
-    return columns, -(-count // columns)
 
 
 def _free_spot(
@@ -384,23 +328,12 @@ def _beside_each_other(
     else:
         return found
     width = max(max(size) for size in sizes.values())
-    cells = _free_cells(len(items), width, region_within(surface, at, (0.0, 0.0)), ())
+    cells = free_cells(len(items), width, region_within(surface, at, (0.0, 0.0)), ())
     if cells is None or any(starts[obj.name].spacing for obj in items):
         return None
-    return dict(zip(sizes, _in_cells(*cells, width, rng), strict=False))
+    return dict(zip(sizes, in_cells(*cells, width, rng), strict=False))
 
 
 def furniture_positions(objects: Iterable[SceneObject]) -> dict[str, Vector]:
     """Return the positions of tables, whose tops are at height zero."""
     return {obj.name: (*CENTRE, -obj.size[2] / 2) for obj in objects if obj.size[0] > TOO_WIDE}
-
-
-def _jittered(cell: Spot, rng: np.random.Generator) -> Spot:
-    dx, dy = rng.uniform(-JITTER, JITTER, 2)
-    return CENTRE[0] + cell[0] + float(dx), CENTRE[1] + cell[1] + float(dy)
-
-
-def _spaced(spots: list[Spot]) -> bool:
-    points = np.array(spots)
-    gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())

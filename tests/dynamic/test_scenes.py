@@ -48,6 +48,10 @@ SOUND = {
         PADS.replace("3 Pad", "4 Pad") + "\n        lows: 3 Low on pads",
         "permutations(lows, pads, length=1..1)",
     ),
+    "two groups that share three pads": (
+        PADS + "\n        lows: 2 Low on pads\n        highs: 1 High on pads",
+        "towers(lows, placements=1..1, height=2)",
+    ),
     "a group that may be empty": (
         STACK + "\n        highs: 0..1 High on table",
         "towers(lows, highs, placements=1..1, height=2)",

@@ -9,11 +9,12 @@ from ntp_dsl.language.loader import load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.worlds.grids import SPACING
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.perturbed_starts import perturbed_start
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene
 from ntp_dsl.worlds.scenes import movable
-from ntp_dsl.worlds.starts import REGION, SPACING, nominal_start
+from ntp_dsl.worlds.starts import REGION, nominal_start
 
 DISTURBED = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
 SIZE = (0.05, 0.05, 0.05)
