@@ -91,8 +91,9 @@ def sampler(function: Any) -> Any:
     """Mark a sampler: `(rng, *groups, **parameters)` to rows of names, one for each element of the goal.
 
     Parameters are numbers, but for `topology` and `semantics`: where the function takes these, each is a
-    generator, for how objects are related and for which objects take part. Fewer elements than `length`
-    are an error: figures for goals of ten would be about shorter ones.
+    generator, for how objects are related and for which objects take part; `starts` is a mapping from each
+    object to what it starts on. Fewer elements than `length` are an error: figures for goals of ten would be
+    about shorter ones.
     """
     return _mark("sampler", function)
 

@@ -14,7 +14,7 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.starts import perturbed_start
+from ntp_dsl.worlds.perturbed_starts import perturbed_start
 
 
 def shown_task(registry: Registry, seed: int) -> tuple[Instance, RecordedDemonstration]:

@@ -31,6 +31,7 @@ from ntp_dsl.language.syntax.nodes import (
     TypeName,
 )
 
+GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 LENGTH = TypeName("length")
 SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "cube": ("edge",),
@@ -54,18 +55,23 @@ FILES = {"mesh", "urdf"}  # with the extents of what they describe
 def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check that every group has a type, a number, a place to start from, and details that exist."""
     for index, group in enumerate(task.scene):
-        yield from _check_group(group, task.scene[:index], table)
+        yield from _check_group(group, task, task.scene[:index], table)
         for number, detail in enumerate(group.details):
             yield from _check_detail(detail, group, group.details[:number], table)
 
 
 def _check_group(
-    group: SceneGroup, before: tuple[SceneGroup, ...], table: SymbolTable
+    group: SceneGroup, task: TaskDeclaration, before: tuple[SceneGroup, ...], table: SymbolTable
 ) -> Iterator[Diagnostic]:
     if group.type.name not in table.types or group.type.is_list:
         yield unknown("E103", "there is no type", group.type.name, group.type.span, table.types)
-    if group.count < 1:
+    others = [other for other in task.scene if other is not group]
+    most = group.count if group.most is None else group.most
+    if most < 1 or (group.count < 1 and not any(other.count for other in others)):
         yield Diagnostic("E502", f"a scene with no {group.type.name} leaves nothing to do", group.span)
+    if group.name == GOAL:
+        message = f"'{GOAL}' is the task's goal, so no group of its scene can be called that"
+        yield Diagnostic("E305", message, leading_span(group.span, group.name))
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
         yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
@@ -73,9 +79,17 @@ def _check_group(
         yield Diagnostic(
             "E305", f"'{group.name}' is in the scene already", leading_span(group.span, group.name)
         )
+    stem = f"{group.type.name.lower()}_"
+    for constant in table.constants:
+        if constant.startswith(stem) and constant.removeprefix(stem).isdecimal():
+            message = f"'{constant}' is a constant, and an object of '{group.name}' has the same name"
+            yield Diagnostic("E305", message, leading_span(group.span, group.name))
     places = [*table.constants, *(other.name for other in before)]
     if group.place not in places:
         yield unknown("E101", "there is no place", group.place, group.place_span, places)
+    if any(other.name == group.place and other.count < 1 for other in before):
+        message = f"'{group.name}' starts on '{group.place}', which may be empty"
+        yield Diagnostic("E502", message, group.place_span, help="declare at least 1 of those")
 
 
 def _check_detail(

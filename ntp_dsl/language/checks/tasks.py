@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ntp_dsl.language.checks.goals import check_goal
-from ntp_dsl.language.checks.scenes import check_scene
+from ntp_dsl.language.checks.scenes import GOAL, check_scene
 from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.names.signatures import Names, leading_span
@@ -16,7 +16,6 @@ from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Atom, Name, Number, TaskDeclaration, TypeName
 from ntp_dsl.language.syntax.visitors import free_names
 
-GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 SECTIONS = {
     "scene": "scene: blocks: 8 Block on table",
     "goal": "goal: towers(blocks, placements=1..6, height=2..4)",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from ntp_dsl.language.checks.tasks import GOAL
+from ntp_dsl.language.checks.scenes import GOAL
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.names.references import expressions_of, references, statement_parts
 from ntp_dsl.language.names.signatures import leading_span
