@@ -80,7 +80,9 @@ def varied(length: str, topology: str, semantics: str) -> Varied:
 
 def _range(name: str, text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,9})(?:\.\.(\d{1,9}))?", text)
-    low, high = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
-    if low > high:
+    if match is None:
         raise NtpError(f"--{name}: expected a number or a range such as 4..6, found '{text}'")
+    low, high = int(match[1]), int(match[2] or match[1])
+    if low > high:
+        raise NtpError(f"--{name}: the range {text} runs backwards; write {high}..{low}")
     return low, high

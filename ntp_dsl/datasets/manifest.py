@@ -113,9 +113,20 @@ def _decoded(text: bytes, path: Path) -> Manifest:
         raise NtpError(f"{path}: expected the manifest of `ntp record`, found something else")
     try:
         with decoding():
-            return msgspec.convert(_upgraded(row) if row.get("version") == 1 else row, Manifest)
+            return msgspec.convert(_present(row, path), Manifest)
     except Unreadable as error:
         raise NtpError(f"{path}: the manifest is damaged: {error}; record anew") from error
+
+
+def _present(row: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return a manifest in the present version. Raises `NtpError` for a version that is not read."""
+    version = row.get("version")
+    if type(version) is not int or not 1 <= version <= VERSION:
+        newer = type(version) is int and version > VERSION
+        advice = "it was written by a newer ntp: update ntp" if newer else "record anew"
+        found = printable(repr(version)[:40])
+        raise NtpError(f"{path}: expected version {VERSION} of the format, found {found}; {advice}")
+    return row if version == VERSION else _upgraded(row)
 
 
 def _upgraded(row: dict[str, Any]) -> dict[str, Any]:

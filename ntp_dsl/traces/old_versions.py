@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from math import isinf
 from typing import Any
 
+import msgspec
 from msgspec import ValidationError
 
 from ntp_dsl.semantics.geometry import Vector, orientation_with_extents
 
 OLDEST = 2
+SHOWN = 80  # [bytes] of a line in a message
 Row = dict[str, Any]
+
+
+def old_row(line: bytes) -> Row:
+    """Return a line of an old version, whose writer knew NaN and Infinity: they are read as words.
+
+    Raises `ValueError`.
+    """
+    row = json.loads(line, parse_constant=str, parse_float=_finite)
+    if not isinstance(row, dict):
+        raise ValueError("expected an object with an 'event'")
+    return row
+
+
+def _finite(text: str) -> float:
+    if isinf(value := float(text)):
+        raise ValueError(f"expected a number that fits a float, found {text}")
+    return value
 
 
 class Upgrade:
@@ -35,9 +56,13 @@ class Upgrade:
         """Return a line in the current version. Raises `ValidationError`."""
         try:
             return self._events.get(old["event"], dict)(old)
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            message = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
-            raise ValidationError(message) from error
+        except KeyError as error:
+            raise ValidationError(f"it lacks {error}") from error
+        except (TypeError, AttributeError, IndexError) as error:
+            found = msgspec.json.encode(old)[:SHOWN].decode(errors="replace")
+            raise ValidationError(f"expected the fields of version {OLDEST}, found {found}") from error
+        except ValueError as error:
+            raise ValidationError(str(error)) from error
 
     def _header(self, old: Row) -> Row:
         objects = old["things"]

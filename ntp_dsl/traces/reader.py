@@ -25,7 +25,7 @@ from ntp_dsl.traces.events import (
     ReturnEvent,
     StateEvent,
 )
-from ntp_dsl.traces.old_versions import OLDEST, Upgrade
+from ntp_dsl.traces.old_versions import OLDEST, Upgrade, old_row
 from ntp_dsl.traces.schema import FORMAT, MAX_DEPTH, ROOT, VERSION, Call, End, Header, Motion
 from ntp_dsl.traces.trace import Trace
 
@@ -57,6 +57,10 @@ class _Versioned(msgspec.Struct):
 _named, _versioned = msgspec.json.Decoder(_Named), msgspec.json.Decoder(_Versioned)
 
 
+class Unstarted(NtpError):
+    """The file has no whole line: its writer was killed before the first."""
+
+
 def read_trace(path: Path | str) -> Trace:
     """Read a file up to its last complete line. Raises `NtpError` where it is not a trace."""
     path = Path(path)
@@ -70,7 +74,7 @@ def parse_trace(text: bytes, path: Path) -> Trace:
     """Read the text of a file; the path is for error messages."""
     lines = text[: text.rfind(b"\n") + 1].splitlines()  # what follows the last newline was cut off
     if not lines:
-        raise NtpError(f"{path}: expected a trace (JSON lines) of `ntp`, found no complete line")
+        raise Unstarted(f"{path}: expected a trace (JSON lines) of `ntp`, found no complete line")
     builder = _TraceBuilder()
     for number, event in _events(lines, path):
         try:
@@ -112,18 +116,22 @@ def _upgrade(first: bytes, path: Path) -> Upgrade | None:
 
 def _header(line: bytes, upgrade: Upgrade | None) -> Event:
     if upgrade is not None:
-        return msgspec.convert(upgrade.row(msgspec.json.decode(line) | {"event": "header"}), Header)
+        return msgspec.convert(upgrade.row(old_row(line) | {"event": "header"}), Header)
     header: Header = DECODERS["header"].decode(line)
     return header
 
 
 def _event(line: bytes, upgrade: Upgrade | None) -> Event | None:
-    name = _named.decode(line).event
-    if name not in EVENTS:
-        return None
     if upgrade is not None:
-        return msgspec.convert(upgrade.row(msgspec.json.decode(line)), EVENTS[name])  # type: ignore[no-any-return]
-    return DECODERS[name].decode(line)  # type: ignore[no-any-return]
+        return _old_event(line, upgrade)
+    name = _named.decode(line).event
+    return DECODERS[name].decode(line) if name in EVENTS else None
+
+
+def _old_event(line: bytes, upgrade: Upgrade) -> Event | None:
+    row = old_row(line)
+    name = msgspec.convert(row, _Named).event
+    return msgspec.convert(upgrade.row(row), EVENTS[name]) if name in EVENTS else None
 
 
 class _TraceBuilder:

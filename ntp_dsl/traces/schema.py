@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec import Struct
 
@@ -14,9 +14,6 @@ from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Decision, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
-
-if TYPE_CHECKING:
-    pass
 
 FORMAT = "ntp-trace"
 VERSION = 3

@@ -94,3 +94,15 @@ def test_callers_are_above_callees_except_in_cycles() -> None:
     assert [placed.ranks[each] for each in "abcd"] == [0, 1, 2, 3]
     assert ("a", "c") in placed.routes and ("c", "a") not in placed.routes
     assert len(placed.routes["a", "d"]) == 4
+
+
+def test_a_picture_is_written_as_svg_and_into_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for out, said in [
+        (tmp_path / "a.png", "expected a file that ends in .svg"),
+        (tmp_path, "is a folder, not a file"),
+    ]:
+        assert run(["graph", "block_stacking", "--out", str(out)]) == 2
+        assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -168,3 +168,19 @@ def test_a_name_in_a_task_file_cannot_command_the_terminal(
     assert run(["eval", "block_stacking", "block_stacking", "--tasks", str(file)]) == 2
     told = capsys.readouterr()
     assert "expected a printable name" in told.err and "\x1b" not in told.err + told.out
+
+
+def test_a_range_that_runs_backwards_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["eval", "block_stacking", "block_stacking", "--expert", "-n", "1", "--topology", "5..3"]) == 2
+    assert "--topology: the range 5..3 runs backwards; write 3..5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("version, advice", [(9, "update ntp"), (True, "record anew"), ("1", "record anew")])
+def test_a_manifest_of_another_version_is_refused(
+    recording: Path, tmp_path: Path, version: object, advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = json.loads((recording / MANIFEST).read_text())
+    (tmp_path / MANIFEST).write_text(json.dumps(manifest | {"version": version}))
+    assert run(["train", "block_stacking", "--data", str(tmp_path), "--out", str(tmp_path / "model")]) == 2
+    told = capsys.readouterr().err
+    assert f"expected version 2 of the format, found {version!r}" in told and advice in told

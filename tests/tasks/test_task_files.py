@@ -67,6 +67,8 @@ def test_the_command_writes_what_it_would_print(
     assert run(["import-vat", str(file), "--out", str(out)]) == 0
     assert "1 task written" in capsys.readouterr().err
     assert json.loads(out.read_text()) == printed == OURS
+    assert run(["import-vat", str(out), "--out", str(out)]) == 2
+    assert "would be overwritten" in capsys.readouterr().err
 
 
 def changed(document: dict[str, Any], *path: str | int, value: Any) -> dict[str, Any]:

@@ -122,3 +122,18 @@ def test_an_unfinished_program_has_the_attribution_of_the_failure_below() -> Non
     ]
     assert attribute_all(calls) == ["planner", "grasp", "planner", "decision", None]
     assert Coverage().lines == {}
+
+
+def test_a_trace_that_was_killed_before_its_first_line_is_named_and_skipped(
+    folders: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = next(folders[1].glob("*.trace.jsonl"))
+    (tmp_path / "episode_00000.trace.jsonl").write_bytes(whole.read_bytes())
+    (tmp_path / "episode_00001.trace.jsonl").write_text('{"event":')
+    capsys.readouterr()
+    assert run(["trace", "coverage", "block_stacking", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "skipped" in told.err and "episode_00001.trace.jsonl" in told.err and "1 trace" in told.out
+    (tmp_path / "episode_00000.trace.jsonl").unlink()
+    assert run(["trace", "coverage", "block_stacking", str(tmp_path)]) == 2
+    assert "found none; run the episodes again" in capsys.readouterr().err

@@ -122,3 +122,68 @@ def test_misuse_says_what_is_missing(folder: Path, capsys: pytest.CaptureFixture
         changed.write_text(json.dumps({**json.loads(header), **change}) + "\n" + rest)
         assert run(["trace", "replay", str(changed)]) == 2
         assert message in capsys.readouterr().err
+
+
+def _altered(file: Path, change: dict[str, object], number: int | None, name: str) -> Path:
+    """Write a trace again with another header, or with another call of that number."""
+    rows = [json.loads(line) for line in file.read_text().splitlines()]
+    at = 0 if number is None else [n for n, row in enumerate(rows) if row["event"] == "call"][number]
+    rows[at] |= change
+    changed = file.with_name(name)
+    changed.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    return changed
+
+
+DAMAGED: list[tuple[dict[str, object], int | None, str]] = [
+    ({"name": "nope"}, 1, "call 1 is of the program 'nope', which library 'block_stacking' lacks"),
+    ({"arguments": []}, 1, "expected 2 arguments, found 0"),
+    ({"arguments": ["block_0", "zz"]}, 1, "expected the name of an object in the scene"),
+    ({"arguments": ["block_0", 3.0]}, 1, "expected the name of an object in the scene"),
+    ({"arguments": [[{"type": "Zz", "fields": []}]]}, 0, "found [()]"),
+    ({"objects": []}, None, "expected the name of an object in the scene"),
+    (
+        {"objects": [{"name": "a", "type": "Zz", "size": [0.1, 0.1, 0.1]}]},
+        None,
+        "'a' is a Zz, a type that library",
+    ),
+]
+
+
+@pytest.mark.parametrize("change, number, said", DAMAGED)
+@pytest.mark.parametrize("asked", [[], ["--expert"]])
+def test_a_trace_that_no_policy_can_be_asked_at_is_refused(
+    folder: Path,
+    change: dict[str, object],
+    number: int | None,
+    said: str,
+    asked: list[str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    changed = _altered(folder / "episode_00000.trace.jsonl", change, number, "damaged.jsonl")
+    assert run(["trace", "replay", str(changed), *asked]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_demonstration_that_is_not_the_traces_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = folder / "episode_00000.trace.jsonl"
+    words = ["record", "block_stacking", "few_placements", "-n", "1", "--seed", "9", "--out", str(tmp_path)]
+    assert run(words) == 0
+    other = tmp_path / "episode_00000.demo.parquet"
+    assert run(["trace", "replay", str(file), "--demo", str(other)]) == 2
+    assert "the trace is of a demonstration of " in capsys.readouterr().err
+    far = _altered(file, {"scope": [0, 100_000]}, 1, "far.jsonl")
+    assert run(["trace", "replay", str(far)]) == 2
+    assert "a scope up to frame 100000, and the demonstration has" in capsys.readouterr().err
+
+
+def test_answers_are_not_written_over_what_is_asked_about(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, demo = folder / "episode_00000.trace.jsonl", folder / "episode_00000.demo.parquet"
+    before = file.read_bytes(), demo.read_bytes()
+    for out in (folder / ".." / folder.name / file.name, demo):
+        assert run(["trace", "replay", str(file), "--expert", "--out", str(out)]) == 2
+        assert "would be overwritten; give another file" in capsys.readouterr().err
+    assert (file.read_bytes(), demo.read_bytes()) == before

@@ -169,3 +169,26 @@ def test_a_scope_is_always_visible(begin: int, length: int) -> None:
 
 def test_markup_in_names_is_text() -> None:
     assert format_argument(("[red]",)) == "[[red]]"  # type: ignore[arg-type]
+
+
+def test_of_a_folder_its_traces_are_listed(trace: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (trace.parent / "b.trace.jsonl").write_text("")
+    assert run(["trace", "show", str(trace.parent)]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert listed == ["a.trace.jsonl  4 calls  unfinished", "b.trace.jsonl  0 calls  unreadable"]
+    assert run(["trace", "show", str(trace.parent), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0] == {
+        "file": "a.trace.jsonl",
+        "calls": 4,
+        "ending": "unfinished",
+    }
+
+
+def test_a_page_or_an_export_is_not_written_over_its_trace(
+    trace: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = trace.read_bytes()
+    for command in ("view", "export"):
+        assert run(["trace", command, str(trace), "--out", str(trace)]) == 2
+        assert "would be overwritten; give another file" in capsys.readouterr().err
+    assert trace.read_bytes() == before

@@ -437,3 +437,23 @@ def test_a_trace_of_version_2_is_converted() -> None:
     assert trace.states[0].by_name["a"].size == (0.05, 0.09, 0.03)
     assert trace.end is not None and trace.end.ending is Ending.UNFINISHED and trace.end.success is False
     assert trace.end.attributed_to is Attribution.GRASP and trace.end.verdict == "on(a, b) does not hold"
+
+
+@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity"])
+def test_what_the_writer_of_version_2_measured_is_read_whatever_it_was(constant: str) -> None:
+    text = VERSION_2.replace(b'"width": 0.01', f'"width": {constant}'.encode())
+    assert text != VERSION_2
+    assert parse_trace(text, HERE).calls[1].execution.evidence == {"width": constant}
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        (b'{"event": "end", "reason": null}', "expected the fields of version 2, found {.*null}"),
+        (b"[1]", "expected an object with an 'event'"),
+        (b'{"event": "state", "id": 1e999}', "expected a number that fits a float, found 1e999"),
+    ],
+)
+def test_a_damaged_line_of_version_2_is_told_so_in_words(line: bytes, said: str) -> None:
+    with pytest.raises(NtpError, match=f"jsonl:2: not a line of a trace: {said}"):
+        parse_trace(OLD + line + b"\n", HERE)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ntp_dsl.cli.options import Library
+from ntp_dsl.cli.outputs import check_ending
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.graph.calls import CallGraph, Node, call_graph
 from ntp_dsl.language.loader import load
@@ -31,6 +32,7 @@ def command(
     if out is not None:
         from ntp_dsl.graph.svg import draw
 
+        check_ending(out, ".svg")
         with written_whole(out) as partial:
             partial.write_text(draw(graph), encoding="utf-8")
         print(f"wrote {out}")

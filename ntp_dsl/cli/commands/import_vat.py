@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.tasks.task_files import as_file, read_tasks, write_tasks
 
 
@@ -22,6 +23,7 @@ def command(
     """
     from ntp_dsl.cli.display import messages, print_json
 
+    check_no_input(out, [file])
     entries = read_tasks(file)
     if out is None:
         print_json(as_file(entries))

@@ -9,17 +9,16 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
-from ntp_dsl.cli.display import answers, print_json, progress
+from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.options import Json
+from ntp_dsl.cli.trace_folders import traces_in
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.coverage import Coverage, Line
-from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.reader import Unstarted, read_trace
 from ntp_dsl.traces.sources import library_sources
-
-TRACES = "*.trace.jsonl"
 
 
 def command(
@@ -59,22 +58,31 @@ def command(
 
 def _found(files: list[Path]) -> Iterator[Path]:
     for file in files:
-        inside = sorted(file.glob(TRACES)) if file.is_dir() else [file]
-        if not inside:
-            raise NtpError(f"{file}: contains no traces ({TRACES}); `ntp eval … --out DIR` writes them")
-        yield from inside
+        yield from traces_in(file) if file.is_dir() else [file]
 
 
 def _covered(files: list[Path], against: Path | None) -> Coverage:
     covered = Coverage()
     with progress("reading", len(files)) as bar:
         for file in files:
-            trace = read_trace(file)
-            covered.add(trace)
-            if against is not None:
-                covered.compare(compare(read_trace(against / file.name), trace))
+            _count(covered, file, against)
             bar.advance()
+    if not covered.traces:
+        raise NtpError("expected traces with at least a first line, found none; run the episodes again")
     return covered
+
+
+def _count(covered: Coverage, file: Path, against: Path | None) -> None:
+    """Count a trace; one that was killed before its first line is named and skipped."""
+    try:
+        trace = read_trace(file)
+        reference = None if against is None else read_trace(against / file.name)
+    except Unstarted as error:
+        messages.print(f"skipped {error}")
+        return
+    covered.add(trace)
+    if reference is not None:
+        covered.compare(compare(reference, trace))
 
 
 def _statements(registry: Registry) -> set[str]:

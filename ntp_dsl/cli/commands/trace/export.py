@@ -11,6 +11,7 @@ import typer
 
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
+from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.traces.export.chrome import document
 from ntp_dsl.traces.export.rerun_file import write_recording
@@ -49,6 +50,7 @@ def command(
     files = [first] if second is None else [first, second]
     traces = [read_trace(file) for file in files]
     path = out or Path(f"trace{ENDINGS[format]}")
+    check_no_input(path, files)
     with written_whole(path) as partial:
         if format is Format.RERUN:
             write_recording(traces, [file.parent for file in files], partial)

@@ -14,11 +14,13 @@ from ntp_dsl.cli.commands.trace.diff import DIFFERENT, SAME, document, report
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_for
 from ntp_dsl.cli.options import Json, Model, Scripted
+from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
+from ntp_dsl.execution.replay_checks import check_replayable, check_shown
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
@@ -55,10 +57,13 @@ def command(
     """
     trace = read_trace(file)
     registry = _registry(trace, library, file)
+    _check(registry, trace, file)
     if expert and model is not None:
         raise NtpError("--expert needs no --model: the scripted expert answers")
+    demo = demo or _beside(trace, file)
+    check_no_input(out, [file, demo])
     path = None if expert else model_for(library or registry_path(trace), trace.header.task, model)
-    policy = _policy(registry, trace, path, demo or _beside(trace, file))
+    policy = _policy(registry, trace, path, demo)
     replayed = _replay(Replay(registry, policy, trace), path, out)
     comparison = compare(trace, replayed)
     count, wrong = count_answers(replayed), len(comparison.divergences)
@@ -102,6 +107,14 @@ def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
     return registry
 
 
+def _check(registry: Registry, trace: Trace, file: Path) -> None:
+    """Raise `NtpError`, with the file, for a trace that cannot be replayed."""
+    try:
+        check_replayable(registry, trace)
+    except NtpError as error:
+        raise NtpError(f"{file}: {error}") from error
+
+
 def _beside(trace: Trace, file: Path) -> Path | None:
     reference = trace.header.demonstration
     return file.parent / Path(reference.file).name if reference is not None and reference.file else None
@@ -119,7 +132,9 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
     from ntp_dsl.core.checkpoint import load_core
     from ntp_dsl.core.policy import LearnedPolicy
 
-    return LearnedPolicy(load_core(model).core, read_demonstration(demo))
+    demonstration = read_demonstration(demo)
+    check_shown(trace, demonstration)
+    return LearnedPolicy(load_core(model).core, demonstration)
 
 
 def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:

@@ -13,7 +13,8 @@ from rich.text import Text
 from ntp_dsl.cli.calls import as_json, demonstration_frames, line
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
-from ntp_dsl.common.text import printable
+from ntp_dsl.cli.trace_folders import summary, traces_in
+from ntp_dsl.common.text import counted, printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.traces.phrases import format_call, headline
 from ntp_dsl.traces.reader import read_trace
@@ -27,7 +28,7 @@ INDENTED = 40  # levels; deeper ones are not indented further
 
 
 def command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, complete or cut off.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, complete or cut off; or a folder.")],
     depth: Annotated[int | None, typer.Option(min=1, help="Number of levels to show.")] = None,
     failed: Annotated[
         bool, typer.Option("--failed", help="Show only failed calls and their callers.")
@@ -44,8 +45,13 @@ def command(
 
     Long traces are folded: failed and uncertain calls are shown, and as many levels as fit on a few pages.
 
+    Of a folder, its traces are listed.
+
     Example: ntp trace show runs/episode_00000.trace.jsonl --depth 2
     """
+    if file.is_dir():
+        _show_folder(file, json)
+        return
     trace = read_trace(file)
     times = inclusive_times(trace)
     chosen = _chosen(trace, failed, only)
@@ -62,6 +68,16 @@ def command(
     for row in _lines(trace, times, chosen, narrowed):
         answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
     answers.print(_ending(trace))
+
+
+def _show_folder(folder: Path, json: bool) -> None:
+    """List the traces of a folder: how many calls each has, and how it ended."""
+    rows = [summary(file) for file in traces_in(folder)]
+    if json:
+        print_json(rows)
+        return
+    for row in rows:
+        answers.print(printable(f"{row['file']}  {counted(row['calls'], 'call')}  {row['ending']}"))
 
 
 # Which calls are shown ---------------------------------------------------------------------------

@@ -9,8 +9,8 @@ import typer
 
 from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
+from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
@@ -39,7 +39,9 @@ def command(
     a = read_trace(first)
     b = a if second is None else read_trace(second)
     folders = (first.parent, (second or first).parent)
-    text = page(compare(a, b), folders, _demonstration(a, first, demo))
+    demo = demo or _beside(a, first)
+    check_no_input(out, [first, second, demo])
+    text = page(compare(a, b), folders, read_demonstration(demo) if demo else None)
     with written_whole(out) as partial:
         partial.write_text(text, encoding="utf-8")
     if json:
@@ -48,11 +50,10 @@ def command(
         answers.print(f"wrote {out}: open it in a browser")
 
 
-def _demonstration(trace: Trace, file: Path, given: Path | None) -> Demonstration | None:
-    if given is not None:
-        return read_demonstration(given)
+def _beside(trace: Trace, file: Path) -> Path | None:
+    """Return the demonstration that a trace names, where it lies beside it."""
     reference = trace.header.demonstration
     if reference is None or not reference.file:
         return None
     path = file.parent / Path(reference.file).name
-    return read_demonstration(path) if path.is_file() else None
+    return path if path.is_file() else None
