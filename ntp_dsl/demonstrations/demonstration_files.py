@@ -85,7 +85,7 @@ def read_demonstration(path: Path, scene: Sequence[SceneObject] = ()) -> Demonst
     header = _header(table, path)
     objects = () if isinstance(header, _HeaderOfVersion1) else _objects(table, header, scene, path)
     try:
-        with decoding():
+        with decoding(), np.errstate(all="ignore"):  # what overflows is refused as infinite
             if isinstance(header, _HeaderOfVersion1):
                 found = _version_1(table, header)
             else:
