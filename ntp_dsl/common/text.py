@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+MAX_NAME = 200  # [characters] of a name in a message
+
 
 def printable(text: object) -> str:
     """Return the text with control characters escaped, so that a terminal cannot be commanded by it."""
     raw = str(text)
     return raw if raw.isprintable() else raw.encode("unicode_escape").decode("ascii")
+
+
+def shortened(text: object) -> str:
+    """Return the text printable, and cut where it is too long for a message."""
+    whole = printable(text)
+    return whole if len(whole) <= MAX_NAME else f"{whole[:MAX_NAME]}..."

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
@@ -67,7 +67,7 @@ def load_core(path: Path) -> Checkpoint:
     is_backed = _fewest_weights(found) <= sum(tensor.numel() for tensor in found.tensors.values())
     core = Core(found.config, found.memory) if is_backed else None  # no size is allocated on a file's word
     if core is None or _shapes(core.state_dict()) != _shapes(found.tensors):
-        command = printable(found.recipe.get("command", "ntp train"))
+        command = shortened(found.recipe.get("command", "ntp train"))
         raise NtpError(
             f"{path}: the weights do not fit the core that the checkpoint describes, which is of another "
             f"version perhaps; train anew: {command}"

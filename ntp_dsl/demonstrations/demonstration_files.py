@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, Facts, Origin
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
@@ -133,7 +133,7 @@ def _objects(
         return header.objects
     names = [each.removeprefix(POSITION) for each in table.column_names if each.startswith(POSITION)]
     if not names:
-        found = printable(", ".join(table.column_names[:4]))
+        found = shortened(", ".join(table.column_names[:4]))
         raise NtpError(
             f"{path}: expected a demonstration with the columns time, closed, gripper and {POSITION}NAME, "
             f"found a table of {found}"
@@ -141,7 +141,7 @@ def _objects(
     known = {each.name: each for each in scene}
     if unknown := [name for name in names if name not in known]:
         there = f"the scene has {', '.join(known)}" if known else "and the file has no header"
-        raise NtpError(f"{path}: unknown objects {printable(', '.join(unknown))}: {there}")
+        raise NtpError(f"{path}: unknown objects {shortened(', '.join(unknown))}: {there}")
     return tuple(known[name] for name in names)
 
 

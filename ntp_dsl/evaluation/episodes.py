@@ -14,7 +14,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.episode_parts import (
     ATTEMPTS,
@@ -143,7 +143,7 @@ class Evaluator:
         instance = self.instance(number)
         attempts = 0
         if recorded is not None:
-            check_objects(recorded.demonstration, instance)
+            check_objects(recorded.demonstration, instance.objects)
             instance = instance.with_goal(_demonstrated_goal(self.registry, recorded.demonstration, instance))
         elif self.is_learned or self.plan.traces is not None:
             try:
@@ -226,19 +226,6 @@ def _without_demonstration(number: int, instance: Instance, failure: NoDemonstra
         disturbances=0,
         demonstrations=ATTEMPTS,
     )
-
-
-def check_objects(demonstration: Demonstration, instance: Instance) -> None:
-    """Raise `NtpError` unless a demonstration has exactly the objects of the scene."""
-    demonstrated = {(obj.name, obj.type) for obj in demonstration.objects}
-    expected = {(obj.name, obj.type) for obj in instance.objects}
-    for verb, difference in (("lacks", expected - demonstrated), ("also shows", demonstrated - expected)):
-        if difference:
-            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in difference))
-            raise NtpError(
-                f"the demonstration {verb} {listed}; the scene has "
-                f"{', '.join(sorted(name for name, _ in expected))}"
-            )
 
 
 def _demonstrated_goal(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:

@@ -123,7 +123,7 @@ def _lines(content: bytes) -> Mutation:
     def mutated(chance: Random) -> bytes:
         changed = lines.copy()
         for _ in range(chance.choice((1, 1, 2))):
-            at = chance.randrange(len(changed)) if chance.random() < 0.7 else 0
+            at = chance.randrange(min(len(changed), len(lines))) if chance.random() < 0.7 else 0
             action = chance.random()
             if action < 0.85:
                 changed[at] = mutated_json(chance, lines[at].decode())

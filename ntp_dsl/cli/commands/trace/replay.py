@@ -17,6 +17,7 @@ from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.common.text import printable
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -119,7 +120,20 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
     from ntp_dsl.core.checkpoint import load_core
     from ntp_dsl.core.policy import LearnedPolicy
 
-    return LearnedPolicy(load_core(model).core, read_demonstration(demo))
+    return LearnedPolicy(load_core(model).core, _demonstration(trace, demo))
+
+
+def _demonstration(trace: Trace, path: Path) -> Demonstration:
+    """Return the demonstration that the scopes of a trace are frames of."""
+    demonstration = read_demonstration(path, trace.header.objects)
+    check_objects(demonstration, trace.header.objects)
+    reference = trace.header.demonstration
+    if reference is not None and reference.frames != len(demonstration):
+        raise NtpError(
+            f"{path}: has {len(demonstration)} frames, and the trace is of a demonstration with "
+            f"{reference.frames}: give the one that was recorded with the trace"
+        )
+    return demonstration
 
 
 def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:
