@@ -14,7 +14,10 @@ in Python are marked with those of `ntp_dsl.authoring`.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False  # as of `typing`, which would be half of what importing the package takes
+if TYPE_CHECKING:
+    from typing import Any
 
 __version__ = "0.1.0"
 
