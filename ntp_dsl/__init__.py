@@ -14,8 +14,10 @@ in Python are marked with those of `ntp_dsl.authoring`.
 from __future__ import annotations
 
 from importlib import import_module
-from inspect import isfunction
-from typing import Any
+
+TYPE_CHECKING = False  # as of `typing`, which would be half of what importing the package takes
+if TYPE_CHECKING:
+    from typing import Any
 
 __version__ = "0.1.0"
 
@@ -58,6 +60,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name's module when the name is first used (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module 'ntp_dsl' has no attribute '{name}'")
+    from inspect import isfunction
+
     from ntp_dsl.extras import needing
 
     with needing(name):

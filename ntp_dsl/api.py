@@ -23,9 +23,9 @@ from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.evaluation import episode_parts
-from ntp_dsl.evaluation.demonstrated import as_demonstrated, check_objects
+from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.success import Verdict
 from ntp_dsl.execution.interpreter import Run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -136,7 +136,7 @@ def learned_policy(
     from ntp_dsl.core.shipped import shipped_checkpoint
 
     given = shown.demonstration if isinstance(shown, RecordedDemonstration) else shown
-    check_objects(_expected(given, Demonstration, "demonstrate or read_demonstration"), task.instance)
+    check_objects(_expected(given, Demonstration, "demonstrate or read_demonstration"), task.objects)
     program = task.instance.program
     path = Path(model) if model is not None else shipped_checkpoint(task.registry, program)
     if path is None:

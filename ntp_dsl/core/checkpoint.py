@@ -18,7 +18,7 @@ from torch import Tensor
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
@@ -64,17 +64,25 @@ def save_core(core: Core, recipe: Mapping[str, Any], path: Path) -> None:
 def load_core(path: Path) -> Checkpoint:
     """Raises `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
     found = _read(path)
-    with torch.device("meta"):  # sizes only: what a description claims is not allocated before it fits
-        outline = Core(found.config, found.memory)
-    if _shapes(outline.state_dict()) != _shapes(found.tensors):
-        command = printable(found.recipe.get("command", "ntp train"))
+    is_backed = _fewest_weights(found) <= sum(tensor.numel() for tensor in found.tensors.values())
+    core = Core(found.config, found.memory) if is_backed else None  # no size is allocated on a file's word
+    if core is None or _shapes(core.state_dict()) != _shapes(found.tensors):
+        command = shortened(found.recipe.get("command", "ntp train"))
         raise NtpError(
             f"{path}: the weights do not fit the core that the checkpoint describes, which is of another "
             f"version perhaps; train anew: {command}"
         )
-    core = Core(found.config, found.memory)
     core.load_state_dict(found.tensors)
     return Checkpoint(core.eval(), found.recipe)
+
+
+def _fewest_weights(found: _File) -> int:
+    """Return a lower bound, in which every size has its part, of the weights of the described core."""
+    config, memory = found.config, found.memory
+    layers = config.width * (config.rounds + config.kernel)
+    heads = config.hops + memory.slots + memory.arity**2 + memory.value_arity * memory.choices
+    embedded = len(memory.rows) * config.row_width + len(memory.types) * config.type_width
+    return config.width * (layers + heads) + embedded
 
 
 def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:

@@ -111,7 +111,7 @@ class Memory:
 
     library: str
     registry_hash: str
-    types: tuple[str, ...]
+    types: Annotated[tuple[str, ...], Meta(min_length=1)]
     parents: tuple[tuple[str, str | None], ...]
     rows: Annotated[tuple[Row, ...], Meta(min_length=1)]
     apis: tuple[Signature, ...]
@@ -123,6 +123,8 @@ class Memory:
         missing = (used - {*self.types}) | (called - {signature.name for signature in self.signatures()})
         if missing:
             raise ValueError(f"'{min(missing)}' is not declared")
+        if self.rows and not self.slots:
+            raise ValueError("no program calls anything")
         if self.rows and len(self.rows) * self.slots * (1 + self.value_arity) > MAX_CELLS:
             raise ValueError("there are too many programs, callees and values")
 
