@@ -62,7 +62,7 @@ def save_core(core: Core, recipe: Mapping[str, Any], path: Path) -> None:
 
 
 def load_core(path: Path) -> Checkpoint:
-    """Raises `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
+    """Raise `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
     found = _read(path)
     is_backed = _fewest_weights(found) <= sum(tensor.numel() for tensor in found.tensors.values())
     core = Core(found.config, found.memory) if is_backed else None  # no size is allocated on a file's word
@@ -95,7 +95,7 @@ def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
 
 
 def resume_training(trainer: Trainer, path: Path, data: Any = None) -> None:
-    """Raises `NtpError` where the file is of another training: another library, other data or parameters."""
+    """Raise `NtpError` where the file is of another training: another library, other data or parameters."""
     found = _read(path)
     try:
         with decoding():
@@ -129,7 +129,7 @@ def _optimiser_state(trainer: Trainer, tensors: Mapping[str, Tensor]) -> dict[in
 
 
 def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
-    """What a core has never seen as it is declared now: programs and apis below a program, and types.
+    """Return what a core has not seen as it is declared now: programs and apis below a program, and types.
 
     Rows are matched by name and by the hash of the declaration: a new task needs no new checkpoint.
     """
@@ -147,7 +147,7 @@ def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
 
 
 def check_fits(memory: Memory, registry: Registry, program: str, path: Path) -> None:
-    """Raises `NtpError` where the core does not know all that a program may call."""
+    """Raise `NtpError` where the core does not know all that a program may call."""
     unknown = strangers(memory, registry, program)
     if unknown:
         raise NtpError(
