@@ -140,6 +140,8 @@ class KinematicWorld(RestingObjects):
             return Outcome(False, Failure.MISSING_OBJECT, {"target": target})
         if self._held is not None:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._held})
+        if target not in self._items:
+            return Outcome(False, Failure.GRASP_FAILED, {"not movable": target})
         x, y, z = self._grip(target)
         over = hypot(self._gripper[0] - x, self._gripper[1] - y) < REACH
         blocked = [other for other in self._items if self._on_top_of(other, target)]
