@@ -11,19 +11,21 @@ import numpy as np
 from ntp_dsl.language.checks.scenes import GOAL
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.language.names.signatures import si
-from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.registry import Parameter, Registry
 from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
 from ntp_dsl.worlds.perturbed_starts import STRAIGHT, perturbed_start
 from ntp_dsl.worlds.protocol import Scene
-from ntp_dsl.worlds.scenes import Start, layout, with_furniture
+from ntp_dsl.worlds.scenes import LIFTED, Start, layout, with_furniture
 from ntp_dsl.worlds.starts import nominal_start
 
 Configuration = frozenset[tuple[str, str]]
+PLACEMENT = "Placement"  # the record of the standard library: an item, and what it goes on
 OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
 
 
@@ -117,6 +119,7 @@ def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Ins
         where = f"{path}: {entry.id}"
         _check_objects(registry, entry, where)
         goal = tuple(_record(registry, record, row, entry, where) for row in entry.goal)
+        _check_rows(goal, where)
         _check_no_circle(goal, where)
         found.append(instance(task, with_furniture(registry, entry.objects), goal, entry.id))
     return found
@@ -134,17 +137,41 @@ def _goal_record(registry: Registry, task: TaskDeclaration) -> str:
 
 def _record(registry: Registry, name: str, row: GoalRow, entry: TaskFileEntry, where: str) -> Record:
     """Return a row of a file as a record, its fields in the declared order."""
-    fields = [each.name for each in registry.records[name]]
-    if set(fields) != row.keys():
-        raise NtpError(
-            f"{where}: expected {name} with the fields {', '.join(fields)}, found {', '.join(row)}"
+    fields = registry.records[name]
+    if {each.name for each in fields} != row.keys():
+        names = ", ".join(each.name for each in fields)
+        raise NtpError(f"{where}: expected {name} with the fields {names}, found {', '.join(row)}")
+    for each in fields:
+        _check_value(registry, each, row[each.name], entry, where)
+    return Record(name, tuple((each.name, row[each.name]) for each in fields))
+
+
+def _check_value(
+    registry: Registry, field: Parameter, value: str | float, entry: TaskFileEntry, where: str
+) -> None:
+    """Raise `NtpError` for a value of a goal that is not of its field's type, or cannot be moved."""
+    types = dict(registry.constants) | {obj.name: obj.type for obj in entry.objects}
+    if expected := misfit(registry, field, value, types) or strays(field, value):
+        names = (
+            f" ({', '.join(entry.names)})" if value not in types and field.type in registry.parents else ""
         )
-    members = {member for enum in registry.enums.values() for member in enum}
-    known = {*entry.names, *registry.constants, *members}
-    for value in row.values():
-        if isinstance(value, str) and value not in known:
-            raise NtpError(f"{where}: expected a goal over {', '.join(entry.names)}; found '{value}'")
-    return Record(name, tuple((field, row[field]) for field in fields))
+        raise NtpError(f"{where}: expected {expected}{names} for '{field.name}' of the goal; found {value!r}")
+    still = [obj for obj in entry.objects if obj.name == value and not obj.movable]
+    if still and registry.is_a(field.type, LIFTED):
+        raise NtpError(
+            f"{where}: the goal moves '{value}', which is fixed or wider than {TOO_WIDE:g} m; "
+            "move another object, or change this one"
+        )
+
+
+def _check_rows(goal: Goal, where: str) -> None:
+    """Raise `NtpError` for a row that is there twice, and for an item that is to be placed twice."""
+    seen: set[object] = set()
+    for row in goal:
+        key = row["item"] if row.type == PLACEMENT else row
+        if key in seen:
+            raise NtpError(f"{where}: the goal has a second row for {key}; leave out one of them")
+        seen.add(key)
 
 
 def _check_objects(registry: Registry, entry: TaskFileEntry, where: str) -> None:

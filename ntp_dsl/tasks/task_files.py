@@ -17,6 +17,7 @@ from msgspec import Meta, Struct
 
 from ntp_dsl.common.decoding import Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.text import printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.authors_files import AUTHORS_SCENE, AuthorsFile
@@ -25,7 +26,7 @@ FORMAT = "ntp-tasks"
 VERSION = 2
 EXPECTED = f"a file of tasks ('{FORMAT}', or the authors' '{AUTHORS_SCENE}')"
 
-MAX_SIDE = 100.0  # of an object [m]
+MIN_SIDE, MAX_SIDE = 1e-4, 100.0  # of an object [m]
 
 GoalRow = Mapping[str, str | float]  # of a record: field -> object, member or number [SI]
 
@@ -88,10 +89,10 @@ def _entries(data: Any) -> list[TaskFileEntry]:
     if not isinstance(data, dict):
         raise Unreadable(f"expected {EXPECTED}, found {_shown(data)}")
     if data.get("format") == FORMAT:
-        if data.get("version") == 1:
-            data = _upgraded(data)
-        if data.get("version") != VERSION:
-            raise Unreadable(f"expected version {VERSION}, found {_shown(data.get('version'))}")
+        version = data.get("version")
+        if type(version) is not int or not 1 <= version <= VERSION:
+            raise Unreadable(f"expected version {VERSION}, found {_shown(version)}")
+        data = data if version == VERSION else _upgraded(data)
         return list(msgspec.convert(data, TaskFile).tasks)
     if {"name", "scene", "tasks"} <= data.keys():
         if data["name"] != AUTHORS_SCENE:
@@ -119,16 +120,16 @@ def _upgraded(data: dict[str, Any]) -> dict[str, Any]:
 
 def _check(entry: TaskFileEntry, number: int) -> None:
     """Raise `Unreadable` for impossible objects, and for a goal over unknown ones."""
-    where = f"tasks[{number}]"
+    where = f"tasks[{number}] ('{printable(entry.id)}')"
     if len(set(entry.names)) < len(entry.names):
         raise Unreadable(f"{where}: expected objects of different names, found one name twice")
     for each in entry.objects:
         if not (each.name.isprintable() and each.name.strip()):
             raise Unreadable(f"{where}: expected a printable name, found {each.name!r}")
-        if not all(0 < side <= MAX_SIDE for side in each.size):
+        if not all(MIN_SIDE <= side <= MAX_SIDE for side in each.size):
             raise Unreadable(
-                f"{where}: expected three positive sizes of '{each.name}' of at most {MAX_SIDE:g} m, "
-                f"found {each.size}"
+                f"{where}: expected three positive sizes of '{each.name}' from {MIN_SIDE:g} to "
+                f"{MAX_SIDE:g} m, found {each.size}"
             )
     for row in entry.goal:
         values = list(row.values())

@@ -8,6 +8,7 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING
 
+from ntp_dsl.extras import needing
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.traces.outline import dataframe, outline
 from ntp_dsl.traces.schema import ROOT, Call, End, Header, Motion, PolicyKind
@@ -68,6 +69,7 @@ class Trace:
         """Whether a learned core decided or answered."""
         return self.header.policy is PolicyKind.LEARNED or self.header.model is not None
 
+    @needing("Trace.to_dataframe")
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a row for each call: see `outline.dataframe`. Needs pandas, of the extra `notebook`."""
         return dataframe(self.calls)

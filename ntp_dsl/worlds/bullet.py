@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.errors import NoDisplay, Reason, UnusableRobot
+from kinematics.errors import NoDisplay, Reason, UnusableRobot, UnusableShape
 from kinematics.geometry.transforms import Pose
 from kinematics.robot.robot import Robot, with_base_at
 from kinematics.robot.robot import load as load_robot
@@ -84,7 +84,10 @@ class BulletWorld:
         if scene.held is not None:
             raise NtpError("the bullet world cannot start with an object in the hand")
         self._cell.on_frame = None
-        self._cell.reset(bodies_of(scene), seed)
+        try:
+            self._cell.reset(bodies_of(scene), seed)
+        except UnusableShape as error:
+            raise NtpError(f"the bullet world cannot make {error}; give the object another size") from error
         self._cell.on_frame = self._emit
         self._objects = scene.objects
         self._furniture = furniture_positions(scene.objects)

@@ -23,7 +23,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.worlds": ("ntp_dsl.semantics", "kinematics.skills"),
     "ntp_dsl.tasks": ("ntp_dsl.worlds",),
     "ntp_dsl.demonstrations": ("ntp_dsl.worlds",),
-    "ntp_dsl.traces": ("ntp_dsl.demonstrations",),
+    "ntp_dsl.traces": ("ntp_dsl.demonstrations", "ntp_dsl.extras"),
     "ntp_dsl.policies": ("ntp_dsl.traces",),
     "ntp_dsl.core": ("ntp_dsl.policies", "ntp_dsl.tasks"),
     "ntp_dsl.authoring": ("ntp_dsl.policies",),

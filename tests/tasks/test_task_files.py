@@ -14,6 +14,9 @@ from ntp_dsl.cli.app import run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.task_files import TaskFileEntry, as_file, read_tasks, write_tasks
+from ntp_dsl.worlds.bullet import BulletWorld
+from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.protocol import Failure, Scene
 
 AUTHORS: dict[str, Any] = {
     "name": "stacking",
@@ -99,6 +102,7 @@ FOREIGN = {
     ),
     "no scene": (changed(AUTHORS, "scene", value=None), r"`object`, got `null` - at `\$.scene`"),
     "another version": (changed(OURS, "version", value=3), "version 2, found 3"),
+    "a truth for a version": (changed(OURS, "version", value=True), "version 2, found true"),
     "an item on itself": (
         changed(OURS, "tasks", 0, "goal", 0, "support", value="cube_6"),
         "different objects in one row",
@@ -197,3 +201,66 @@ def test_goals_of_a_file_are_records_of_the_tasks_own_kind(
         assert said in told.err and told.err.startswith(f"{file}: one: ")
     else:
         assert json.loads(told.out)["success"] == 1.0
+
+
+def _of_blocks(file: Path, goal: list[dict[str, object]], **block_0: object) -> Path:
+    """Write a file of one task over three blocks, the first with other properties."""
+    size = [0.05, 0.05, 0.05]
+    blocks: list[dict[str, object]] = [
+        {"name": f"block_{n}", "type": "Block", "size": size} for n in range(3)
+    ]
+    blocks[0] |= block_0
+    tasks = [{"id": "one", "objects": blocks, "goal": goal}]
+    file.write_text(json.dumps({"format": "ntp-tasks", "version": 2, "tasks": tasks}))
+    return file
+
+
+def _row(item: object, support: object) -> dict[str, object]:
+    return {"item": item, "support": support}
+
+
+IMPOSSIBLE: dict[str, tuple[list[dict[str, object]], dict[str, object], str]] = {
+    "a fixed item": (
+        [_row("block_0", "block_1")],
+        {"fixed": True},
+        "the goal moves 'block_0', which is fixed",
+    ),
+    "a wide item": ([_row("block_0", "block_1")], {"size": [5, 5, 5]}, "wider than 0.8 m; move another"),
+    "a table as the item": ([_row("table", "block_1")], {}, "expected a Movable, and 'table' is a Table"),
+    "a number as the item": ([_row(3, "block_1")], {}, "expected the name of an object in the scene"),
+    "an item in two places": (
+        [_row("block_0", "block_1"), _row("block_0", "block_2")],
+        {},
+        "a second row for block_0; leave out one",
+    ),
+    "a row twice": ([_row("block_0", "block_1")] * 2, {}, "a second row for block_0; leave out one"),
+    "a thin item": (
+        [_row("block_0", "block_1")],
+        {"size": [0.05, 0.05, 1e-6]},
+        "sizes of 'block_0' from 0.0001 to 100 m",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_a_task_that_cannot_be_carried_out_names_its_file_and_itself(
+    file: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goal, block_0, said = IMPOSSIBLE[name]
+    words = ["eval", "block_stacking", "block_stacking", "--expert", "-n", "1"]
+    assert run([*words, "--tasks", str(_of_blocks(file, goal, **block_0))]) == 2
+    told = capsys.readouterr().err
+    assert said in told and str(file) in told and "one" in told and told.count("\n") == 1
+
+
+def test_what_cannot_be_moved_cannot_be_grasped() -> None:
+    block = SceneObject("block_0", "Block", (0.05, 0.05, 0.05), fixed=True)
+    world = KinematicWorld()
+    world.reset(Scene((block,), {"block_0": (0.5, 0.0, 0.025)}, {}), 0)
+    assert world.call("grasp", ("block_0",)).failure is Failure.GRASP_FAILED
+
+
+def test_an_object_without_volume_is_a_sentence_in_the_bullet_world() -> None:
+    sheet = SceneObject("sheet", "Block", (0.05, 0.05, 1e-6))
+    with pytest.raises(NtpError, match="cannot make 'sheet'.*give the object another size"):
+        BulletWorld().reset(Scene((sheet,), {"sheet": (0.5, 0.0, 0.1)}, {}), 0)
