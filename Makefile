@@ -66,7 +66,7 @@ soak-experts: install
 
 soak-fuzz: install
 	$(SOAK) -n 2 tests/language/test_fuzz.py tests/language/test_session.py \
-		tests/kinematics/test_arm_files_fuzz.py
+		tests/kinematics/test_arm_files_fuzz.py tests/fuzz
 
 soak-grasp: install
 	$(SOAK) -n 2 tests/kinematics/test_execution_figures.py tests/kinematics/test_shapes.py

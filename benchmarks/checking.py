@@ -1,8 +1,8 @@
-"""How long checking takes: an example from the shell, 1,000 programs, and one edit among 1,000 programs.
+"""How long checks take: an example from the shell, 1,000 programs, and one edit among 1,000 programs.
 
     python benchmarks/checking.py [--json]
 
-Wall time, and the processor's time beside it, since another job may share the machine.
+Wall time, and processor time beside it, since another job may share the machine.
 """
 
 from __future__ import annotations
@@ -72,13 +72,13 @@ KINDS = (
 
 
 def library(programs: int) -> str:
-    """So many programs with contracts, loops, docstrings and comments."""
+    """Return a library of so many programs with contracts, loops, docstrings and comments."""
     kinds = (KINDS[i % len(KINDS)].format(i=i, before=i - 1, size=i % 30) for i in range(programs))
     return "\n".join([HEADER, *kinds])
 
 
 def edited(text: str, rng: random.Random) -> str:
-    """The text with one declaration changed: its body, its contract, a name, or a mistake in it."""
+    """Return the text with one declaration changed: its body, its contract, a name, or a mistake in it."""
     old, new = rng.choice(
         [
             ("    clear(support)\n", "    put_down()\n    clear(support)\n"),
@@ -93,7 +93,7 @@ def edited(text: str, rng: random.Random) -> str:
 
 
 def timed(work: Callable[[], object], whose: int = resource.RUSAGE_SELF) -> tuple[float, float]:
-    """Seconds of wall time and of the processor's."""
+    """Return seconds of wall time and of processor time."""
     before, start = resource.getrusage(whose), time.perf_counter()
     work()
     wall, after = time.perf_counter() - start, resource.getrusage(whose)

@@ -14,7 +14,10 @@ in Python are marked with those of `ntp_dsl.authoring`.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False  # as of `typing`, which would be half of what importing the package takes
+if TYPE_CHECKING:
+    from typing import Any
 
 __version__ = "0.1.0"
 
@@ -34,16 +37,16 @@ _HOMES = {
     "Task": "ntp_dsl.api",
     "Trace": "ntp_dsl.traces.trace",
     "World": "ntp_dsl.worlds.protocol",
-    "call_graph": "ntp_dsl.api",
+    "call_graph": "ntp_dsl.libraries",
     "compare": "ntp_dsl.traces.comparison.divergence",
     "demonstrate": "ntp_dsl.api",
-    "diagnose": "ntp_dsl.api",
+    "diagnose": "ntp_dsl.libraries",
     "diagnose_text": "ntp_dsl.language.loader",
     "draw": "ntp_dsl.api",
     "expert_policy": "ntp_dsl.api",
     "learned_policy": "ntp_dsl.api",
-    "load": "ntp_dsl.api",
-    "load_text": "ntp_dsl.api",
+    "load": "ntp_dsl.libraries",
+    "load_text": "ntp_dsl.libraries",
     "make_world": "ntp_dsl.worlds.catalogue",
     "picture": "ntp_dsl.api",
     "read_demonstration": "ntp_dsl.demonstrations.demonstration_files",
@@ -57,8 +60,23 @@ def __getattr__(name: str) -> Any:
     """Import a public name's module when the name is first used (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module 'ntp_dsl' has no attribute '{name}'")
-    value = globals()[name] = getattr(import_module(_HOMES[name]), name)
-    return value
+    from inspect import isfunction
+
+    from ntp_dsl.extras import needing
+
+    with needing(name):
+        value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = _needing(name, value) if isfunction(value) else value
+    return globals()[name]
+
+
+def _needing(name: str, function: Any) -> Any:
+    """Return a function that says which extra it needs where it lacks a module."""
+    from ntp_dsl.extras import needing
+
+    guarded = needing(name)(function)
+    guarded.__module__ = __name__  # where pickle finds it
+    return guarded
 
 
 def __dir__() -> list[str]:

@@ -1,4 +1,4 @@
-"""The package in Python: load a library, draw a task, run a policy in a world, look at the trace.
+"""The package in Python: draw a task of a library, run a policy in a world, look at the trace.
 
     import ntp_dsl
 
@@ -14,8 +14,8 @@ What the command line does with a seed, this does with the same: the episode abo
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,17 +23,14 @@ from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.evaluation import episode_parts
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.success import Verdict
 from ntp_dsl.execution.interpreter import Run
-from ntp_dsl.graph import calls
-from ntp_dsl.graph.picture import CallPicture
-from ntp_dsl.language import loader
-from ntp_dsl.language.checker import Report
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.checked_policy import CheckedPolicy, kind_of
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
@@ -41,16 +38,16 @@ from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import Instance, find_task
 from ntp_dsl.traces.reader import parse_trace
-from ntp_dsl.traces.schema import PolicyKind
 from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
-from ntp_dsl.user_code.loading import with_functions, with_python
 from ntp_dsl.worlds.catalogue import equip, make_world
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Scene, World
 
 Expected = TypeVar("Expected")
 
+LARGEST_SEED = 2**63 - 1  # that a trace can state
+DEFAULT_WORLD = "kinematic"
 FIRST = 0  # the episode that commands carry out of a seed
 
 
@@ -91,46 +88,13 @@ class Task:
         return f"<Task {self.name} of {self.registry.name}, seed {self.seed}: {goal}>"
 
 
-def load(path: Path | str) -> Registry:
-    """Load a library, and its Python, from an `.ntp` file, a folder with one, or an example's name.
-
-    Raises `SourceError`, which carries every diagnostic, where it is not sound.
-    """
-    return with_python(loader.load(path))
-
-
-def load_text(
-    text: str, functions: Sequence[Callable[..., Any]] = (), path: Path | str | None = None
-) -> Registry:
-    """Load a library from a string.
-
-    Args:
-        functions: what the library leaves to Python: functions marked with `@expert`, `@predicate`, `@skill`
-            or `@sampler`.
-        path: where the text belongs: diagnostics name it, and `use` looks beside it. It is not opened.
-
-    Raises `SourceError`, which carries every diagnostic, where it is not sound.
-    """
-    return with_functions(loader.load_text(text, path), functions)
-
-
-def diagnose(path: Path | str) -> Report:
-    """Check a library without its Python: an `.ntp` file, a folder with one, or an example's name."""
-    return loader.diagnose(loader.find(path))
-
-
-def call_graph(registry: Registry, program: str | None = None) -> CallPicture:
-    """Return who calls whom in a library, as a picture.
-
-    Args:
-        program: shows this one and what it calls, and no other.
-    """
-    return CallPicture(calls.call_graph(registry, program))
-
-
 def draw(registry: Registry, task: str, seed: int = 0) -> Task:
-    """Draw objects and goal of a declared task. Raises `NtpError` for a task that the library lacks."""
-    declared = find_task(registry, task)
+    """Draw objects and goal of a declared task.
+
+    Raises `NtpError` for a task that the library lacks, and for a seed that is not a whole number from 0.
+    """
+    declared = find_task(_expected(registry, Registry, "load"), task)
+    seed = _whole(seed)
     return Task(registry, episode_parts.drawn_instance(registry, declared, seed, FIRST), seed)
 
 
@@ -165,12 +129,14 @@ def learned_policy(
     Args:
         model: a checkpoint; by default the shipped one that fits.
 
-    Raises `NtpError` where no checkpoint has learnt the task's program.
+    Raises `NtpError` where no checkpoint has learnt the program, and for a demonstration of other objects.
     """
     from ntp_dsl.core.checkpoint import check_fits, load_core
     from ntp_dsl.core.policy import LearnedPolicy
     from ntp_dsl.core.shipped import shipped_checkpoint
 
+    given = shown.demonstration if isinstance(shown, RecordedDemonstration) else shown
+    check_objects(_expected(given, Demonstration, "demonstrate or read_demonstration"), task.objects)
     program = task.instance.program
     path = Path(model) if model is not None else shipped_checkpoint(task.registry, program)
     if path is None:
@@ -180,8 +146,7 @@ def learned_policy(
         )
     core = load_core(path).core
     check_fits(core.memory, task.registry, program, path)
-    given = shown.demonstration if isinstance(shown, RecordedDemonstration) else shown
-    return LearnedPolicy(core, _expected(given, Demonstration, "demonstrate or read_demonstration"))
+    return LearnedPolicy(core, given)
 
 
 @dataclass(frozen=True)
@@ -221,20 +186,24 @@ def run(
             one by default.
         on_frame: called with the observation of every tenth of a second of the motion.
     """
+    name = world or DEFAULT_WORLD if world is None or isinstance(world, str) else None
     world = _equipped(world, _expected(task, Task, "draw").registry)
     _expected(disturbances, Disturbances, "Disturbances")
-    if not (hasattr(policy, "root") and hasattr(policy, "decide")):
-        raise NtpError(f"expected a policy, as learned_policy gives; found {policy!r}")
+    facts = with_fields(
+        header(task.registry, task.instance, task.seed, kind_of(policy)),
+        sources=library_sources(task.registry),
+        episode=FIRST,
+        world=name,
+        disturbances=disturbances,
+    )
     stream = io.StringIO()
-    kind = getattr(policy, "kind", PolicyKind.CUSTOM)
-    facts = header(task.registry, task.instance, task.seed, kind)
     done = episode_parts.carry_out(
         task.registry,
         task.instance,
-        policy,
+        CheckedPolicy(policy),
         world,
         TraceWriter(stream),
-        with_fields(facts, sources=library_sources(task.registry), disturbances=disturbances),
+        facts,
         task.seed,
         FIRST,
         disturbances,
@@ -251,10 +220,17 @@ def _expected(value: Any, kind: type[Expected], source: str) -> Expected:
     return value
 
 
+def _whole(seed: Any) -> int:
+    """Return a seed, of numpy's integers too. Raises `NtpError` where it is not a whole number from 0."""
+    if not isinstance(seed, Integral) or isinstance(seed, bool) or not 0 <= int(seed) <= LARGEST_SEED:
+        raise NtpError(f"expected a seed, a whole number from 0 to {LARGEST_SEED}; found {seed!r}")
+    return int(seed)
+
+
 def _equipped(world: World | str | None, registry: Registry) -> World:
     """Return a world that can do what a library declares."""
     if world is None or isinstance(world, str):
-        return make_world(world or "kinematic", registry)
+        return make_world(world or DEFAULT_WORLD, registry)
     equip(world, registry)
     return world
 

@@ -13,11 +13,15 @@ A decorator may give another name than the function's: `@expert("sort")`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar, overload
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-from ntp_dsl.policies.expert import NextCall, call, first
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome
+
+if TYPE_CHECKING:
+    from ntp_dsl.policies.expert import NextCall
 
 __all__ = [
     "ACHIEVED", "Failure", "NextCall", "Outcome", "call", "expert", "first", "predicate", "sampler", "skill",
@@ -26,6 +30,27 @@ __all__ = [
 MARK = "_ntp_dsl_function"
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+def call(callee: str, *arguments: Argument) -> NextCall:
+    """Return the call of an api or program by name; for experts."""
+    from ntp_dsl.policies import expert  # which needs numpy: loading a library does not
+
+    return expert.call(callee, *arguments)
+
+
+def first(calls: Iterable[NextCall]) -> list[NextCall]:
+    """Return candidate calls; the first that would not return at once is made. For experts."""
+    return list(calls)
+
+
+def __getattr__(name: str) -> Any:
+    """Import `NextCall` when it is first used (PEP 562)."""
+    if name != "NextCall":
+        raise AttributeError(f"module 'ntp_dsl.authoring' has no attribute '{name}'")
+    from ntp_dsl.policies.expert import NextCall
+
+    return NextCall
 
 
 @overload
@@ -66,8 +91,9 @@ def sampler(function: Any) -> Any:
     """Mark a sampler: `(rng, *groups, **parameters)` to rows of names, one for each element of the goal.
 
     Parameters are numbers, but for `topology` and `semantics`: where the function takes these, each is a
-    generator, for how objects are related and for which objects take part. Fewer elements than `length`
-    are an error: figures for goals of ten would be about shorter ones.
+    generator, for how objects are related and for which objects take part; `starts` is a mapping from each
+    object to what it starts on. Fewer elements than `length` are an error: figures for goals of ten would be
+    about shorter ones.
     """
     return _mark("sampler", function)
 
@@ -75,9 +101,18 @@ def sampler(function: Any) -> Any:
 def _mark(kind: str, given: Any) -> Any:
     if isinstance(given, str):
         return lambda function: _marked(kind, given, function)
+    if not hasattr(given, "__name__"):
+        raise NtpError(f'@{kind}: expected a function or a name, found {given!r}; write @{kind}("its_name")')
     return _marked(kind, given.__name__, given)
 
 
 def _marked(kind: str, name: str, function: F) -> F:
-    setattr(function, MARK, (kind, name))
+    if not callable(function):
+        raise NtpError(f"@{kind}: expected a function, found {function!r}; write @{kind} above a `def`")
+    try:
+        setattr(function, MARK, (kind, name))
+    except (AttributeError, TypeError) as error:  # of what is built in, and of methods of an object
+        raise NtpError(
+            f"@{kind}: expected a function written in Python, found {function!r}; write a `def` that calls it"
+        ) from error
     return function

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ntp_dsl.common.files import rewrite
 from ntp_dsl.common.resources import library_folder
-from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.apply_fixes import apply_fixes
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.diagnostics.rendering import Line, Style, changed_lines, shown_path
 from ntp_dsl.language.loader import read
@@ -26,7 +26,7 @@ def fixed_texts(diagnostics: Sequence[Diagnostic], named: Iterable[Path]) -> Tex
         if path is None or path not in named and path.parent == library_folder():
             continue
         before = read(path)
-        after = mend(before, diagnostics, path)
+        after = apply_fixes(before, diagnostics, path)
         if after != before:
             texts[path] = after
     return texts

@@ -16,8 +16,14 @@ if TYPE_CHECKING:
 
 FILE_WIDTH = 200  # [characters] of piped or redirected lines; a terminal knows its own width
 
-answers = Console(markup=False, highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
-messages = Console(
+
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        raise  # the error that is being handled; rich would exit with status 1
+
+
+answers = _Console(markup=False, highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH)
+messages = _Console(
     stderr=True, markup=False, highlight=False, width=None if sys.stderr.isatty() else FILE_WIDTH
 )
 

@@ -9,11 +9,10 @@ from typing import Annotated, TypeVar
 import msgspec
 from msgspec import Meta
 
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 
 Decoded = TypeVar("Decoded")
 
-MAX_REASON = 200  # [characters]
 MAX_COUNT = 10**9  # of frames, calls, episodes and the like
 Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
 
@@ -30,9 +29,9 @@ def decoding() -> Iterator[None]:
     except RecursionError as error:
         raise Unreadable("it is nested too deeply") from error
     except KeyError as error:
-        raise Unreadable(printable(f"it lacks {error}"[:MAX_REASON])) from error
+        raise Unreadable(shortened(f"it lacks {error}")) from error
     except (ValueError, TypeError, AttributeError, IndexError, ArithmeticError) as error:
-        raise Unreadable(printable(str(error)[:MAX_REASON])) from error
+        raise Unreadable(shortened(error)) from error
 
 
 def decode(text: bytes | str, expected: type[Decoded]) -> Decoded:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+MAX_NAME = 200  # [characters] of a name in a message
+
 
 def printable(text: object) -> str:
     """Return the text with control characters escaped, so that a terminal cannot be commanded by it."""
@@ -12,3 +14,9 @@ def printable(text: object) -> str:
 def counted(number: int, noun: str) -> str:
     """Return a number and its noun: 1 primitive, 2 primitives."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def shortened(text: object) -> str:
+    """Return the text printable, and cut where it is too long for a message."""
+    whole = printable(text)
+    return whole if len(whole) <= MAX_NAME else f"{whole[:MAX_NAME]}..."

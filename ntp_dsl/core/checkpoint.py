@@ -18,7 +18,7 @@ from torch import Tensor
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.core.config import CoreConfig
 from ntp_dsl.core.memory import Memory
 from ntp_dsl.core.model import Core
@@ -62,19 +62,27 @@ def save_core(core: Core, recipe: Mapping[str, Any], path: Path) -> None:
 
 
 def load_core(path: Path) -> Checkpoint:
-    """Raises `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
+    """Raise `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
     found = _read(path)
-    with torch.device("meta"):  # sizes only: what a description claims is not allocated before it fits
-        outline = Core(found.config, found.memory)
-    if _shapes(outline.state_dict()) != _shapes(found.tensors):
-        command = printable(found.recipe.get("command", "ntp train"))
+    is_backed = _fewest_weights(found) <= sum(tensor.numel() for tensor in found.tensors.values())
+    core = Core(found.config, found.memory) if is_backed else None  # no size is allocated on a file's word
+    if core is None or _shapes(core.state_dict()) != _shapes(found.tensors):
+        command = shortened(found.recipe.get("command", "ntp train"))
         raise NtpError(
             f"{path}: the weights do not fit the core that the checkpoint describes, which is of another "
             f"version perhaps; train anew: {command}"
         )
-    core = Core(found.config, found.memory)
     core.load_state_dict(found.tensors)
     return Checkpoint(core.eval(), found.recipe)
+
+
+def _fewest_weights(found: _File) -> int:
+    """Return a lower bound, in which every size has its part, of the weights of the described core."""
+    config, memory = found.config, found.memory
+    layers = config.width * (config.rounds + config.kernel)
+    heads = config.hops + memory.slots + memory.arity**2 + memory.value_arity * memory.choices
+    embedded = len(memory.rows) * config.row_width + len(memory.types) * config.type_width
+    return config.width * (layers + heads) + embedded
 
 
 def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
@@ -87,7 +95,7 @@ def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
 
 
 def resume_training(trainer: Trainer, path: Path, data: Any = None) -> None:
-    """Raises `NtpError` where the file is of another training: another library, other data or parameters."""
+    """Raise `NtpError` where the file is of another training: another library, other data or parameters."""
     found = _read(path)
     try:
         with decoding():
@@ -121,7 +129,7 @@ def _optimiser_state(trainer: Trainer, tensors: Mapping[str, Tensor]) -> dict[in
 
 
 def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
-    """What a core has never seen as it is declared now: programs and apis below a program, and types.
+    """Return what a core has not seen as it is declared now: programs and apis below a program, and types.
 
     Rows are matched by name and by the hash of the declaration: a new task needs no new checkpoint.
     """
@@ -139,7 +147,7 @@ def strangers(memory: Memory, registry: Registry, program: str) -> list[str]:
 
 
 def check_fits(memory: Memory, registry: Registry, program: str, path: Path) -> None:
-    """Raises `NtpError` where the core does not know all that a program may call."""
+    """Raise `NtpError` where the core does not know all that a program may call."""
     unknown = strangers(memory, registry, program)
     if unknown:
         raise NtpError(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-Width = Annotated[int, Meta(ge=1, le=4096)]
+Width = Annotated[int, Meta(ge=2, le=4096)]
 Layers = Annotated[int, Meta(ge=0, le=64)]
 
 

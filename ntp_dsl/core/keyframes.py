@@ -31,14 +31,14 @@ def within(demonstration: Demonstration, scope: Scope) -> NDArray[np.int64]:
 
 
 def _kept(demonstration: Demonstration) -> NDArray[np.int64]:
-    """Computed once for a demonstration."""
+    """Select the frames, once for a demonstration."""
     if demonstration not in _KEPT:
         _KEPT[demonstration] = keyframes(demonstration.relative, demonstration.closed)
     return _KEPT[demonstration]
 
 
 def last_before(shown: NDArray[np.int64], frame: int) -> int:
-    """The place of the last kept frame before a frame; the first one where there is none before it."""
+    """Return the place of the last kept frame before a frame; the first one where there is none."""
     return max(int(np.searchsorted(shown, frame)) - 1, 0)
 
 

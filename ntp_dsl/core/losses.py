@@ -62,7 +62,7 @@ def _values_loss(core: Core, thought: Thought, states: States, hint: Hint, right
 
 
 def _hint(reading: Reading, hits: Tensor, none: Tensor, states: States, right: Answers) -> Hint:
-    """What is shown at the true start; or, now and then, what the reader itself makes of it.
+    """Return what is shown at the true start; or, now and then, what the reader itself makes of it.
 
     A decision that was only ever told the truth would trust a reader that errs.
     """
@@ -95,7 +95,7 @@ def _scope_losses(
 
 
 def _shown_loss(reading: Reading, states: States, right: Answers) -> Tensor:
-    """What the callee is called with, some hop points at from the true start: the best one, and surely."""
+    """Return the loss of the best hop from the true start to what the callee is called with."""
     known = (right.start_frame >= 0)[:, None] & (right.pointers != IGNORE)  # (queries, arity)
     pointers = reading.pointers[states.spec, right.start_frame.clamp(min=0)]  # (queries, things, hops)
     index = right.pointers.clamp(min=0).unsqueeze(-1).expand(-1, -1, pointers.shape[-1])

@@ -41,7 +41,7 @@ class Value:
         return (number - self.low) / max(self.high - self.low, 1e-9)
 
     def number(self, scaled: float) -> float:
-        """The inverse of `scaled`; what lies outside of the range is brought into it."""
+        """Return the inverse of `scaled`; what lies outside of the range is brought into it."""
         return self.low + min(max(scaled, 0.0), 1.0) * (self.high - self.low)
 
 
@@ -72,7 +72,7 @@ class Signature:
             raise ValueError(f"the arguments of '{self.name}' do not follow one another")
 
     def split(self, arguments: Sequence[str | float]) -> tuple[tuple[str, ...], tuple[str | float, ...]]:
-        """The objects among the arguments, and the values, each in their order."""
+        """Return the objects among the arguments, and the values, each in their order."""
         places = {value.index for value in self.values}
         objects = tuple(str(a) for n, a in enumerate(arguments) if n not in places)
         return objects, tuple(a for n, a in enumerate(arguments) if n in places)
@@ -85,7 +85,7 @@ class Signature:
         return tuple(arguments)
 
     def packed(self, arguments: Sequence[str | float]) -> tuple[Argument, ...]:
-        """What a call is made with: the fields of each record put together."""
+        """Return the arguments of a call, the fields of each record put together."""
         given: list[Argument] = list(arguments)
         for record in reversed(self.records):
             end = record.index + len(record.fields)
@@ -111,7 +111,7 @@ class Memory:
 
     library: str
     registry_hash: str
-    types: tuple[str, ...]
+    types: Annotated[tuple[str, ...], Meta(min_length=1)]
     parents: tuple[tuple[str, str | None], ...]
     rows: Annotated[tuple[Row, ...], Meta(min_length=1)]
     apis: tuple[Signature, ...]
@@ -123,6 +123,8 @@ class Memory:
         missing = (used - {*self.types}) | (called - {signature.name for signature in self.signatures()})
         if missing:
             raise ValueError(f"'{min(missing)}' is not declared")
+        if self.rows and not self.slots:
+            raise ValueError("no program calls anything")
         if self.rows and len(self.rows) * self.slots * (1 + self.value_arity) > MAX_CELLS:
             raise ValueError("there are too many programs, callees and values")
 
@@ -198,7 +200,7 @@ class Memory:
 
 
 def signature(registry: Registry, row: Callable) -> Signature:
-    """The type of each argument chooses its output head: a pointer, a choice, or a number."""
+    """Choose the output head of each argument by its type: a pointer, a choice, or a number."""
     object_types: list[str] = []
     values: list[Value] = []
     records: list[Packed] = []

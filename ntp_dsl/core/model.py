@@ -136,7 +136,7 @@ class Core(nn.Module):
         return visible
 
     def _from_arguments(self, states: States) -> Tensor:
-        """(queries, things, features): how each thing lies to each object that the program was given.
+        """Return how each object lies to each that the program was given, (queries, objects, features).
 
         As an offset, and as how far past each number that it was given.
         """

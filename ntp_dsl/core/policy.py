@@ -42,7 +42,7 @@ class LearnedPolicy:
         self._readings: dict[tuple[Scope, str], Reading] = {}
 
     def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame:
-        """The arguments of the task are not passed on: what a list would say, the scope shows."""
+        """Begin without the arguments of the task: what a list would say, the scope shows."""
         return Frame(program, (), (0, len(self.demonstration)))
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
@@ -57,7 +57,7 @@ class LearnedPolicy:
 
     @torch.inference_mode()
     def answer(self, query: Query, barred: Barred = frozenset()) -> tuple[Answer, Decision]:
-        """The most probable answer, with the probabilities that a trace keeps."""
+        """Return the most probable answer, with the probabilities that a trace keeps."""
         memory = self.core.memory
         states = batches.states(memory, [query], [0 if query.scope else -1])
         hint, scope, scopes = self._hint(query, states)
@@ -109,7 +109,7 @@ class LearnedPolicy:
     def _objects(
         self, seen: Observation, states: States, thought: Thought, slot: int, callee: str
     ) -> tuple[tuple[str, ...], float, list[Ranking[str]]]:
-        """The arguments, how certain they are together, and what else each might have been."""
+        """Return the arguments, how certain they are together, and what else each might have been."""
         scores = self.core.point(thought, states, torch.tensor([slot]))[0]  # (arity, things)
         rows = batches.candidate_rows(self.core.memory, callee, seen.objects)
         chances = torch.softmax(scores.masked_fill(~rows, -1e4), -1)
@@ -168,7 +168,7 @@ class LearnedPolicy:
 
 
 def ranked(values: Sequence[Value], probabilities: Tensor) -> Ranking[Value]:
-    """The most probable first; what has no chance is left out. Padding follows the values' own."""
+    """Return the most probable first; what has no chance is left out. Padding follows the values' own."""
     pairs = zip(values, probabilities[: len(values)].tolist(), strict=True)
     best = heapq.nlargest(TOP, pairs, key=itemgetter(1))
     return tuple(

@@ -24,7 +24,7 @@ def first_hit(logits: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
-    """What the next event after each frame shows: z[t] = y[t + 1], y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
+    """Return what the event after each frame shows: z[t] = y[t + 1], y[t] = g[t] v[t] + (1 - g[t]) y[t + 1].
 
     The frame with which a call ends is where the next one starts, so an event at the frame itself is left
     out; the last frame, which has none after it, sees itself.
@@ -43,7 +43,7 @@ def look_ahead(gates: Tensor, values: Tensor) -> Tensor:
 
 
 def next_event(logits: Tensor, mask: Tensor) -> Tensor:
-    """The most probable next event after each frame, (batch, frames) numbers of frames; see `look_ahead`.
+    """Return the most probable next event after each frame, (batch, frames); see `look_ahead`.
 
     One pass from the end: the first hit from t is at t itself, or else where it is from t + 1.
     """

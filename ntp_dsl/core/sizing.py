@@ -17,7 +17,7 @@ ALONG = 0.002  # by which that moves in the hand, at most [m]
 
 
 def sized(memory: Memory, demonstrations: Collection[Demonstration]) -> CoreConfig:
-    """A core for a library and what is shown of it.
+    """Return a core for a library and what is shown of it.
 
     A bowl and what is in it are in one place. Where such loads are carried, a pointer more leaves one for
     where they go.

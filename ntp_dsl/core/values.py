@@ -53,7 +53,7 @@ class Values(nn.Module):
         return members, (weights * torch.cat([free, scaled], -1)).sum(-1)
 
     def given(self, states: States) -> tuple[Tensor, Tensor]:
-        """What numbers the program was given, in SI units, and which of its values are numbers.
+        """Return the numbers that the program was given, in SI units, and which of its values are numbers.
 
         Both are (queries, arity).
         """

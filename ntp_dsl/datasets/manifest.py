@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import episode_files, written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Record
@@ -82,8 +82,8 @@ def read_manifest(folder: Path, registry: Registry) -> Manifest:
         raise NtpError(f"{folder}: holds no {MANIFEST}; `ntp record` makes such folders") from error
     if manifest.registry != registry.hash:
         raise NtpError(
-            f"{folder}: was recorded with another library or version: '{printable(manifest.library)}' "
-            f"({printable(manifest.registry)}); expected '{registry.name}' ({registry.hash}): record anew"
+            f"{folder}: was recorded with another library or version: '{shortened(manifest.library)}' "
+            f"({shortened(manifest.registry)}); expected '{registry.name}' ({registry.hash}): record anew"
         )
     return manifest
 
@@ -124,7 +124,7 @@ def _present(row: dict[str, Any], path: Path) -> dict[str, Any]:
     if type(version) is not int or not 1 <= version <= VERSION:
         newer = type(version) is int and version > VERSION
         advice = "it was written by a newer ntp: update ntp" if newer else "record anew"
-        found = printable(repr(version)[:40])
+        found = shortened(repr(version))
         raise NtpError(f"{path}: expected version {VERSION} of the format, found {found}; {advice}")
     return row if version == VERSION else _upgraded(row)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.worlds.protocol import World
 
@@ -71,6 +72,19 @@ class Demonstration:
     def relative(self) -> NDArray[np.float32]:
         """Return the centres minus the gripper's point, (T, N, 3) [m]: what a learned program sees."""
         return (self.positions - self.grippers[:, None]).astype(np.float32)
+
+
+def check_objects(demonstration: Demonstration, objects: Sequence[SceneObject]) -> None:
+    """Raise `NtpError` unless a demonstration has exactly the objects of a scene."""
+    demonstrated = {(obj.name, obj.type) for obj in demonstration.objects}
+    expected = {(obj.name, obj.type) for obj in objects}
+    for verb, difference in (("lacks", expected - demonstrated), ("also shows", demonstrated - expected)):
+        if difference:
+            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in difference))
+            raise NtpError(
+                f"the demonstration {verb} {listed}; the scene has "
+                f"{', '.join(sorted(name for name, _ in expected))}"
+            )
 
 
 class Recorder:

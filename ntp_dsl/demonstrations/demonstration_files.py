@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import shortened
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, Facts, Origin
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import DeclaredFact, Record, SceneObject
@@ -88,7 +88,7 @@ def read_demonstration(path: Path | str, scene: Sequence[SceneObject] = ()) -> D
     header = _header(table, path)
     objects = () if isinstance(header, _HeaderOfVersion1) else _objects(table, header, scene, path)
     try:
-        with decoding():
+        with decoding(), np.errstate(all="ignore"):  # what overflows is refused as infinite
             if isinstance(header, _HeaderOfVersion1):
                 found = _version_1(table, header)
             else:
@@ -136,7 +136,7 @@ def _objects(
         return header.objects
     names = [each.removeprefix(POSITION) for each in table.column_names if each.startswith(POSITION)]
     if not names:
-        found = printable(", ".join(table.column_names[:4]))
+        found = shortened(", ".join(table.column_names[:4]))
         raise NtpError(
             f"{path}: expected a demonstration with the columns time, closed, gripper and {POSITION}NAME, "
             f"found a table of {found}"
@@ -146,7 +146,7 @@ def _objects(
         there = f"the scene has {', '.join(known)}"
         if not known:
             there = "the file has no header; give the objects of its scene, as in scene=task.objects"
-        raise NtpError(f"{path}: unknown objects {printable(', '.join(unknown))}: {there}")
+        raise NtpError(f"{path}: unknown objects {shortened(', '.join(unknown))}: {there}")
     tables = [each for each in scene if each.name not in names and each.name in furniture_positions([each])]
     return (*(known[name] for name in names), *tables)
 

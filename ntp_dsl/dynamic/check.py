@@ -29,9 +29,9 @@ from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.goal_samplers import NoGoal
 from ntp_dsl.tasks.instances import Instance, draw
 from ntp_dsl.user_code.loading import PythonFault
-from ntp_dsl.worlds.catalogue import lacking, make_world
+from ntp_dsl.worlds.catalogue import lacking, make_world, misdeclared
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.scenes import layout
+from ntp_dsl.worlds.scenes import NoRoom, layout
 
 OnStep = Callable[[str], None]
 SCENES = 6  # in which apis and programs are tested: the smallest that the tasks draw
@@ -50,6 +50,9 @@ def check_dynamically(
     """
     reach = Reach(registry, lacking(KinematicWorld(), registry))
     found = list(reach.not_executed())
+    unfit = [Diagnostic("E112", *each) for each in misdeclared(KinematicWorld(), registry)]
+    if unfit:
+        return found + unfit  # nothing that calls them can be tested
     runnable = reach.runnable()
     tasks = [task for task in runnable.tasks.values() if path in (None, task.name_span.path)]
     instances: list[Instance] = []
@@ -58,7 +61,7 @@ def check_dynamically(
         try:
             complete = replace(task, scene=_with_all_readings(task.scene, runnable))
             drawn = [draw(runnable, complete, np.random.default_rng((seed, n))) for n in range(3)]
-            for each in drawn:
+            for each in (*drawn, _with_most_objects(runnable, complete)):
                 each.nominal_start(np.random.default_rng(seed))
         except NtpError as error:
             found.append(_impossible(task, error))
@@ -113,6 +116,12 @@ def _run(
                 yield _failed(error, reach, reach.place(name) or NOWHERE)
 
 
+def _with_most_objects(registry: Registry, task: TaskDeclaration) -> Instance:
+    """Return the fullest scene of a task, without a goal."""
+    laid = layout(registry, task)
+    return Instance(task, laid.objects, (), "", (), starts=laid.starts)
+
+
 def _sample_of_all_types(registry: Registry) -> Instance:
     """Return a scene for a library without tasks: a few objects of every leaf type."""
     inherited = set(registry.parents.values())
@@ -162,5 +171,7 @@ def _failed(error: NtpError, reach: Reach, place: Span) -> Diagnostic:
 def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:
     if isinstance(error, NoGoal) and task.goal is not None:
         return Diagnostic("E608", f"no goal of '{task.name}' can be drawn: {error}", task.goal.span)
-    place = task.scene[0].span if task.scene else task.name_span
+    group = error.group if isinstance(error, NoRoom) else ""
+    spans = {each.name: each.span for each in task.scene}
+    place = spans.get(group) or next(iter(spans.values()), task.name_span)
     return Diagnostic("E608", f"no scene of '{task.name}' can be made: {error}", place)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 from ntp_dsl.semantics.predicates import inside, on
 from ntp_dsl.tasks.instances import Instance
+from ntp_dsl.worlds.perturbed_starts import piled_start, with_in_hand
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import movable
-from ntp_dsl.worlds.starts import in_hand_at
+from ntp_dsl.worlds.standing import Standing
 
 PILE = 5  # approximate number of objects in a pile
 HAND_HEIGHT = 0.3  # of the hand where it holds an object at the start [m]
@@ -39,36 +39,31 @@ def off_centre(instance: Instance, rng: np.random.Generator) -> Scene:
 def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start with an arbitrary object in the hand."""
     scene = instance.nominal_start(rng)
-    items = [obj.name for obj in movable(scene.objects)]
-    held = str(rng.choice(items))
-    hand: Vector = (0.5, 0.0, HAND_HEIGHT)
-    place = in_hand_at(scene.by_name[held], hand)
-    return replace(scene, positions={**scene.positions, held: place}, gripper=hand, held=held)
+    loaded = _loaded(scene)
+    free = [obj.name for obj in movable(scene.objects) if obj.name not in loaded]
+    return with_in_hand(scene, str(rng.choice(free)), (0.5, 0.0, HAND_HEIGHT))
 
 
 def piles(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start of a few piles, in which most objects have another on top."""
-    scene = instance.nominal_start(rng)
-    items = movable(scene.objects)
-    order = [items[index] for index in rng.permutation(len(items))]
-    positions = dict(scene.positions)
-    tops = order[: max(2, len(order) // PILE)]
-    for number, item in enumerate(order[len(tops) :]):
-        below = tops[number % len(tops)]
-        x, y, z = positions[below.name]
-        positions[item.name] = (x, y, z + (below.size[2] + item.size[2]) / 2)
-        tops[number % len(tops)] = item
-    return replace(scene, positions=positions)
+    count = max(2, len(movable(instance.objects)) // PILE)
+    return piled_start(instance.objects, rng, count, instance.starts)
 
 
 def missing_object(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start without one of the top objects: the expert may fail, but must end."""
     scene = instance.perturbed_start(rng, in_hand=False, straight=1.0)
-    solid = [obj.name for obj in movable(scene.objects) if obj.cavity is None]
-    order = rng.permutation(solid or [obj.name for obj in movable(scene.objects)])
+    loaded = _loaded(scene)
+    free = [obj for obj in movable(scene.objects) if obj.name not in loaded]
+    order = rng.permutation([obj.name for obj in free if obj.cavity is None] or [obj.name for obj in free])
     name = str(max(order, key=lambda each: scene.positions[each][2]))
     positions = {each: place for each, place in scene.positions.items() if each != name}
     return replace(scene, positions=positions)
+
+
+def _loaded(scene: Scene) -> set[str]:
+    """Return the objects that others are on or in."""
+    return Standing(scene.by_name, dict(scene.positions)).carriers()
 
 
 def scene_text(seen: Observation) -> str:

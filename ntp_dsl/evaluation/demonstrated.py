@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Record
@@ -16,21 +16,8 @@ def as_demonstrated(registry: Registry, instance: Instance, demonstration: Demon
     The goal is for the judge alone: the policy never sees it. Raises `NtpError` for a demonstration of other
     objects, and for a goal that is not one of this task.
     """
-    check_objects(demonstration, instance)
+    check_objects(demonstration, instance.objects)
     return instance.with_goal(_goal(registry, demonstration, instance))
-
-
-def check_objects(demonstration: Demonstration, instance: Instance) -> None:
-    """Raise `NtpError` unless a demonstration has exactly the objects of the scene."""
-    demonstrated = {(obj.name, obj.type) for obj in demonstration.objects}
-    expected = {(obj.name, obj.type) for obj in instance.objects}
-    for verb, difference in (("lacks", expected - demonstrated), ("also shows", demonstrated - expected)):
-        if difference:
-            listed = ", ".join(sorted(f"{name} ({type_name})" for name, type_name in difference))
-            raise NtpError(
-                f"the demonstration {verb} {listed}; the scene has "
-                f"{', '.join(sorted(name for name, _ in expected))}"
-            )
 
 
 def _goal(registry: Registry, demonstration: Demonstration, instance: Instance) -> Goal:

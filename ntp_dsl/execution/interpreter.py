@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.execution.refusals import Call, Refusals, differ
+from ntp_dsl.execution.refusals import ROUNDS, InVain, Refusals, differ
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
@@ -50,7 +50,8 @@ class Run:
     failing: int = 0  # the same failure so often in a row
     handled: set[Argument] = field(default_factory=set)  # arguments of primitives
     changes: int = 0  # of the world, by primitives
-    in_vain: Refusals = field(default_factory=Refusals)
+    in_vain: Refusals = field(default_factory=Refusals)  # calls that changed nothing
+    made: Refusals = field(default_factory=lambda: Refusals(ROUNDS))  # primitives that changed something
 
     @property
     def done(self) -> bool:
@@ -65,6 +66,20 @@ class Run:
         """Return the trace's record of its end."""
         assert self.ending is not None, "the run is not over"
         return End(ending=self.ending, reason=self.reason, primitives=self.primitives)
+
+
+@dataclass(frozen=True)
+class _Open:
+    """A call that has not returned: its frame, its number in the trace, and the changes before it."""
+
+    frame: Frame
+    number: int
+    changes: int
+
+    def is_again(self, choice: Choice, run: Run) -> bool:
+        """Return whether a call is this one once more, with nothing changed: it would recur for ever."""
+        call = self.frame.program, self.frame.arguments, self.frame.scope
+        return self.changes == run.changes and call == (choice.callee, choice.arguments, choice.scope)
 
 
 Watcher = Callable[[str, int, str, tuple[Argument, ...], Any], None]  # event, depth, name, …, detail
@@ -113,17 +128,17 @@ class Interpreter:
 
     def _run_root(self, root: Frame, run: Run) -> bool:
         """Run one pass from the root to its return; return whether it says «done»."""
-        stack = [(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
+        stack = [_Open(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
         while True:
-            frame, number, changes = stack[-1]
+            frame, number, changes = stack[-1].frame, stack[-1].number, stack[-1].changes
             idle += 1
             if reason := self._stop(idle, len(stack), run):
                 run.ending, run.reason = Ending.STOPPED, reason
-                for _, open_call, _ in reversed(stack):
-                    self.writer.returned(open_call, CallOutcome.STOPPED, self.frame_number())
+                for each in reversed(stack):
+                    self.writer.returned(each.number, CallOutcome.STOPPED, self.frame_number())
                 return False
-            choice = self._decide(frame, run, fresh and len(stack) > 1)
+            choice = self._decide(stack, run, fresh and len(stack) > 1)
             fresh = False
             if choice.callee is None:
                 self._leave(number, len(stack), frame, choice)
@@ -131,15 +146,15 @@ class Interpreter:
                 if not stack:
                     return choice.done
                 if run.changes == changes:
-                    call = frame.program, frame.arguments
-                    run.in_vain.add(call, self.world.truth(), failed=not choice.done)
+                    why = InVain.NEEDLESS if choice.done else InVain.FAILED
+                    run.in_vain.add((frame.program, frame.arguments), self.world.truth(), why)
             elif choice.callee in self.registry.apis:
                 idle = 0
                 self._execute(choice, number, len(stack), run)
             else:
                 child = Frame(choice.callee, choice.arguments, choice.scope, choice.matched)
                 entered = self._enter(child, number, choice.decision, choice.seen, len(stack))
-                stack.append((child, entered, run.changes))
+                stack.append(_Open(child, entered, run.changes))
                 fresh = True
 
     def _stop(self, idle: int, depth: int, run: Run) -> str:
@@ -155,17 +170,19 @@ class Interpreter:
             return f"after {run.primitives} primitives"
         return ""
 
-    def _decide(self, frame: Frame, run: Run, fresh: bool) -> Choice:
+    def _decide(self, stack: Sequence[_Open], run: Run, fresh: bool) -> Choice:
         """Ask the policy, barring what the language forbids: a return at the first step, a call in vain.
 
-        A program that has no option left because calls failed is unfinished.
+        A program that has no option left because calls failed, or because they lead round in a circle, is
+        unfinished.
         """
         start = perf_counter()
+        frame = stack[-1].frame
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
         refused = False
-        while choice.callee not in barred and self._is_vain((choice.callee, choice.arguments), run):
-            refused |= run.in_vain.failed((choice.callee, choice.arguments), self.world.truth())
+        while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
+            refused |= found is not InVain.NEEDLESS
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
         if choice.callee is None and refused:
@@ -194,8 +211,15 @@ class Interpreter:
                 f"({', '.join(each.name for each in parameters)})"
             )
 
-    def _is_vain(self, call: Call, run: Run) -> bool:
-        return call in run.in_vain and run.in_vain.bars(call, self.world.truth())
+    def _in_vain(self, choice: Choice, stack: Sequence[_Open], run: Run) -> InVain | None:
+        """Return why a call would lead to nothing, or None where it may be made."""
+        call = choice.callee, choice.arguments
+        if any(each.is_again(choice, run) for each in stack):
+            return InVain.CIRCULAR
+        if call not in run.in_vain and call not in run.made:
+            return None
+        state = self.world.truth()
+        return run.in_vain.barred(call, state) or run.made.barred(call, state)
 
     def _enter(
         self,
@@ -245,12 +269,14 @@ class Interpreter:
         run.moving_seconds += outcome.moving_seconds
         run.disturbances += len(outcome.disturbances)
         after = self.world.truth()
+        call = choice.callee, choice.arguments
         if differ(before, after):
             run.changes += 1
+            run.made.add(call, before, InVain.CIRCULAR, by_chance=True)
         else:
             by_chance = not outcome.achieved and outcome.failure is not Failure.NOT_READY
-            call = choice.callee, choice.arguments
-            run.in_vain.add(call, after, failed=not outcome.achieved, by_chance=by_chance)
+            why = InVain.NEEDLESS if outcome.achieved else InVain.FAILED
+            run.in_vain.add(call, after, why, by_chance)
         if outcome.achieved:
             run.failing = 0
         else:

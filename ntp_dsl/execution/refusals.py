@@ -1,61 +1,67 @@
-"""Calls in vain, each with the states in which it was made, so that none is repeated for ever."""
+"""Calls that lead to nothing, each with the states in which it was made: none is repeated for ever."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum, auto
 from math import dist
 
 from ntp_dsl.semantics.observation import Argument, Observation
 
 TRIES = 4  # of a call that fails by chance, in one state
+ROUNDS = 8  # of a call that changes something, but comes back to one state
 UNCHANGED = 0.002  # [m] nothing has moved farther
 
 Call = tuple[str | None, tuple[Argument, ...]]
 
 
+class InVain(Enum):
+    """Why a call leads to nothing."""
+
+    FAILED = auto()
+    NEEDLESS = auto()  # it returned done or achieved, and nothing had to be changed
+    CIRCULAR = auto()  # it comes round to the state in which it was made
+
+
 @dataclass
-class _Vain:
-    """A call in a state: how often it was tried there, and whether it failed or had nothing to do."""
+class _Made:
+    """A call in a state: how often it was made there, and what came of it."""
 
     state: Observation
-    tries: int
-    failed: bool
+    times: int
+    why: InVain
 
 
 class Refusals:
-    """The calls in vain, by call and state.
+    """Calls by state: after so many `tries` in one state, a call is refused there.
 
     A state that recurs is the same state: a cycle of calls, of which one always fails, ends as a call that
     fails in place does.
     """
 
-    def __init__(self) -> None:
-        self._by_call: dict[Call, list[_Vain]] = {}
+    def __init__(self, tries: int = TRIES) -> None:
+        self._tries = tries
+        self._by_call: dict[Call, list[_Made]] = {}
 
     def __contains__(self, call: Call) -> bool:
-        """Return whether a call was in vain in any state: a quick test."""
+        """Return whether a call was made in any state: a quick test."""
         return call in self._by_call
 
-    def add(self, call: Call, state: Observation, failed: bool, by_chance: bool = False) -> None:
-        """Add a call that changed nothing; one that failed `by_chance` may be tried `TRIES` times."""
-        tries = 1 if by_chance else TRIES
+    def add(self, call: Call, state: Observation, why: InVain, by_chance: bool = False) -> None:
+        """Add a call; only what came about `by_chance` may be tried again in this state."""
+        times = 1 if by_chance else self._tries
         known = self._find(call, state)
         if known is None:
-            self._by_call.setdefault(call, []).append(_Vain(state, tries, failed))
+            self._by_call.setdefault(call, []).append(_Made(state, times, why))
         else:
-            known.tries, known.failed = known.tries + tries, failed
+            known.times, known.why = known.times + times, why
 
-    def bars(self, call: Call, state: Observation) -> bool:
-        """Return whether the call must not be made in this state."""
+    def barred(self, call: Call, state: Observation) -> InVain | None:
+        """Return why the call must not be made in this state; None where it may be."""
         known = self._find(call, state)
-        return known is not None and known.tries >= TRIES
+        return known.why if known is not None and known.times >= self._tries else None
 
-    def failed(self, call: Call, state: Observation) -> bool:
-        """Return whether it is barred because it failed, not because it had nothing to do."""
-        known = self._find(call, state)
-        return known is not None and known.failed
-
-    def _find(self, call: Call, state: Observation) -> _Vain | None:
+    def _find(self, call: Call, state: Observation) -> _Made | None:
         return next((each for each in self._by_call.get(call, ()) if not differ(each.state, state)), None)
 
 

@@ -1,1 +1,1 @@
-"""The hierarchy of a library as a picture: who calls whom, and what each promises."""
+"""Pictures of a library's hierarchy: who calls whom, and what each promises."""

@@ -10,12 +10,12 @@ from ntp_dsl.language.registry import Api, Callable, Parameter, Program, Registr
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Call, For, Statement, TaskDeclaration
 
-Edge = tuple[str, str, str]  # caller, callee, and what stands around the call: "for b in Object if ..."
+Edge = tuple[str, str, str]  # caller, callee, and what is around the call: "for b in Object if ..."
 
 
 @dataclass(frozen=True)
 class Node:
-    """A task, program or api; `key` sets a task apart from a program of the same name."""
+    """A task, program or api; `key` tells a task from a program of the same name."""
 
     key: str
     kind: str
@@ -42,19 +42,19 @@ class CallGraph:
         return next(node for node in self.nodes if node.key == key)
 
     def calls(self, key: str) -> Iterator[tuple[Node, str]]:
-        """What a node calls, in its order, and what stands around each call."""
+        """Yield what a node calls, in its order, and what is around each call."""
         for caller, callee, label in self.edges:
             if caller == key:
                 yield self.node(callee), label
 
     def roots(self) -> list[Node]:
-        """What nothing else calls; of programs that call one another in a circle, the first."""
+        """Return what nothing else calls; where all call one another in a cycle, the first."""
         called = {callee for caller, callee, _ in self.edges if callee != caller}
         return [node for node in self.nodes if node.key not in called] or [*self.nodes[:1]]
 
 
 def call_graph(registry: Registry, program: str | None = None) -> CallGraph:
-    """The library's tasks and its own programs with all that they call, or one program with that.
+    """Return the library's tasks and its own programs with all that they call, or one program with that.
 
     Raises `NtpError` where there is no such program.
     """
@@ -78,7 +78,7 @@ def call_graph(registry: Registry, program: str | None = None) -> CallGraph:
 
 
 def _own(registry: Registry) -> list[str]:
-    """The programs of the library itself, or all where it cannot be told which they are."""
+    """Return the programs of the library itself, or all where it cannot be told which those are."""
     paths = [each.name_span.path for each in registry.tasks.values()]
     own = [each.name for each in registry.programs.values() if each.span.path in paths]
     return own or ([] if paths else [*registry.programs, *registry.apis])
@@ -117,7 +117,7 @@ def _contract(row: Callable) -> tuple[str, ...]:
 
 
 def _edges(row: Program | Api) -> Iterator[Edge]:
-    """Each callee once, with what stands around the first call of it."""
+    """Yield each callee once, with what is around the first call of it."""
     if not isinstance(row, Program):
         return
     labels: dict[str, str] = {}

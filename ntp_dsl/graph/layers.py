@@ -1,7 +1,7 @@
 """From a graph to places on a page: callers above what they call, and few lines that cross.
 
-The layered drawing of Sugiyama, Tagawa and Toda (1981): ranks by the longest way down, places in between
-for lines that pass a rank, order by the mean of the neighbours, then columns likewise.
+The layered drawing of Sugiyama, Tagawa and Toda (1981): ranks by the longest path, dummy nodes for lines
+that pass a rank, order by the mean of the neighbours, then columns likewise.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ GAP = 28.0  # between neighbours of a rank, in the page's units
 
 @dataclass(frozen=True)
 class Placed:
-    """Where each node's middle lies, in which rank, and which places each line passes."""
+    """Where the middle of each node is, in which rank, and which places each line passes."""
 
     columns: Mapping[str, float]
     ranks: Mapping[str, int]
-    routes: Mapping[tuple[str, str], tuple[str, ...]]  # keys into `columns` and `ranks`, both ends too
+    routes: Mapping[tuple[str, str], tuple[str, ...]]  # keys of `columns` and `ranks`, both ends included
 
 
 def place(widths: Mapping[str, float], edges: Sequence[tuple[str, str]], last: Sequence[str] = ()) -> Placed:
@@ -29,7 +29,7 @@ def place(widths: Mapping[str, float], edges: Sequence[tuple[str, str]], last: S
 
     Args:
         widths: of the nodes, in reading order.
-        last: those that stand below all others.
+        last: those that are below all others.
     """
     downward = _downward(list(widths), edges)
     ranks = _ranks(list(widths), downward, set(last))
@@ -47,7 +47,7 @@ def place(widths: Mapping[str, float], edges: Sequence[tuple[str, str]], last: S
 
 
 def _downward(nodes: list[str], edges: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """The edges, those turned round that lead back up to where a walk came from."""
+    """Return the edges, with those reversed that lead back to where a depth-first walk came from."""
     callees: dict[str, list[str]] = defaultdict(list)
     for caller, callee in edges:
         callees[caller].append(callee)
@@ -92,7 +92,7 @@ Neighbours = Mapping[str, Sequence[str]]
 
 
 def _neighbours(routes: Iterable[Sequence[str]]) -> tuple[Neighbours, Neighbours]:
-    """Of each place those above, and those below."""
+    """Return for each place those above, and those below."""
     above: dict[str, list[str]] = defaultdict(list)
     below: dict[str, list[str]] = defaultdict(list)
     for route in routes:
@@ -136,7 +136,7 @@ def _spread(
     widths: Mapping[str, float],
     columns: dict[str, float],
 ) -> None:
-    """Near to where each wants to be, in their order, and none upon another."""
+    """Place the nodes of a row near to their wanted columns, in their order and without overlap."""
     apart = [(widths[a] + widths[b]) / 2 + GAP for a, b in pairwise(row)]
     right = [wanted[node] for node in row]
     left = list(right)

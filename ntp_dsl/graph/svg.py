@@ -1,4 +1,4 @@
-"""From a graph of calls to one SVG that needs nothing else and reads in light and in dark."""
+"""From a graph of calls to one self-contained SVG, for light and dark themes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ntp_dsl.graph.calls import CallGraph, Node
 from ntp_dsl.graph.layers import Placed, place
 
 LETTER, LINE, PAD, DROP, MARGIN = 6.7, 16, 10, 96, 28  # of a letter, a line, a box, between ranks
-WIDEST, LABEL = 46, 34  # letters on a line of a box, and of what stands at an edge
-BESIDE = 16  # how far right of the middle a call goes back up
+WIDEST, LABEL = 46, 34  # letters on a line of a box, and of an edge's label
+BESIDE = 16  # how far right of the middle a recursive call goes back up
 STYLE = """
 text { font: 11px ui-monospace, "DejaVu Sans Mono", monospace; fill: #24292f; }
 .page { fill: #ffffff; }
@@ -44,7 +44,7 @@ text { fill: #e6edf3; }
 
 
 class _Page:
-    """Where everything lies: the boxes' lines, sizes and places."""
+    """The layout: the boxes' lines, sizes and places."""
 
     def __init__(self, graph: CallGraph) -> None:
         self.graph = graph
@@ -71,7 +71,7 @@ class _Page:
         return self.tops[self.placed.ranks[key]]
 
     def bottom(self, key: str) -> float:
-        """Of a box; a line that only passes leaves at the bottom of the rank."""
+        """Return the bottom of a box; a line that only passes leaves at the bottom of the rank."""
         return self.top(key) + self.heights[key] if key in self.heights else self.below(key)
 
     def below(self, key: str) -> float:
@@ -92,7 +92,7 @@ class _Page:
 
 
 def draw(graph: CallGraph) -> str:
-    """The picture as text: tasks above, then programs, then apis; recursion is dashed."""
+    """Return the SVG: tasks above, then programs, then apis; recursion is dashed."""
     page = _Page(graph)
     size = f'{page.width:.0f}" height="{page.height:.0f}"'
     head = (
@@ -106,7 +106,7 @@ def draw(graph: CallGraph) -> str:
 
 
 def _lines(node: Node) -> list[tuple[str, str]]:
-    """The lines of a box, each with its class."""
+    """Return the lines of a box, each with its class."""
     kind = "task " if node.kind == "task" else ""
     found = [("title", line) for line in _folded(kind + node.signature)]
     for clause in node.contract:
@@ -161,7 +161,7 @@ def _path(page: _Page, route: Sequence[str], aside: float) -> str:
 
 
 def _loop(page: _Page, key: str) -> Iterator[str]:
-    """A call of itself, at the right side of the box."""
+    """Draw a call of itself, at the right side of the box."""
     x, y = page.x(key) + page.widths[key] / 2, page.top(key) + page.heights[key] / 2
     path = f"M{x:.1f} {y + 10:.1f} C{x + 30:.1f} {y + 10:.1f} {x + 30:.1f} {y - 10:.1f} {x:.1f} {y - 10:.1f}"
     yield f'<path class="line back" d="{path}"/>'
@@ -176,7 +176,7 @@ def _arrow(x: float, y: float, kind: str, up: bool = False) -> str:
 
 
 def _labels(page: _Page) -> Iterator[str]:
-    """Loops and conditions, where the line leaves its caller."""
+    """Write loops and conditions where the line leaves its caller."""
     for caller, callee, label in page.graph.edges:
         x, y, anchor = _label_place(page, caller, callee)
         for number, line in enumerate(wrap(label, LABEL)):

@@ -1,4 +1,4 @@
-"""From libraries to a registry: every mistake at once, or the proof that there is none."""
+"""From libraries to a registry, or to every diagnostic at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ntp_dsl.language.checks.check_library import examine
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError, has_errors, in_order
 from ntp_dsl.language.diagnostics.rendering import plain, render
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
-from ntp_dsl.language.names.unknown_names import Shelf, standard_names
+from ntp_dsl.language.names.unknown_names import AvailableNames, standard_names
 from ntp_dsl.language.names.use_statements import unknown_library
 from ntp_dsl.language.names.visibility import Unit
 from ntp_dsl.language.parsing.partial_library import PartialLibrary
@@ -22,7 +22,7 @@ from ntp_dsl.language.syntax.nodes import Library
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """All that is to be said of a library and of those it uses, and its registry if there is no error."""
+    """The diagnostics of a library and of those it uses, and its registry if there is no error."""
 
     diagnostics: tuple[Diagnostic, ...]  # in the order of the texts
     sources: Mapping[Path | None, str]  # every text that was read, by its path
@@ -51,7 +51,7 @@ class Report:
 
 
 def check(*libraries: Library, sources: Mapping[Path | None, str] | None = None) -> Registry:
-    """Check a library together with those it uses; `SourceError` carries every mistake.
+    """Check a library together with those it uses; `SourceError` carries every diagnostic.
 
     Args:
         libraries: the library that the registry is named after, then the libraries that it uses.
@@ -83,7 +83,7 @@ def check_units(
     units: Sequence[Unit],
     found: Iterable[Diagnostic],
     sources: Mapping[Path | None, str],
-    shelf: Shelf = standard_names,
+    available: AvailableNames = standard_names,
     cache: IncrementalCache | None = None,
 ) -> Report:
     """Check the meaning of a library and of all that it uses.
@@ -94,7 +94,7 @@ def check_units(
         shelf: where else a name may be declared.
         cache: of earlier checks.
     """
-    table, wrong = examine(units, shelf, cache)
+    table, wrong = examine(units, available, cache)
     diagnostics = in_order([*found, *wrong])
     is_sound = not has_errors(diagnostics)
     build = partial(build_registry, units[0].library.name, table) if is_sound else None

@@ -1,7 +1,7 @@
-"""Checks libraries again and again while they are edited, and does again only what an edit concerns.
+"""Checks libraries repeatedly while they are edited, and repeats only the work that an edit concerns.
 
-Each declaration's text is read once, as if it stood on lines of its own far below any file; whatever is said
-of it is moved to where it stands now.
+Each declaration's text is parsed once, as if it were on lines of its own far below any file; spans are moved
+to where the declaration is now.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from typing import Any, TypeVar
 from ntp_dsl.language.diagnostics.diagnostics import in_order
 from ntp_dsl.language.loader import Report, check_files
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
-from ntp_dsl.language.parsing.blocks import Piece
+from ntp_dsl.language.parsing.blocks import Block
 from ntp_dsl.language.parsing.error_recovery import Parsed
-from ntp_dsl.language.parsing.parser import parse_piece, read
+from ntp_dsl.language.parsing.parser import parse_block, read
 from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.syntax.nodes import Span
 
 FAR = 1_000_000_000  # the first line that belongs to no file
 
 T = TypeVar("T")
-Place = tuple[Path | None, str, int]  # a text, and how many like it stand above it in the file
+Place = tuple[Path | None, str, int]  # a text, and how many equal ones there are above it in the file
 
 
 class Session:
-    """Keeps what was read and found out, from one check to the next."""
+    """Keeps what was parsed and found to be sound, from one check to the next."""
 
     def __init__(self) -> None:
         self._cache = IncrementalCache()
@@ -53,16 +53,16 @@ class Session:
             (lambda: visit.moved(build())) if build else None,
         )
 
-    def parsed(self, place: Place, piece: Piece) -> Parsed:
-        """Return the piece as it was read before, or read it now."""
+    def parsed(self, place: Place, block: Block) -> Parsed:
+        """Return the block as it was parsed before, or parse it now."""
         if place not in self._known:
-            self._known[place] = parse_piece(replace(piece, line=self._free))
-            self._free += piece.text.count("\n") + 1
+            self._known[place] = parse_block(replace(block, line=self._free))
+            self._free += block.text.count("\n") + 1
         return self._known[place]
 
 
 class _Visit:
-    """One check: which pieces were come to, and where they stand."""
+    """One check: the blocks that were read, and where they are."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -70,24 +70,24 @@ class _Visit:
         self._lines: list[tuple[int, int]] = []  # the first line far below, and the one in the file
 
     def read(self, text: str, path: Path | None) -> PartialLibrary:
-        """Read a library as the parser does, with what is known already."""
+        """Read a library as the parser does, with the blocks that are known already."""
         counts: dict[str, int] = {}
 
-        def read_piece(piece: Piece) -> Parsed:
-            if piece.mistakes:
-                return parse_piece(piece)
-            counts[piece.text] = counts.get(piece.text, 0) + 1
-            place = path, piece.text, counts[piece.text]
-            parsed = self.seen[place] = self._session.parsed(place, piece)
-            self._lines.append((parsed.piece.line, piece.line))
+        def read_block(block: Block) -> Parsed:
+            if block.diagnostics:
+                return parse_block(block)
+            counts[block.text] = counts.get(block.text, 0) + 1
+            place = path, block.text, counts[block.text]
+            parsed = self.seen[place] = self._session.parsed(place, block)
+            self._lines.append((parsed.block.line, block.line))
             return parsed
 
-        partial = read(text, path, read_piece)
+        partial = read(text, path, read_block)
         self._lines.sort()
         return partial
 
     def moved(self, value: T) -> T:
-        """Return a diagnostic, or whatever else has spans, with all its places as they are in the files."""
+        """Return a diagnostic, or anything else with spans, with all spans as they are in the files."""
         return self._moved(value)  # type: ignore[no-any-return]
 
     def _moved(self, value: Any) -> Any:
@@ -107,5 +107,5 @@ class _Visit:
         if span.line < FAR:
             return span
         far, near = self._lines[bisect_right(self._lines, (span.line, FAR)) - 1]
-        below = near - far
-        return replace(span, line=span.line + below, end_line=span.end_line + below)
+        offset = near - far
+        return replace(span, line=span.line + offset, end_line=span.end_line + offset)

@@ -12,7 +12,7 @@ from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.checker import Report, check_units
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
-from ntp_dsl.language.names.used_libraries import SUFFIX, Reading, ReadLibrary, read, shelf
+from ntp_dsl.language.names.used_libraries import SUFFIX, Reading, ReadLibrary, available_names, read
 from ntp_dsl.language.parsing import parser
 from ntp_dsl.language.registry import Registry
 
@@ -62,13 +62,13 @@ def check_files(
 
     Args:
         texts: in place of what is on the disk.
-        read_library: a quicker way than to parse a text anew, where the caller knows one.
+        read_library: what to call in place of the parser, such as a function with a cache.
         cache: of earlier checks.
     """
     with _uncollected():
         reading = Reading(path, texts or {}, read_library)
         units = reading.units()
-        return check_units(units, reading.diagnostics, reading.sources, partial(shelf, path), cache)
+        return check_units(units, reading.diagnostics, reading.sources, partial(available_names, path), cache)
 
 
 @contextmanager

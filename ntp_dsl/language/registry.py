@@ -1,4 +1,4 @@
-"""A checked library: what it declares, by name; who may call whom; and each declaration's hash."""
+"""A checked library: its declarations by name, who may call whom, and the hash of each."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import cached_property
 from inspect import unwrap
 from typing import Any
 
+from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
 
@@ -23,11 +24,11 @@ class Parameter:
     high: float | None = None
 
 
-UNBOUNDED = (0.0, 1.0)  # taken for the range of a number that declares none, in SI units
+UNBOUNDED = (0.0, 1.0)  # the range of a number that declares none, in SI units
 
 
 def bounds(parameter: Parameter) -> tuple[float, float]:
-    """Between what a number lies."""
+    """Return the range of a number, in SI units."""
     if parameter.low is None or parameter.high is None:
         return UNBOUNDED
     return parameter.low, parameter.high
@@ -66,14 +67,14 @@ class Program(Callable):
     in_python: bool = False
 
     def statements(self) -> Iterator[nodes.Call]:
-        """The calls of its body, without the loops and conditions around them."""
+        """Yield the calls of its body, without the loops and conditions around them."""
         for statement in self.body:
             while not isinstance(statement, nodes.Call):
                 statement = statement.body
             yield statement
 
     def line(self, callee: str | None = None) -> str:
-        """Where it first calls something, as `file:line`; else where it is declared."""
+        """Return where it first calls something, as `file:line`; else where it is declared."""
         calls = (each.span for each in self.statements() if each.callee == callee)
         span = next(calls, self.span)
         return f"{span.path.name}:{span.line}" if span.path else ""
@@ -81,26 +82,26 @@ class Program(Callable):
 
 @dataclass
 class PythonCode:
-    """The functions that a library leaves to Python; none until `python_code` has imported them."""
+    """The functions that a library leaves to Python; none until `user_code` has imported them."""
 
     functions: dict[tuple[str, str], Any] = field(default_factory=dict)  # by kind and name
 
     def get(self, kind: str, name: str) -> Any:
-        """Raises `NtpError` where the user's file was not imported."""
+        """Return a function; raise `NtpError` where the user's file was not imported."""
         if (kind, name) not in self.functions:
             raise NtpError(f"the {kind} '{name}' is left to Python, and that was not imported")
         return self.functions[kind, name]
 
 
 def place_of(function: Any) -> str:
-    """Where a function in Python stands, as `file:line`."""
+    """Return where a function in Python is defined, as `file:line`."""
     code = getattr(unwrap(function), "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}" if code else "?"
 
 
 @dataclass(frozen=True, repr=False)
 class Registry:
-    """A checked library. Holding one is the proof: whatever runs it takes nothing less."""
+    """A checked library: there is none of a library with errors."""
 
     name: str
     parents: Mapping[str, str | None]  # type -> its parent
@@ -114,8 +115,9 @@ class Registry:
     python: PythonCode = field(default_factory=PythonCode, compare=False, repr=False)
 
     def __repr__(self) -> str:
-        counts = f"{len(self.programs)} programs, {len(self.apis)} apis, {len(self.tasks)} tasks"
-        return f"<Registry {self.name}: {counts}>"
+        counts = {"program": self.programs, "api": self.apis, "task": self.tasks}
+        listing = ", ".join(counted(len(rows), word) for word, rows in counts.items())
+        return f"<Registry {self.name}: {listing}>"
 
     def __getitem__(self, name: str) -> Program | Api:
         return self.programs.get(name) or self.apis[name]
@@ -124,7 +126,7 @@ class Registry:
         return name in self.programs or name in self.apis
 
     def ancestors(self, type_name: str) -> Iterator[str]:
-        """The type itself, then its parent, and so on to the root."""
+        """Yield the type itself, then its parent, and so on to the root."""
         current: str | None = type_name
         while current is not None:
             yield current
@@ -135,7 +137,7 @@ class Registry:
 
     @cached_property
     def hash(self) -> str:
-        """Of every program and api; scenes, tasks, goals, comments and layout do not count."""
+        """The hash of every program and api, without scenes, tasks, goals, comments and layout."""
         from hashlib import sha256
 
         rows = sorted([*self.programs.values(), *self.apis.values()], key=lambda row: row.name)

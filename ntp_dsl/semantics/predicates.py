@@ -119,7 +119,7 @@ def inside(observation: Observation, item: str, container: str) -> bool:
 
 def hollow(observation: Observation, item: str) -> bool:
     """Return whether `item` is a bin or a bowl: narrower objects released over it fall in."""
-    return observation.by_name[item].cavity is not None
+    return item in observation.by_name and observation.by_name[item].cavity is not None
 
 
 def _resting(observation: Observation, item: str, support: str) -> bool:
@@ -140,7 +140,7 @@ def trait(name: str) -> Callable[[Observation, str], str | float]:
     """
 
     def read(observation: Observation, obj: str) -> str | float:
-        traits = dict(observation.by_name[obj].traits)
+        traits = dict(observation.by_name[obj].traits) if obj in observation.by_name else {}
         if name not in traits:
             raise NtpError(f"the scene gives '{obj}' no {name}; write: ... with {name}(...)")
         return traits[name]

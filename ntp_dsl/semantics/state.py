@@ -11,7 +11,7 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
-from ntp_dsl.language.syntax.visitors import mentions
+from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.observation import Argument, Observation, Record
 from ntp_dsl.semantics.predicates import ANY, BUILT_IN, trait
 
@@ -147,7 +147,7 @@ class State:
         return [self._condition(expression if positive else nodes.Not(expression), scope)]
 
     def _condition(self, expression: nodes.Expression, scope: Bindings) -> Condition:
-        named = {name: scope[name] for name in sorted(mentions(expression)) if name in scope}
+        named = {name: scope[name] for name in sorted(free_names(expression)) if name in scope}
         given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
         text = format_expression(expression)
         return Condition(f"{text} with {given}" if given else text, expression, scope)

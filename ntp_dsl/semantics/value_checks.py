@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
-from ntp_dsl.language.names.signatures import phrase
+from ntp_dsl.language.names.signatures import with_article
 from ntp_dsl.language.registry import Api, Callable, Parameter, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span, TypeName
 from ntp_dsl.semantics.observation import Argument, Observation, Record
@@ -40,7 +40,7 @@ def types_of(registry: Registry, observation: Observation) -> Types:
 
 def misfit(registry: Registry, parameter: Parameter, value: object, types: Types) -> str:
     """Return what was expected instead of the value, or an empty string; see `strays` for ranges."""
-    wanted = phrase(TypeName(parameter.type, parameter.is_list))
+    wanted = with_article(TypeName(parameter.type, parameter.is_list))
     if parameter.is_list:
         return "" if isinstance(value, tuple) else wanted
     if parameter.type in registry.records:
@@ -54,7 +54,7 @@ def misfit(registry: Registry, parameter: Parameter, value: object, types: Types
         return "the name of an object in the scene"
     if registry.is_a(types[value], parameter.type):
         return ""
-    return f"{wanted}, and '{value}' is {phrase(TypeName(types[value]))}"
+    return f"{wanted}, and '{value}' is {with_article(TypeName(types[value]))}"
 
 
 def unfit_call(registry: Registry, row: Callable, arguments: tuple[Argument, ...], types: Types) -> str:

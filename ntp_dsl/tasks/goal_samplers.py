@@ -25,6 +25,7 @@ Goal = tuple[Record, ...]
 Variation = Mapping[str, tuple[int, int]]  # length, topology, semantics -> range
 Pair = tuple[str, str]
 TOPOLOGY, SEMANTICS = 1, 2  # tell the choices of one index apart
+STARTS = "starts"  # the parameter by which a function is told what each object starts on
 
 
 class NoGoal(NtpError):
@@ -80,8 +81,7 @@ def _draw_goal(
     sources = tuple(groups[name] if name in groups else registry.enums[name] for name in sampler.groups)
     draw = _draw(sources, options, rng)
     if sampler.by is not None:
-        types = dict(registry.constants) | {obj.name: obj.type for obj in laid.objects}
-        return _by_function(registry, sampler, draw, types)
+        return _by_function(registry, sampler, draw, laid)
     kind = KINDS[sampler.name]
     for parameter, flaw, _ in kind.flaws(options, [len(source) for source in sources]):
         raise NtpError(f"{sampler.name}: {parameter}: {flaw}")
@@ -116,16 +116,18 @@ def _draw(
     return Draw(sources, options, rng, topology, semantics, indices.get("topology"))
 
 
-def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types) -> Goal:
+def _by_function(registry: Registry, sampler: Sampler, draw: Draw, laid: Layout) -> Goal:
     """Draw a goal by a function of a generator, the sources, and the parameters as drawn numbers, by name.
 
-    Where it takes `topology` or `semantics`, each is a generator for choices of that kind.
+    Where it takes `topology` or `semantics`, each is a generator for choices of that kind; `starts` is what
+    each object starts on, by name.
     """
     assert sampler.result is not None
+    types = dict(registry.constants) | {obj.name: obj.type for obj in laid.objects}
     function = registry.python.get("sampler", sampler.name)
     where = f"{place_of(function)}: the sampler '{sampler.name}'"
     takes = signature(function).parameters
-    parameters: dict[str, int | np.random.Generator] = {}
+    parameters: dict[str, int | np.random.Generator | dict[str, str]] = {}
     for name, option in draw.options.items():
         if name not in takes:
             raise NtpError(f"{where} has no '{name}'; its function takes {', '.join(takes)}")
@@ -133,6 +135,8 @@ def _by_function(registry: Registry, sampler: Sampler, draw: Draw, types: Types)
             parameters[name] = int(draw.rng.integers(option.low, option.high + 1))
     chances = {"topology": draw.topology, "semantics": draw.semantics}
     parameters |= {name: chances[name] for name in VARIED if name in takes}
+    if STARTS in takes and STARTS not in draw.options:
+        parameters[STARTS] = {name: start.surface for name, start in laid.starts.items()}
     rows = function(draw.rng, *draw.sources, **parameters)
     fields = registry.records[sampler.result.name]
     goal = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.language.checks.tasks import GOAL
+from ntp_dsl.language.checks.scenes import GOAL
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
@@ -19,9 +19,10 @@ from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
+from ntp_dsl.worlds.perturbed_starts import STRAIGHT, perturbed_start
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import LIFTED, Start, layout, with_furniture
-from ntp_dsl.worlds.starts import STRAIGHT, nominal_start, perturbed_start
+from ntp_dsl.worlds.starts import nominal_start
 
 Configuration = frozenset[tuple[str, str]]
 PLACEMENT = "Placement"  # the record of the standard library: an item, and what it goes on

@@ -21,9 +21,9 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import PythonCode, Registry, place_of
 from ntp_dsl.language.syntax.nodes import PYTHON, Span
-from ntp_dsl.semantics.value_checks import plain
 from ntp_dsl.user_code.return_checks import Test, answer_test
 
+DECORATORS = "@expert, @predicate, @skill or @sampler"
 LONGEST = 80  # of an answer in a message
 
 
@@ -53,18 +53,64 @@ def with_python(registry: Registry) -> Registry:
 def with_functions(registry: Registry, functions: Iterable[Callable[..., Any]]) -> Registry:
     """Return the registry with marked functions that are there already, in place of a file's.
 
-    Raises `NtpError` for a function that the library leaves to Python and that is not among them.
+    Raises `NtpError` for a function that the library leaves to Python and that is not among them, and for
+    one among them that it does not leave to Python.
     """
-    marked = {getattr(each, MARK, None): each for each in functions}
+    marked = _by_mark(functions)
     code = PythonCode()
     for kind, name, span, takes in needed(registry):
-        function = marked.get((kind, name))
+        function = marked.pop((kind, name), None)
         if function is None:
             raise NtpError(f"{span}: no {kind} '{name}' was given; write @{kind} above: def {name}(...)")
-        path = Path(inspect.getsourcefile(function) or name)
+        path = _source(function, name)
         _check_takes(function, takes, path, name)
         code.functions[kind, name] = _guarded(function, path, name, answer_test(registry, kind, name))
+    _check_no_others(registry, marked)
     return replace(registry, python=code)
+
+
+Marked = dict[tuple[str, str], Callable[..., Any]]
+
+
+def _by_mark(functions: Iterable[Callable[..., Any]]) -> Marked:
+    """Return functions by kind and name. Raises `NtpError` for two of one name."""
+    if isinstance(functions, str) or not isinstance(functions, Iterable):
+        raise NtpError(f"expected a list of functions: functions=[spin]; found {functions!r}")
+    marked: Marked = {}
+    for function in functions:
+        kind, name = _mark_of(function)
+        if (kind, name) in marked:
+            raise NtpError(f"two functions were given for the {kind} '{name}'; give one")
+        marked[kind, name] = function
+    return marked
+
+
+def _mark_of(function: Callable[..., Any]) -> tuple[str, str]:
+    """Return what a function is marked as. Raises `NtpError` for what is not marked."""
+    mark: tuple[str, str] | None = getattr(function, MARK, None)
+    if mark is None:
+        raise NtpError(
+            f"expected a function marked with {DECORATORS}; found {function!r}: mark it, or omit it"
+        )
+    return mark
+
+
+def _check_no_others(registry: Registry, others: Marked) -> None:
+    """Raise `NtpError` where functions are left over that the library does not ask for."""
+    for kind, name in others:
+        asked = ", ".join(f"{kind} '{name}'" for kind, name, _, _ in needed(registry)) or "nothing"
+        raise NtpError(
+            f"the {kind} '{name}' was given, and library '{registry.name}' leaves {asked} to Python; "
+            "declare it `by python`, or omit it"
+        )
+
+
+def _source(function: Callable[..., Any], name: str) -> Path:
+    """Return the file of a function, or its name for an object that is called like one."""
+    try:
+        return Path(inspect.getsourcefile(inspect.unwrap(function)) or name)
+    except TypeError:
+        return Path(name)
 
 
 Needed = tuple[str, str, Span, tuple[str, ...] | None]
@@ -139,7 +185,7 @@ def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) ->
     def guarded(*arguments: Any, **parameters: Any) -> Any:
         try:
             answer = function(*arguments, **parameters)
-            answer = list(answer) if isinstance(answer, Iterator) else plain(answer)
+            answer = _plain(answer)
         except PythonFault:
             raise
         except Exception as error:
@@ -149,6 +195,12 @@ def _guarded(function: Callable[..., Any], path: Path, name: str, test: Test) ->
         return answer
 
     return guarded
+
+
+def _plain(answer: Any) -> Any:
+    from ntp_dsl.semantics.value_checks import plain  # which needs numpy: loading a library does not
+
+    return list(answer) if isinstance(answer, Iterator) else plain(answer)
 
 
 def _brief(answer: Any) -> str:

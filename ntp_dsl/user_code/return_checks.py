@@ -7,7 +7,6 @@ from typing import Any
 
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import PredicateDeclaration
-from ntp_dsl.policies.expert import NextCall
 from ntp_dsl.worlds.protocol import Outcome
 
 Test = Callable[[Any], str]  # what was expected instead of an answer, or nothing
@@ -29,6 +28,8 @@ def _outcome(answer: Any) -> str:
 
 
 def _calls(answer: Any) -> str:
+    from ntp_dsl.policies.expert import NextCall  # which needs numpy: loading a library does not
+
     if answer is None or isinstance(answer, NextCall):
         return ""
     if isinstance(answer, tuple) and answer and isinstance(answer[0], str):

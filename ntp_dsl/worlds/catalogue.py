@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib.util import find_spec
+from inspect import Parameter, signature
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
-from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration
+from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration, Span
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import State
@@ -38,9 +40,10 @@ def make_world(
 def equip(world: World, registry: Registry, name: str = "given") -> None:
     """Give a world the skills of a library, those in Python included.
 
-    Raises `NtpError` for an api or predicate that neither the world nor Python provides.
+    Raises `NtpError` for an api or predicate that neither the world nor Python provides, or that takes
+    something else than what provides it.
     """
-    if missing := [name for name in _members(World) if not _has(world, name)]:
+    if missing := [name for name in _members(World) if not hasattr(world, name)]:
         kind = type(world).__name__
         raise NtpError(f"expected a world, found {kind}, which lacks {', '.join(missing)}; see docs/api.md")
     lacks = lacking(world, registry)
@@ -51,6 +54,8 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
             f"are {', '.join(skills)}, and the the predicates {', '.join(BUILT_IN)}; "
             f"others are left to Python: api {lacks[0]}(...) by python"
         )
+    for message, _ in misdeclared(world, registry):
+        raise NtpError(message)
     for api in registry.apis.values():
         if api.skill == PYTHON:
             world.skills[api.name] = partial(_carry_out, registry, api, world)
@@ -59,13 +64,9 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
 
 
 def _members(protocol: type) -> list[str]:
-    """Return the names of the attributes and methods of a protocol."""
-    return [*protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))]
-
-
-def _has(world: object, name: str) -> bool:
-    """Return whether a world has a member; its properties may have no value before the first reset."""
-    return hasattr(type(world), name) or hasattr(world, name)
+    """Return the names of a protocol's attributes and methods; properties have no value before a reset."""
+    methods = [name for name, value in vars(protocol).items() if callable(value) and not name.startswith("_")]
+    return [*protocol.__annotations__, *methods]
 
 
 def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
@@ -90,6 +91,34 @@ def lacking(world: World, registry: Registry) -> list[str]:
         if declared.body is None and not _is_provided(declared)
     ]
     return [*sorted(apis), *sorted(predicates)]
+
+
+def misdeclared(world: World, registry: Registry) -> Iterator[tuple[str, Span]]:
+    """Yield what is wrong with each api or predicate that its provider does not match, and where."""
+    for api in registry.apis.values():
+        if api.skill != PYTHON and api.skill in world.skills:
+            yield from _misfit(
+                f"api '{api.name}'", api.parameters, world.skills[api.skill], api.skill, api.span
+            )
+    for name, declared in registry.predicates.items():
+        provider = declared.by.id if declared.by else declared.name
+        if declared.body is not None or provider not in BUILT_IN:
+            continue
+        test = partial(BUILT_IN[provider], None)  # all but the observation
+        yield from _misfit(f"predicate '{name}'", declared.parameters, test, provider, declared.name_span)
+        if declared.result is not None:
+            yield f"predicate '{name}' is a reading, and '{provider}' is true or false", declared.name_span
+
+
+def _misfit(
+    what: str, given: Sequence[object], provider: Callable[..., object], name: str, span: Span
+) -> Iterator[tuple[str, Span]]:
+    """Yield that a provider does not take as many arguments as are declared, if so."""
+    takes = [each for each in signature(provider).parameters.values() if each.default is Parameter.empty]
+    if any(each.kind is Parameter.VAR_POSITIONAL for each in takes) or len(takes) == len(given):
+        return
+    names = ", ".join(each.name for each in takes) or "nothing"
+    yield f"{what} has {len(given)} parameters, and '{name}', by which it is provided, takes {names}", span
 
 
 def _is_provided(declared: PredicateDeclaration) -> bool:

@@ -141,7 +141,7 @@ class KinematicWorld(RestingObjects):
         if self._held is not None:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._held})
         if target not in self._items:
-            return Outcome(False, Failure.GRASP_FAILED, {"not movable": target})
+            return Outcome(False, Failure.NOT_READY, {"never moves": target})
         x, y, z = self._grip(target)
         over = hypot(self._gripper[0] - x, self._gripper[1] - y) < REACH
         blocked = [other for other in self._items if self._on_top_of(other, target)]
@@ -190,7 +190,8 @@ class KinematicWorld(RestingObjects):
             angle, reach = self._rng.uniform(0, 2 * np.pi), self._rng.uniform(0.06, 0.12)
             x, y, _ = self._positions[name]
             self.disturbed.add(name)
-            self._fall(name, x + reach * np.cos(angle), y + reach * np.sin(angle))
+            away = x + reach * float(np.cos(angle)), y + reach * float(np.sin(angle))
+            self._fall(name, *self._within_reach(*away, (x, y)))
         self._drop_unsupported()
         self._emit()
         return Outcome(True, disturbances=tuple(f"push {name}" for name in fallen))

@@ -26,7 +26,7 @@ class RestingObjects:
     _items: dict[str, SceneObject]  # movable objects
     _solid: dict[str, SceneObject]  # all objects on the table, movable or fixed
     _by_name: Mapping[str, SceneObject]
-    _regions: tuple[Region, ...]  # where objects may be put down; nothing falls beyond the last
+    _regions: tuple[Region, ...]  # where objects may be put down; nothing falls off others beyond the last
     _held: str | None
     _load: list[str]  # the contents of the held bowl
     _gripper: Vector
@@ -37,11 +37,14 @@ class RestingObjects:
         raise NotImplementedError
 
     def _fall(self, item: str, x: float, y: float) -> None:
-        """Let an item fall onto what is below, or off the edge of what does not support its centre."""
+        """Let an item fall onto what is below, or off the edge of what does not support its centre.
+
+        It stays where it is released; off an edge it does not fall farther out of reach.
+        """
+        released = x, y
         if self._unsteady_edge(item, x, y) is not None:
             self.disturbed.add(item)
         for _ in range(20):
-            x, y = self._within_reach(x, y)
             edge = self._unsteady_edge(item, x, y)
             if edge is None:
                 break
@@ -49,13 +52,16 @@ class RestingObjects:
             angle = np.arctan2(y - ey, x - ex) + self._rng.normal(0, 0.3)
             reach = BESIDE + max(self._solid[edge].size[:2]) / 2
             x, y = ex + reach * float(np.cos(angle)), ey + reach * float(np.sin(angle))
+            x, y = self._within_reach(x, y, released)
         else:
             x, y = self._clearest_on_table(item)
         self._positions[item] = (x, y, self._resting_height(item, x, y))
 
-    def _within_reach(self, x: float, y: float) -> tuple[float, float]:
+    def _within_reach(self, x: float, y: float, start: tuple[float, float]) -> tuple[float, float]:
+        """Return the nearest point of the region where objects may be, extended to a starting point."""
         (x0, x1), (y0, y1) = self._regions[-1]
-        return min(max(x, x0), x1), min(max(y, y0), y1)
+        sx, sy = start
+        return min(max(x, min(x0, sx)), max(x1, sx)), min(max(y, min(y0, sy)), max(y1, sy))
 
     def _resting_height(self, item: str, x: float, y: float) -> float:
         """Return the height of the item's centre on what is below, or on the heap in a container [m]."""

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ntp_dsl.language.checks.scenes import FILES, PLACING, SHAPES
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import SceneGroup, TaskDeclaration
 from ntp_dsl.semantics.free_space import Interval
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import SceneObject
+from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 
 CUBE = 0.05  # the default object [m]
 TABLE = "table"
@@ -33,6 +34,21 @@ class Start:
     x: Interval | None = None
     y: Interval | None = None
     spacing: float | None = None  # between centres, seen from above
+    group: str = field(default="", compare=False)  # of the scene
+
+    @property
+    def exact(self) -> bool:
+        """Return whether the object starts at one point of the table."""
+        x, y = self.x or (0.0, 1.0), self.y or (0.0, 1.0)
+        return self.surface == TABLE and x[0] == x[1] and y[0] == y[1]
+
+
+class NoRoom(NtpError):
+    """A scene cannot be made: the objects of `group` find no place where they are to start."""
+
+    def __init__(self, message: str, group: str = "") -> None:
+        self.group = group
+        super().__init__(message)
 
 
 @dataclass(frozen=True)
@@ -48,9 +64,10 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
     """Return the objects of all groups: `blocks: 8 Block` is block_0 … block_7; ranges are drawn.
 
     Args:
-        rng: for counts that are ranges; without it, the largest counts.
+        rng: for counts that are ranges, and for who starts on whom; without it, the largest counts, in order.
     """
     used: Counter[str] = Counter()
+    loads: Counter[str] = Counter()  # how many objects start on each
     groups: dict[str, list[str]] = {}
     objects: list[SceneObject] = []
     starts: dict[str, Start] = {}
@@ -59,10 +76,11 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
         stem, first = group.type.name.lower(), used[group.type.name]  # numbers go on over groups
         used[group.type.name] += count
         names = [f"{stem}_{number}" for number in range(first, first + count)]
-        for index, name in enumerate(names):
+        surfaces = _dealt(groups.get(group.place, [group.place]), count, loads, rng)
+        for index, (name, surface) in enumerate(zip(names, surfaces, strict=True)):
             objects.append(_object(name, group, index, registry))
-            below = groups.get(group.place, [group.place])
-            starts[name] = _start(group, index, below[index % len(below)])
+            _check_width(objects[-1], group, registry)
+            starts[name] = _start(group, index, surface)
         groups[group.name] = names
     return Layout(with_furniture(registry, objects), groups, starts)
 
@@ -71,6 +89,19 @@ def _count(group: SceneGroup, rng: np.random.Generator | None) -> int:
     if group.most is None:
         return group.count
     return group.most if rng is None else int(rng.integers(group.count, group.most + 1))
+
+
+def _dealt(
+    places: Sequence[str], count: int, loads: Counter[str], rng: np.random.Generator | None
+) -> list[str]:
+    """Return a place for each of so many objects, the least loaded first; who goes where is drawn."""
+    shuffled = rng if len(places) > 1 else None
+    order = [places[index] for index in shuffled.permutation(len(places))] if shuffled else places
+    dealt: list[str] = []
+    for _ in range(count):
+        dealt.append(min(order, key=lambda place: loads[place]))
+        loads[dealt[-1]] += 1
+    return [dealt[index] for index in shuffled.permutation(count)] if shuffled else dealt
 
 
 def _object(name: str, group: SceneGroup, index: int, registry: Registry) -> SceneObject:
@@ -90,6 +121,13 @@ def _object(name: str, group: SceneGroup, index: int, registry: Registry) -> Sce
         elif detail.name not in PLACING:
             traits[detail.name] = _trait(settings[index % len(settings)])
     return SceneObject(name, type_name, size, shape, file, fixed, tuple(traits.items()))
+
+
+def _check_width(obj: SceneObject, group: SceneGroup, registry: Registry) -> None:
+    """Raise `NoRoom` for an object that would be taken for a table."""
+    if obj.size[0] > TOO_WIDE and not (SURFACE in registry.parents and registry.is_a(obj.type, SURFACE)):
+        message = f"{obj.name} measures {100 * obj.size[0]:g} cm along x; {100 * TOO_WIDE:g} cm is the most"
+        raise NoRoom(message, group.name)
 
 
 def _size(detail: nodes.Detail) -> Vector:
@@ -117,12 +155,13 @@ def _start(group: SceneGroup, index: int, surface: str) -> Start:
     at = next((detail.settings for detail in group.details if detail.name == "at"), ())
     if at:
         x, y = (_number(at[(2 * index + axis) % len(at)]) for axis in (0, 1))
-        return Start(surface, (x, x), (y, y))
+        return Start(surface, (x, x), (y, y), group=group.name)
     return Start(
         surface,
         _interval(settings.get("x")),
         _interval(settings.get("y")),
         None if spacing is None else _number(spacing),
+        group.name,
     )
 
 

@@ -1,113 +1,212 @@
-"""Where objects start: nominal starts, all apart, and perturbed ones, as an arm may find them."""
+"""Nominal starts: all objects apart, stacked only where the task says so."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from math import hypot
 
 import numpy as np
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.containers import floor_in, takes, top_for
-from ntp_dsl.semantics.free_space import Footprint, Interval, clearance, region_within
+from ntp_dsl.semantics.containers import takes
+from ntp_dsl.semantics.free_space import Footprint, Region, clearance, region_within
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
+from ntp_dsl.worlds.grids import COLUMNS, TIGHT, Spot, covered_area, free_cells, in_cells, spots_on_grid
 from ntp_dsl.worlds.protocol import Scene
-from ntp_dsl.worlds.scenes import CUBE, TABLE, Start, movable
+from ntp_dsl.worlds.scenes import CUBE, TABLE, NoRoom, Start
+from ntp_dsl.worlds.standing import Standing, nests_badly, turned_where_free
 
 CENTRE = (0.5, 0.0)  # of the workspace, before the robot's base [m]
 REGION = ((0.3, 0.7), (-0.2, 0.2))  # the authors' square of 0.4 m
 WIDE = ((0.3, 0.7), (-0.3, 0.3))  # where trays and pads may stand as well
 ASIDE = ((0.5, 0.34), (0.5, -0.34), (0.32, 0.36), (0.32, -0.36))  # of constants that are trays
-JITTER, SPACING = 0.03, 0.08  # the authors' jitter and boundary boxes [m]
-COLUMNS = (-0.15, -0.05, 0.05, 0.15)  # of the authors' grid, from its centre [m]
-REDRAWS = 20_000  # of all spots, until they are far enough apart
 GAP = 0.03  # between objects of other sizes [m]
-TIGHT = 0.007  # between objects on a grid, at least [m]
 CROWDED = 0.4  # covered share of a region's free part above which objects start on a grid
-MOST_CELLS = 4  # of a grid, for each object
 TRIES, RESTARTS = 400, 60  # for each object, and for all of them
-STRAIGHT = 0.6  # of stacked objects that are centred on their support
-TOPPLES = 1.6  # times its support's width: such an object is not put on top
-CARRIES = 0.024  # how far off its support's centre a cube still rests, along each axis [m]
+LISTED = 4  # names in a message, at most
 
-Spot = tuple[float, float]
+Sizes = Mapping[str, tuple[float, float]]  # along x and y, by object [m]
+NOWHERE = Start()  # in particular
 
 
 def nominal_start(
     objects: tuple[SceneObject, ...], rng: np.random.Generator, starts: Mapping[str, Start] | None = None
 ) -> Scene:
-    """Return a scene with all objects apart, at random yaws, stacked only where the task says so."""
-    standing = [obj for obj in objects if obj.size[0] <= TOO_WIDE]
+    """Return a scene with all objects apart, at random yaws, stacked only where the task says so.
+
+    Raises `NoRoom` where the objects of a group have no room for all of them.
+    """
     starts = starts or {}
-    items = sorted(standing, key=lambda obj: _height(obj.name, starts))
-    plain = all(start == Start() for start in starts.values()) and all(
+    items = sorted(
+        (obj for obj in objects if obj.size[0] <= TOO_WIDE), key=lambda obj: height_of(obj.name, starts)
+    )
+    _check_shared_places(items, starts)
+    plain = all(start == NOWHERE for start in starts.values()) and all(
         obj.movable and obj.size == (CUBE, CUBE, CUBE) for obj in items
     )
-    spots = _on_grid(items, rng) if plain else _spread(items, starts, rng)
-    positions: dict[str, Vector] = furniture_positions(objects)
-    by_name = {obj.name: obj for obj in objects}
-    yaws: dict[str, float] = {}
-    for obj in items:
-        x, y = spots[obj.name]
-        surface = starts.get(obj.name, Start()).surface
-        floor = 0.0
-        if surface in spots:
-            floor = positions[surface][2] + _floor(by_name[surface], obj)
-        positions[obj.name] = (x, y, floor + obj.size[2] / 2)
-        yaws[obj.name] = float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0
-    return Scene(objects, positions, yaws)
+    spots = _on_grid(items, starts, rng) if plain and items else _spread(items, starts, rng)
+    standing = _stacked(items, starts, spots)
+    yaws = {obj.name: float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0 for obj in items}
+    return turned_where_free(Scene(objects, furniture_positions(objects) | standing.positions, yaws))
 
 
-def _height(name: str, starts: Mapping[str, Start]) -> int:
+def height_of(name: str, starts: Mapping[str, Start]) -> int:
     """Return the number of objects below one: supports are placed first."""
     count = 0
-    while (name := starts.get(name, Start()).surface) in starts and count < len(starts):
+    while (name := starts.get(name, NOWHERE).surface) in starts and count < len(starts):
         count += 1
     return count + (name != TABLE)
 
 
-def _on_grid(items: Sequence[SceneObject], rng: np.random.Generator) -> dict[str, Spot]:
-    """Place cubes as the authors do: each in its own cell, jittered, none nearer than the spacing."""
-    cells = [(x, y) for x in COLUMNS for y in COLUMNS]
-    for _ in range(REDRAWS):
-        chosen = rng.permutation(len(cells))[: len(items)]
-        spots = [_jittered(cells[index], rng) for index in chosen]
-        if len(spots) == len(items) and _spaced(spots):
-            return {obj.name: spot for obj, spot in zip(items, spots, strict=True)}
-    raise NtpError(f"{len(items)} objects do not fit on the table; its grid has {len(cells)} cells")
+def shares(below: SceneObject, item: SceneObject) -> bool:
+    """Return whether an object has room for several such items: in it, or beside each other on it."""
+    return below.roomy or takes(below, item)
+
+
+def _stacked(
+    items: Sequence[SceneObject], starts: Mapping[str, Start], spots: Mapping[str, Spot]
+) -> Standing:
+    """Return all objects at their spots, each on the table or on its support."""
+    standing = Standing({obj.name: obj for obj in items}, {})
+    for obj in items:
+        surface = starts.get(obj.name, NOWHERE).surface
+        standing.positions[obj.name] = (
+            standing.on(surface, obj.name, *spots[obj.name])
+            if surface in spots
+            else (*spots[obj.name], obj.size[2] / 2)
+        )
+    return standing
+
+
+def _check_shared_places(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> None:
+    """Raise `NoRoom` where two objects start on one that has room for one, or a bowl in a wider container."""
+    by_name = {obj.name: obj for obj in items}
+    on: dict[str, str] = {}
+    for obj in items:
+        start = starts.get(obj.name, NOWHERE)
+        below = by_name.get(start.surface)
+        if below is not None and nests_badly(below, obj):
+            raise NoRoom(f"{obj.name} would sink into {below.name}; start it on the table", start.group)
+        if below is None or shares(below, obj):
+            continue
+        if below.name in on:
+            raise NoRoom(
+                f"{on[below.name]} and {obj.name} of '{start.group}' both start on {below.name}, which has "
+                f"room for one; declare fewer, more places, or larger ones (trays: above 12 cm both ways)",
+                start.group,
+            )
+        on[below.name] = obj.name
+
+
+def _on_grid(
+    items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
+) -> dict[str, Spot]:
+    """Place plain cubes on the authors' grid."""
+    spots = spots_on_grid(len(items), CENTRE, rng)
+    if spots is None:
+        message = f"{len(items)} objects do not fit on the table; its grid has {len(COLUMNS) ** 2} cells"
+        raise NoRoom(message, _largest_group(items, starts))
+    return {obj.name: spot for obj, spot in zip(items, spots, strict=True)}
+
+
+def _largest_group(items: Iterable[SceneObject], starts: Mapping[str, Start]) -> str:
+    counted = Counter(starts[obj.name].group for obj in items if obj.name in starts)
+    return counted.most_common(1)[0][0] if counted else ""
 
 
 def _spread(
     items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
 ) -> dict[str, Spot]:
-    """Place objects of any size: the largest first, each at a free point of its region."""
+    """Place objects of any size: those with exact places, then the largest, each at a free point."""
     by_name = {obj.name: obj for obj in items}
+    sizes = _with_loads(items, starts)
     given = _aside(items, starts)
-    order = sorted(items, key=lambda t: (t.movable, -max(t.size[:2])))
-    fixed = sum(not obj.movable for obj in order)
+    order = sorted(items, key=lambda t: (not starts.get(t.name, NOWHERE).exact, t.movable, -max(t.size[:2])))
+    exact = sum(starts.get(obj.name, NOWHERE).exact for obj in order)
+    settled = exact + sum(not obj.movable for obj in order[exact:])
+    failed: Counter[str] = Counter()
     for _ in range(RESTARTS):
         spots: dict[str, Spot] = dict(given)
         for index, obj in enumerate(order):
-            if index == fixed:  # all fixed objects have their places
-                in_place = [(spots[name], by_name[name].size) for name in spots]
-                spots |= _crowded(order[fixed:], starts, in_place, rng)
-            start = starts.get(obj.name, Start())
+            if index == settled:  # all fixed objects have their places
+                in_place = [(spots[name], sizes[name]) for name in spots]
+                spots |= _crowded(order[settled:], starts, sizes, in_place, rng)
+            start = starts.get(obj.name, NOWHERE)
             if start.surface in by_name or obj.name in spots:
                 continue
-            spot = _free_spot(obj, start, spots, by_name, starts, rng)
+            others = {name: sizes[name] for name in spots}
+            if start.exact:
+                spots[obj.name] = _exact_spot(obj, starts, spots, by_name, rng)
+                continue
+            spot = _free_spot(sizes[obj.name], _region(obj, start), start.spacing, spots, others, starts, rng)
             if spot is None:
+                failed[obj.name] += 1
                 break
             spots[obj.name] = spot
         else:
-            stacked = _stacked_starts(items, starts, spots, by_name, rng)
-            if stacked is not None:
-                return spots | stacked
-    sizes = ", ".join(f"{obj.name} ({obj.size[0]:g} x {obj.size[1]:g} m)" for obj in order[:4])
-    raise NtpError(
-        f"{len(items)} objects do not fit where they are to start, among them {sizes}; "
-        "take fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)"
+            stuck = _stack_up(items, starts, spots, by_name, rng)
+            if stuck is None:
+                return spots
+            failed[stuck] += 1
+    raise _no_room(by_name[failed.most_common(1)[0][0]], by_name, starts)
+
+
+def _no_room(obj: SceneObject, by_name: Mapping[str, SceneObject], starts: Mapping[str, Start]) -> NoRoom:
+    start = starts.get(obj.name, NOWHERE)
+    alike = [name for name in by_name if name in starts and starts[name].group == start.group] or [obj.name]
+    names = ", ".join(alike[:LISTED]) + (", ..." if len(alike) > LISTED else "")
+    if start.surface in by_name:
+        message = f"{names} do not fit on {start.surface}, where {obj.name} ({_in_cm(obj.size)}) is to start"
+        return NoRoom(f"{message}; declare fewer or smaller ones, or larger places", start.group)
+    message = f"{names} do not fit where they are to start, among them {obj.name} ({_in_cm(obj.size)})"
+    return NoRoom(
+        f"{message}; declare fewer or smaller ones, or wider regions: x(0.3 .. 0.7 m), y(-0.3 .. 0.3 m)",
+        start.group,
     )
+
+
+def _in_cm(lengths: Sequence[float]) -> str:
+    return f"{100 * lengths[0]:g} x {100 * lengths[1]:g} cm"
+
+
+def _with_loads(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> Sizes:
+    """Return each object's extents seen from above, with those of the objects that start centred on it."""
+    by_name = {obj.name: obj for obj in items}
+    sizes = {obj.name: (obj.size[0], obj.size[1]) for obj in items}
+    for obj in reversed(items):  # the highest first
+        surface = starts.get(obj.name, NOWHERE).surface
+        if surface in by_name and not shares(by_name[surface], obj):
+            (x, y), (its_x, its_y) = sizes[surface], sizes[obj.name]
+            sizes[surface] = max(x, its_x), max(y, its_y)
+    return sizes
+
+
+def _region(obj: SceneObject, start: Start) -> Region:
+    default = REGION if obj.movable else WIDE
+    return start.x or default[0], start.y or default[1]
+
+
+def _exact_spot(
+    obj: SceneObject,
+    starts: Mapping[str, Start],
+    spots: Mapping[str, Spot],
+    by_name: Mapping[str, SceneObject],
+    rng: np.random.Generator,
+) -> Spot:
+    """Return where an object is told to stand: as close to others as that may be, but not in them."""
+    start = starts[obj.name]
+    (x0, x1), (y0, y1) = _region(obj, start)
+    spot = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
+    for name, other in spots.items():
+        if clearance(spot, obj.size, [(other, by_name[name].size)]) < -1e-9:
+            told = ((by_name[name], other), (obj, spot))
+            places = " and ".join(
+                f"{each.name} ({_in_cm(each.size)}) at x {100 * at[0]:g} cm, y {100 * at[1]:g} cm"
+                for each, at in told
+            )
+            raise NoRoom(f"two objects are to start inside each other: {places}", start.group)
+    return spot
 
 
 def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[str, Spot]:
@@ -115,12 +214,16 @@ def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[st
     taken: list[Footprint] = []
     for obj in items:
         start = starts.get(obj.name, Start())
-        if start.surface == TABLE and start.x and start.y and start.x[0] == start.x[1]:
+        if start.exact and start.x and start.y:
             taken.append(((start.x[0], start.y[0]), obj.size))
     found: dict[str, Spot] = {}
     for tray in (t for t in items if t.fixed and t.name not in starts and t.roomy):
-        free = [spot for spot in ASIDE if clearance(spot, tray.size, taken) > GAP]
-        found[tray.name] = free[0] if free else ASIDE[-1]
+        free = [spot for spot in ASIDE if clearance(spot, tray.size, taken) > TIGHT]
+        if not free:
+            raise NoRoom(
+                f"the tray '{tray.name}' has no room beside the others; declare it as a group of the scene"
+            )
+        found[tray.name] = free[0]
         taken.append((found[tray.name], tray.size))
     return found
 
@@ -128,6 +231,7 @@ def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[st
 def _crowded(
     items: Sequence[SceneObject],
     starts: Mapping[str, Start],
+    sizes: Sizes,
     taken: Sequence[Footprint],
     rng: np.random.Generator,
 ) -> dict[str, Spot]:
@@ -140,225 +244,96 @@ def _crowded(
     in_place = list(taken)
     cells: dict[str, Spot] = {}
     for start, objects in shared.items():
-        region = start.x or REGION[0], start.y or REGION[1]
+        region = _region(objects[0], start)
         (x0, x1), (y0, y1) = region
         if x0 == x1 or y0 == y1:
             continue  # their start is exact
-        width = max(max(obj.size[:2]) for obj in objects)
-        covered = sum(_covered(region, spot, size) for spot, size in in_place)
+        width = max(max(sizes[obj.name]) for obj in objects)
+        covered = sum(covered_area(region, spot, size) for spot, size in in_place)
         if len(objects) * (width + GAP) ** 2 < CROWDED * ((x1 - x0) * (y1 - y0) - covered):
             continue
-        found = _free_cells(len(objects), width, region, in_place)
+        found = free_cells(len(objects), width, region, in_place)
         if found is None:
             continue
         free, pitch = found
-        jitter = max(0.0, min(0.01, (pitch - width) / 2 - TIGHT))
-        for obj, cell in zip(objects, rng.permutation(len(free)), strict=False):
-            dx, dy = rng.uniform(-jitter, jitter, 2)
-            cells[obj.name] = (free[cell][0] + float(dx), free[cell][1] + float(dy))
-            in_place.append((cells[obj.name], obj.size))
+        for obj, cell in zip(objects, in_cells(free, pitch, width, rng), strict=False):
+            cells[obj.name] = cell
+            in_place.append((cells[obj.name], sizes[obj.name]))
     return cells
 
 
-def _free_cells(
-    count: int, width: float, region: tuple[Interval, Interval], in_place: Sequence[Footprint]
-) -> tuple[list[Spot], float] | None:
-    """Return the free cells of the widest grid with at least that many, and their pitch; None without one."""
-    (x0, x1), (y0, y1) = region
-    for wanted in range(count, MOST_CELLS * count + 1):
-        columns, rows = _grid(wanted, x1 - x0, y1 - y0)
-        pitch = min((x1 - x0) / columns, (y1 - y0) / rows)
-        if pitch < width + TIGHT:
-            return None
-        middles = [
-            (x0 + (column + 0.5) * (x1 - x0) / columns, y0 + (row + 0.5) * (y1 - y0) / rows)
-            for column in range(columns)
-            for row in range(rows)
-        ]
-        clear = clearance(middles, (pitch, pitch), in_place) >= 0
-        free = [middle for middle, is_clear in zip(middles, clear, strict=True) if is_clear]
-        if len(free) >= count:
-            return free, pitch
-    return None
-
-
-def _covered(region: tuple[Interval, Interval], spot: Sequence[float], size: Sequence[float]) -> float:
-    """Return the area of a region that an object's footprint covers [m2]."""
-    sides = [
-        min(region[axis][1], spot[axis] + size[axis] / 2) - max(region[axis][0], spot[axis] - size[axis] / 2)
-        for axis in (0, 1)
-    ]
-    return max(0.0, sides[0]) * max(0.0, sides[1])
-
-
-def _grid(count: int, length: float, width: float) -> tuple[int, int]:
-    """Return columns and rows of at least that many cells, as square as the region allows."""
-    columns = max(1, round((count * length / width) ** 0.5))
-    return columns, -(-count // columns)
-
-
 def _free_spot(
-    obj: SceneObject,
-    start: Start,
+    size: Sequence[float],
+    region: Region,
+    spacing: float | None,
     spots: Mapping[str, Spot],
-    by_name: Mapping[str, SceneObject],
+    sizes: Sizes,
     starts: Mapping[str, Start],
     rng: np.random.Generator,
 ) -> Spot | None:
-    default = REGION if obj.movable else WIDE
-    (x0, x1), (y0, y1) = start.x or default[0], start.y or default[1]
-    others = [(spots[name], by_name[name].size) for name in spots]
-    spacings = {name: max(start.spacing or 0.0, starts.get(name, Start()).spacing or 0.0) for name in spots}
+    """Return a point of a region with a gap to all spots, and the spacing that either of two asks for."""
+    (x0, x1), (y0, y1) = region
+    others = [(spots[name], sizes[name]) for name in spots]
+    spacings = {name: max(spacing or 0.0, starts.get(name, NOWHERE).spacing or 0.0) for name in spots}
     for _ in range(TRIES):
         x, y = float(rng.uniform(x0, x1)), float(rng.uniform(y0, y1))
         spaced = all(hypot(x - spots[name][0], y - spots[name][1]) >= spacings[name] for name in spots)
-        if spaced and clearance((x, y), obj.size, others) > GAP:
+        if spaced and clearance((x, y), size, others) > GAP:
             return x, y
     return None
 
 
-def _stacked_starts(
+def _stack_up(
     items: Sequence[SceneObject],
     starts: Mapping[str, Start],
-    spots: Mapping[str, Spot],
+    spots: dict[str, Spot],
     by_name: Mapping[str, SceneObject],
     rng: np.random.Generator,
-) -> dict[str, Spot] | None:
-    """Place objects that start on others: centred, or at a free point of a tray; None without room."""
-    found: dict[str, Spot] = {}
+) -> str | None:
+    """Add the spots of objects that start on others, from the bottom up; return one without room, if any."""
     for obj in items:
-        start = starts.get(obj.name, Start())
-        if start.surface not in by_name or start.surface == TABLE:
+        surface = starts.get(obj.name, NOWHERE).surface
+        if surface not in by_name or obj.name in spots:
             continue
-        below = by_name[start.surface]
-        x, y = {**spots, **found}[start.surface]
-        if below.roomy:
-            region = Start(start.surface, *region_within(below, (x, y), obj.size), start.spacing)
-            there = {name: spot for name, spot in found.items() if starts[name].surface == start.surface}
-            spot = _free_spot(obj, region, there, by_name, starts, rng)
-            if spot is None:
-                return None
-            x, y = spot
-        found[obj.name] = (x, y)
-    return found
+        if not shares(by_name[surface], obj):
+            spots[obj.name] = spots[surface]
+            continue
+        there = [t for t in items if starts.get(t.name, NOWHERE).surface == surface]
+        found = _beside_each_other(there, by_name[surface], starts, spots[surface], rng)
+        if found is None:
+            return obj.name
+        spots |= found
+    standing = _stacked(items, starts, spots)
+    stacked = (obj.name for obj in items if starts.get(obj.name, NOWHERE).surface in by_name)
+    return next((name for name in stacked if not standing.is_free(name, standing.positions[name])), None)
 
 
-def perturbed_start(
-    objects: tuple[SceneObject, ...],
+def _beside_each_other(
+    items: Sequence[SceneObject],
+    surface: SceneObject,
+    starts: Mapping[str, Start],
+    at: Spot,
     rng: np.random.Generator,
-    in_hand: bool = True,
-    starts: Mapping[str, Start] | None = None,
-    straight: float = STRAIGHT,
-) -> Scene:
-    """Return a scene with partial and wrong towers, buried objects and, at random, an object in the hand.
-
-    Args:
-        straight: how often objects are centred on their support, as an undisturbed arm leaves them.
-    """
-    scene = nominal_start(objects, rng, starts)
-    into: dict[str, tuple[str, Vector]] = {}  # bowl of each item inside one, and its offset there
-    names = [obj.name for obj in movable(objects)]
-    positions = dict(scene.positions)
-    bases = [names[index] for index in rng.permutation(len(names))]
-    tops: list[str] = [t.name for t in objects if t.fixed]  # fixed objects may carry something from the start
-    for name in bases:
-        if tops and rng.random() < 0.5:
-            item, below = scene.by_name[name], scene.by_name[tops[int(rng.integers(len(tops)))]]
-            place = _stacked(item, below, positions, rng, straight)
-            if item.size[0] > TOPPLES * below.size[0]:
-                tops.append(name)
-            elif takes(below, item):
-                positions[name] = place  # in the bowl, which others may still be put on
-                into[name] = below.name, _moved(place, positions[below.name], -1)
-            elif below.roomy or item.size[0] > below.size[0]:  # it needs room beside what is below
-                tops.append(name)
-                if _is_free(item, place, scene, positions):
-                    positions[name] = place
-            else:
-                positions[name] = place
-                tops[tops.index(below.name)] = name
-        else:
-            tops.append(name)
-    carried = [name for name in tops if name in names]
-    held = str(rng.choice(carried)) if rng.random() < 0.3 and in_hand and carried else None
-    gripper = _somewhere([positions[name] for name in carried if name != held], rng)
-    if held is not None:
-        positions[held] = in_hand_at(scene.by_name[held], gripper)
-    for name, (container, offset) in into.items():
-        if name != held:
-            positions[name] = _moved(positions[container], offset)
-    return Scene(objects, positions, scene.yaws, gripper, held)
-
-
-def _moved(place: Vector, by: Vector, times: float = 1) -> Vector:
-    return place[0] + times * by[0], place[1] + times * by[1], place[2] + times * by[2]
-
-
-def _stacked(
-    item: SceneObject,
-    below: SceneObject,
-    positions: Mapping[str, Vector],
-    rng: np.random.Generator,
-    straight: float,
-) -> Vector:
-    """Return a place on top: centred, or as far off as is just stable, where decisions are hardest."""
-    x, y, z = positions[below.name]
-    height = z + _floor(below, item) + item.size[2] / 2
-    if below.cavity is not None and takes(below, item):
-        dx, dy = (float(rng.uniform(-half, half)) / 2 for half in below.cavity[:2])
-        return (x + dx, y + dy, height)
-    reach = CARRIES if below.size[:2] == (CUBE, CUBE) else min(below.size[:2]) / 2 - 0.001
-    centred = rng.random() < (min(straight, STRAIGHT) if below.roomy else straight)
-    dx, dy = rng.normal(0, 0.001, 2) if centred else rng.uniform(-reach, reach, 2)
-    return (x + float(dx), y + float(dy), height)
-
-
-def _floor(below: SceneObject, item: SceneObject) -> float:
-    """Return the height of an item's bottom on or in an object, from that one's centre [m]."""
-    if takes(below, item):
-        return floor_in(below)
-    return top_for(below, item)
-
-
-def in_hand_at(obj: SceneObject, gripper: Vector) -> Vector:
-    """Return where a held object is: between the fingers, or a bowl by its wall."""
-    x, y, z = gripper
-    return (x + obj.size[0] / 2, y, z) if obj.cavity is not None else gripper
-
-
-def _is_free(item: SceneObject, place: Vector, scene: Scene, positions: Mapping[str, Vector]) -> bool:
-    """Return whether no object of the same height range is there."""
-    bottom = place[2] - item.size[2] / 2
-    others = [
-        (positions[other.name], other.size)
-        for other in movable(scene.objects)
-        if other.name != item.name
-        and abs(positions[other.name][2] - other.size[2] / 2 - bottom) < min(item.size[2], other.size[2])
-    ]
-    return bool(clearance(place[:2], item.size, others) > GAP)
-
-
-def _somewhere(tops: list[Vector], rng: np.random.Generator) -> Vector:
-    """Return a place for the hand: anywhere, over an object, or nearly over it."""
-    if not tops or rng.random() < 0.3:
-        x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
-        return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
-    x, y, z = tops[int(rng.integers(len(tops)))]
-    dx, dy = rng.uniform(-CUBE, CUBE, 2) if rng.random() < 0.6 else (0.0, 0.0)
-    return (x + float(dx), y + float(dy), z + CUBE / 2 + float(rng.uniform(0.04, 0.12)))
+) -> dict[str, Spot] | None:
+    """Place objects on a tray or in a container: at free points, or in a grid; None without room."""
+    found: dict[str, Spot] = {}
+    sizes = {obj.name: (obj.size[0], obj.size[1]) for obj in items}
+    for obj in items:
+        region = region_within(surface, at, obj.size)
+        others = {name: sizes[name] for name in found}
+        spot = _free_spot(obj.size, region, starts[obj.name].spacing, found, others, starts, rng)
+        if spot is None:
+            break
+        found[obj.name] = spot
+    else:
+        return found
+    width = max(max(size) for size in sizes.values())
+    cells = free_cells(len(items), width, region_within(surface, at, (0.0, 0.0)), ())
+    if cells is None or any(starts[obj.name].spacing for obj in items):
+        return None
+    return dict(zip(sizes, in_cells(*cells, width, rng), strict=False))
 
 
 def furniture_positions(objects: Iterable[SceneObject]) -> dict[str, Vector]:
     """Return the positions of tables, whose tops are at height zero."""
     return {obj.name: (*CENTRE, -obj.size[2] / 2) for obj in objects if obj.size[0] > TOO_WIDE}
-
-
-def _jittered(cell: Spot, rng: np.random.Generator) -> Spot:
-    dx, dy = rng.uniform(-JITTER, JITTER, 2)
-    return CENTRE[0] + cell[0] + float(dx), CENTRE[1] + cell[1] + float(dy)
-
-
-def _spaced(spots: list[Spot]) -> bool:
-    points = np.array(spots)
-    gaps = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    return bool((gaps[np.triu_indices(len(spots), 1)] >= SPACING).all())

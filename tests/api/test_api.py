@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import ntp_dsl
-from ntp_dsl.authoring import skill
+from ntp_dsl.authoring import ACHIEVED, skill
 from ntp_dsl.cli.app import run as command
+from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.schema import PolicyKind
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
@@ -97,3 +101,98 @@ def test_what_is_asked_for_in_vain_is_told_in_a_sentence() -> None:
     task = ntp_dsl.draw(seats, "seating")
     with pytest.raises(ntp_dsl.NtpError, match="no shipped checkpoint knows"):
         ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(task))
+
+
+def spin(world: Any, item: str) -> Any:
+    return ACHIEVED
+
+
+def marked(name: str) -> Any:
+    return skill(name)(partial(spin))
+
+
+def unmarked(world: Any, item: str) -> Any: ...
+
+
+@pytest.mark.parametrize(
+    "functions, sentence",
+    [
+        ([unmarked], "expected a function marked with @expert, .*; found <function unmarked"),
+        ([3, None], "expected a function marked with @expert, .*; found 3"),
+        ("abc", "expected a list of functions: .*; found 'abc'"),
+        (marked("spin"), "expected a list of functions: .*; found functools.partial"),
+        ([marked("spin"), marked("spin")], "two functions were given for the skill 'spin'"),
+        ([marked("spin"), marked("hop")], "the skill 'hop' was given, and library 'spinning' leaves "
+         "skill 'spin' to Python"),
+    ],
+)  # fmt: skip
+def test_functions_that_a_library_does_not_ask_for_are_refused(functions: Any, sentence: str) -> None:
+    with pytest.raises(ntp_dsl.NtpError, match=sentence):
+        ntp_dsl.load_text(SPINNING, functions=functions)
+
+
+def test_an_object_that_is_called_like_a_function_is_one() -> None:
+    registry = ntp_dsl.load_text(SPINNING, functions=[marked("spin")])
+    assert registry.python.get("skill", "spin")(None, "cube") is ACHIEVED
+
+
+@pytest.mark.parametrize("given", [len, 3, partial(spin), skill("named")(spin).__call__])
+def test_what_cannot_be_marked_is_told_in_a_sentence(given: Any) -> None:
+    with pytest.raises(ntp_dsl.NtpError, match="@skill: expected a function"):
+        skill(given)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, None, "3", True, 2**70])
+def test_a_seed_is_a_whole_number(seed: Any) -> None:
+    registry = ntp_dsl.load("block_stacking")
+    with pytest.raises(ntp_dsl.NtpError, match="expected a seed, a whole number from 0"):
+        ntp_dsl.draw(registry, "block_stacking", seed=seed)
+
+
+def test_a_demonstration_of_other_objects_teaches_nothing() -> None:
+    task, other = (ntp_dsl.draw(ntp_dsl.load(name), name) for name in ("block_stacking", "object_sorting"))
+    with pytest.raises(ntp_dsl.NtpError, match="the demonstration (lacks|also shows) .*; the scene has"):
+        ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(other))
+
+
+def test_a_trace_states_its_world_and_episode_as_the_command_does() -> None:
+    registry = ntp_dsl.load("block_stacking")
+    task = ntp_dsl.draw(registry, "few_placements", seed=3)
+    header = ntp_dsl.run(task, ntp_dsl.expert_policy(task)).trace.header
+    assert (header.world, header.episode) == ("kinematic", 0)
+    own = ntp_dsl.run(task, ntp_dsl.expert_policy(task), ntp_dsl.make_world("kinematic", registry))
+    assert own.trace.header.world is None  # nobody said which
+
+
+class Deciding:
+    """A policy that makes one decision."""
+
+    def __init__(self, choice: Any, kind: str = "custom", scope: Any = None) -> None:
+        self.choice, self.kind, self.scope = choice, kind, scope
+
+    def root(self, program: str, arguments: Any) -> ntp_dsl.Frame:
+        return ntp_dsl.Frame(program, arguments, self.scope)
+
+    def decide(self, frame: Any, world: Any, barred: Any = frozenset()) -> Any:
+        return self.choice
+
+
+@pytest.mark.parametrize(
+    "policy, sentence",
+    [
+        (Deciding(None, kind="wizard"), "expected a policy's kind to be one of scripted, .*found 'wizard'"),
+        (Deciding(None), "expected a Choice from the policy's decide; found None"),
+        (Deciding(None, scope=(9, 3)), r"the policy's root, begin first; found \(9, 3\)"),
+        (Deciding(ntp_dsl.Choice(None, scope=(9, 3))), r"policy's decide, begin first; found \(9, 3\)"),
+        (Deciding(ntp_dsl.Choice(None, scope="ab")), "policy's decide gave a scope that no trace may have"),
+        (Deciding(ntp_dsl.Choice(None, decision=Decision(probability=2))), "gave a decision that .*<= 1.0"),
+    ],
+)  # fmt: skip
+def test_a_wrong_decision_is_refused_when_it_is_made(policy: Any, sentence: str) -> None:
+    task = ntp_dsl.draw(ntp_dsl.load("block_stacking"), "few_placements")
+    with pytest.raises(ntp_dsl.NtpError, match=sentence):
+        ntp_dsl.run(task, policy)
+
+
+def test_public_functions_can_be_sent_to_other_processes() -> None:
+    assert pickle.loads(pickle.dumps(ntp_dsl.draw)) is ntp_dsl.draw

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.cli import app
-from ntp_dsl.cli.app import COMMANDS, run
+from ntp_dsl.cli.app import run
+from ntp_dsl.cli.groups import COMMANDS
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 
 UNSOUND = "library a\nuse tabletop\ntype Cup is Movabel\nprogam go():\n"
@@ -115,13 +116,21 @@ def test_an_exception_of_a_command_becomes_a_status_and_a_line(
     assert str(error) in err
 
 
-def test_internal_errors_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("debug", [False, True])
+def test_an_unforeseen_error_is_a_sentence_that_asks_for_a_report(
+    debug: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     def examined(path: Path) -> None:
-        raise ZeroDivisionError
+        raise ZeroDivisionError("a\x1b[2J")
 
     monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
-    with pytest.raises(ZeroDivisionError):
-        run(["check", "block_stacking"])
+    monkeypatch.setenv(app.DEBUG, "1" if debug else "")
+    status = run(["check", "block_stacking"])
+    told = capsys.readouterr()
+    *_, sentence, advice = told.err.splitlines()
+    assert (status, told.out) == (app.FAULT, "") and ("Traceback" in told.err) == debug
+    assert "ntp check failed" in sentence and r"ZeroDivisionError: a\x1b[2J" in sentence
+    assert "please report this" in advice and "NTP_DEBUG=1" in advice
 
 
 def listen() -> None:

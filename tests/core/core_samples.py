@@ -14,11 +14,11 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
-from ntp_dsl.worlds.starts import perturbed_start
+from ntp_dsl.worlds.perturbed_starts import perturbed_start
 
 
 def shown_task(registry: Registry, seed: int) -> tuple[Instance, RecordedDemonstration]:
-    """A task of the library, demonstrated in the kinematic world."""
+    """Return a task of the library, demonstrated in the kinematic world."""
     task = find_task(registry, "block_stacking")
     instance = draw(registry, task, np.random.default_rng(seed))
     shown = demonstrate(registry, Expert(registry), KinematicWorld(), instance, seed)
@@ -46,7 +46,7 @@ def queries(registry: Registry, seed: int) -> list[Query]:
 
 
 def renamed(query: Query, names: dict[str, str]) -> Query:
-    """The same question with its objects called otherwise."""
+    """Return the same question with its objects called otherwise."""
     seen = query.observation
     return replace(
         query,
@@ -63,7 +63,7 @@ def renamed(query: Query, names: dict[str, str]) -> Query:
 
 
 def reordered(query: Query, seed: int) -> Query:
-    """The same question with its objects listed otherwise, here and in the demonstration."""
+    """Return the same question with its objects listed otherwise, here and in the demonstration."""
     rng = np.random.default_rng(seed)
     count = len(query.observation.objects)
     shown = query.demonstration

@@ -1,4 +1,4 @@
-"""The corpus of flawed libraries: what is expected of each, and how well it is found and mended.
+"""The corpus of flawed libraries: which diagnostics are expected, and how well they are found and fixed.
 
 A library stands in a file as a user would write it. Below each mistake a comment marks the token at fault
 and says what is expected of it; these comments are taken out before the library is checked:
@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.apply_fixes import apply_fixes
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.loader import diagnose
 
@@ -26,7 +26,7 @@ MARK = re.compile(r"#(?:<|( *)\^+) ([EWN]\d+)( fix)?(?:: (.*))?")
 
 @dataclass(frozen=True)
 class Expected:
-    """A mistake, where it is, and what mends it, if something does for certain."""
+    """A mistake, where it is, and its fix, if there is a certain one."""
 
     code: str
     line: int
@@ -48,7 +48,7 @@ class Flawed:
 
 @dataclass(frozen=True)
 class Score:
-    """Of one expected mistake; `why` says what fell short."""
+    """How well one expected mistake is found; `why` says what is missing."""
 
     caught: bool
     located: bool
@@ -76,14 +76,14 @@ def corpus() -> list[Flawed]:
 
 
 def found_in(text: str, folder: Path) -> Sequence[Diagnostic]:
-    """Everything that is said of a library of that text."""
+    """Return the diagnostics of a library of that text."""
     path = folder / "library.ntp"
     path.write_text(text, encoding="utf-8")
     return diagnose(path).diagnostics
 
 
 def scores(flawed: Flawed, folder: Path) -> list[Score]:
-    """How well each expected mistake is told, in the order of the text."""
+    """Return how well each expected mistake is found, in the order of the text."""
     found = found_in(flawed.text, folder)
     return [_score(each, found, flawed, folder) for each in flawed.expected]
 
@@ -107,27 +107,27 @@ def _score(expected: Expected, found: Sequence[Diagnostic], flawed: Flawed, fold
 
 
 def _fixed(
-    mistake: Diagnostic, found: Sequence[Diagnostic], flawed: Flawed, folder: Path
+    diagnostic: Diagnostic, found: Sequence[Diagnostic], flawed: Flawed, folder: Path
 ) -> tuple[bool, str]:
-    """Whether the fix leaves a library that checks, or one that has fewer mistakes and no new ones."""
-    if mistake.fix is None:
+    """Return whether the fix leaves a sound library, or one with fewer diagnostics and no new ones."""
+    if diagnostic.fix is None:
         return False, ""
     path = folder / "library.ntp"
-    left = _serious(found_in(mend(flawed.text, [mistake], path), folder))
+    left = _serious(found_in(apply_fixes(flawed.text, [diagnostic], path), folder))
     found = _serious(found)
     new = _codes(left) - _codes(found)
     if new or len(left) >= len(found):
         codes = ", ".join(f"{each.code} {each.span.line}:{each.span.column}" for each in left)
-        return False, f"the fix of {mistake.code} leaves: {codes}"
+        return False, f"the fix of {diagnostic.code} leaves: {codes}"
     if len(flawed.expected) == 1 and left:
-        return False, f"the fix of {mistake.code} leaves {sorted(_codes(left))}"
+        return False, f"the fix of {diagnostic.code} leaves {sorted(_codes(left))}"
     return True, ""
 
 
-def _serious(mistakes: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Without what is declared in vain: the libraries of the corpus keep some things in stock."""
-    return [each for each in mistakes if not each.code.startswith(("W1", "N1"))]
+def _serious(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Leave out unused declarations, of which the libraries of the corpus have some."""
+    return [each for each in diagnostics if not each.code.startswith(("W1", "N1"))]
 
 
-def _codes(mistakes: Iterable[Diagnostic]) -> set[str]:
-    return {each.code for each in mistakes}
+def _codes(diagnostics: Iterable[Diagnostic]) -> set[str]:
+    return {each.code for each in diagnostics}

@@ -1,4 +1,4 @@
-"""Prints how much of the flawed corpus is caught, located and fixed: `make score`."""
+"""Print how much of the flawed corpus is caught, located and fixed: `make score`."""
 
 from __future__ import annotations
 

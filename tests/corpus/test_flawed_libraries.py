@@ -1,4 +1,4 @@
-"""Every mistake of the flawed corpus is told, with its code and place; sound libraries raise no alarm."""
+"""Every mistake of the flawed corpus is reported, with its code and place; sound libraries raise no alarm."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ SHIPPED = [
 
 
 @pytest.mark.parametrize("flawed", CORPUS, ids=lambda flawed: flawed.name)
-def test_every_flaw_is_caught_located_and_mended_as_expected(flawed: Flawed, tmp_path: Path) -> None:
+def test_every_flaw_is_caught_located_and_fixed_as_expected(flawed: Flawed, tmp_path: Path) -> None:
     for score, expected in zip(scores(flawed, tmp_path), flawed.expected, strict=True):
         assert score.caught and score.located, score.why
         assert score.fixed or not expected.has_fix, score.why
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_nothing_is_said_of_what_is_shipped(path: Path) -> None:
+def test_the_libraries_that_ship_have_no_diagnostics(path: Path) -> None:
     assert diagnose(path).diagnostics == ()
 
 
@@ -40,7 +40,7 @@ def test_a_sound_library_raises_no_alarm(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", SOUND, ids=lambda path: path.stem)
-def test_a_sound_library_says_the_same_in_its_one_layout(path: Path, tmp_path: Path) -> None:
+def test_a_sound_library_has_the_same_diagnostics_in_canonical_layout(path: Path, tmp_path: Path) -> None:
     for each in path.parent.iterdir():
         shutil.copy(each, tmp_path)
     copy = tmp_path / path.name

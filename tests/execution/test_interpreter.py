@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import dist
 
 import numpy as np
 import pytest
 
 from ntp_dsl.execution.interpreter import Interpreter, Run
-from ntp_dsl.execution.refusals import TRIES, Refusals
+from ntp_dsl.execution.refusals import ROUNDS, TRIES, InVain, Refusals
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
@@ -117,7 +118,28 @@ def test_a_state_that_comes_round_again_is_the_same_state(stacking: Registry) ->
     there, call = world.truth(), ("grasp", ("block_0",))
     refusals = Refusals()
     for _ in range(TRIES):
-        assert not refusals.bars(call, here)
-        refusals.add(call, here, failed=True, by_chance=True)
-    assert refusals.bars(call, here) and refusals.failed(call, here)
-    assert not refusals.bars(call, there), "elsewhere it may be tried"
+        assert refusals.barred(call, here) is None
+        refusals.add(call, here, InVain.FAILED, by_chance=True)
+    assert refusals.barred(call, here) is InVain.FAILED
+    assert refusals.barred(call, there) is None, "elsewhere it may be tried"
+
+
+class ThereAndBack(Alternating):
+    """Goes to one block and to another, and back, each time changing something."""
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        if frame.program != "pick" or "move_to" in barred:
+            return super().decide(frame, world, barred)
+        seen = world.truth()
+        nearer = min(("block_3", "block_4"), key=lambda name: dist(seen.positions[name], seen.gripper))
+        return Choice("move_to", ("block_4" if nearer == "block_3" else "block_3",))
+
+
+def test_a_cycle_of_calls_that_succeed_ends_unfinished(stacking: Registry) -> None:
+    ended = run(stacking, ThereAndBack(IN_VAIN))
+    assert ended.ending is Ending.UNFINISHED and ended.primitives <= 3 * ROUNDS
+
+
+def test_a_program_that_calls_itself_with_nothing_changed_ends_unfinished(stacking: Registry) -> None:
+    ended = run(stacking, Stubborn(IN_VAIN | {"pick": ("pick", ("block_0",))}))
+    assert ended.ending is Ending.UNFINISHED and ended.primitives == 0

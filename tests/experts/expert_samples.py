@@ -14,8 +14,8 @@ from ntp_dsl.semantics.observation import Record
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, draw, find_task
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.perturbed_starts import perturbed_start
 from ntp_dsl.worlds.protocol import Disturbances
-from ntp_dsl.worlds.starts import perturbed_start
 
 PRIMITIVES = 1000  # some forty are needed; beside a leaning tower a placement fails until luck helps
 

@@ -1,4 +1,4 @@
-"""Random syntax trees, for the properties that must hold of every one of them."""
+"""Random syntax trees, for property tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ways in which texts change: as people edit them, as nobody would, and by comments alone."""
+"""Mutations of texts: edits of users, accidents, and comments."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NOISE = (
 
 
 def edited(text: str, rng: random.Random) -> str:
-    """The text after one edit of a line or a word, as somebody at work would make it."""
+    """Return the text after one edit of a line or a word, as a user would make it."""
     rows = text.split("\n")
     row = rng.randrange(len(rows))
     match rng.randrange(8):
@@ -44,7 +44,7 @@ def edited(text: str, rng: random.Random) -> str:
 
 
 def broken(text: str, rng: random.Random) -> str:
-    """The text after one accident: noise, lines shuffled, an end cut off, other line ends, great depth."""
+    """Return the text after one accident: noise, shuffled lines, a cut end, other line ends, great depth."""
     at = rng.randrange(len(text) + 1)
     match rng.randrange(10):
         case 0 | 1 | 2:
@@ -83,7 +83,7 @@ WITHIN = ("  # c{0}\n", "\n# c{0}\n", "\n    # c{0}\n  ", "  # c{0}\n        # d
 
 
 def comment_places(text: str) -> Iterator[tuple[int, tuple[str, ...]]]:
-    """Every offset at which a comment may be put in without another meaning, and the forms that fit there."""
+    """Yield every offset where a comment may be inserted without another meaning, and the forms that fit."""
     yield 0, ALONE
     depth = 0
     for match in TOKEN.finditer(text):
@@ -100,7 +100,7 @@ def comment_places(text: str) -> Iterator[tuple[int, tuple[str, ...]]]:
 
 
 def commented(text: str, rng: random.Random, most: int = 4) -> str:
-    """The text with up to so many comments, wherever one may stand."""
+    """Return the text with up to so many comments, wherever one may be."""
     places = list(comment_places(text))
     chosen = rng.sample(places, min(len(places), rng.randint(1, most)))
     for number, (at, forms) in sorted(enumerate(chosen), key=lambda each: -each[1][0]):

@@ -1,4 +1,4 @@
-"""Random libraries that are sound by construction: of none of them may the checker say anything."""
+"""Random libraries that are sound by construction: the checker may report nothing about them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ GIVEN = "present({0}) and reachable({0})"
 
 @dataclass(frozen=True)
 class Fact:
-    """A predicate about a thing (and a member of an enumeration), and the program that achieves it."""
+    """A predicate about an object (and a member of an enumeration), and the program that achieves it."""
 
     predicate: str
     program: str
@@ -20,7 +20,7 @@ class Fact:
 
 @dataclass
 class Author:
-    """Writes declarations, each with all that it needs."""
+    """Writes declarations, each with all that it uses."""
 
     rng: random.Random
     parts: list[str] = field(default_factory=list)
@@ -64,7 +64,7 @@ class Author:
         return name
 
     def fact(self, type: str, depth: int = 2) -> Fact:
-        """A fact that an api turns, perhaps given another one; or two facts joined."""
+        """Write a fact that an api changes, perhaps after another one; or two facts joined."""
         if depth and self.chance(0.25):
             return self.joined(type, depth - 1)
         enum = self.enum() if self.chance(0.3) else ""
@@ -115,7 +115,7 @@ class Author:
         return Fact(predicate, program, type)
 
     def loop(self, fact: Fact) -> None:
-        """A program over the things of the scene."""
+        """Write a program over the objects of the scene."""
         member = f", {self.rng.choice(self.enums[fact.enum])}" if fact.enum else ""
         self.write(
             f"program {self.name('all')}():",
@@ -125,7 +125,7 @@ class Author:
         )
 
     def record(self, fact: Fact) -> None:
-        """A program over a list."""
+        """Write a program over a list."""
         record = self.name("Wish")
         kind = f", k: {fact.enum}" if fact.enum else ""
         given = ", w.k" if fact.enum else ""
@@ -137,7 +137,7 @@ class Author:
         )
 
     def task(self, type: str) -> None:
-        """A task whose program does to each thing of a goal what is said of it first."""
+        """Write a task whose program stacks each element of its goal."""
         stack = self.name("stack")
         promise = "all on(p.item, p.support) for p in goal"
         self.write(
@@ -158,7 +158,7 @@ class Author:
 
 
 def sound_library(rng: random.Random) -> str:
-    """A library that uses `tabletop`; one with a task declares nothing that the task does not come to."""
+    """Return a library that uses `tabletop`; one with a task declares only what the task reaches."""
     author = Author(rng)
     if author.chance(0.3):
         author.task(author.type())

@@ -1,4 +1,4 @@
-"""All mistakes come in one run: what stands is checked although other things are broken; nothing follows."""
+"""All mistakes are found in one run: sound declarations are checked, and no errors follow from others."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ntp_dsl.language.loader import diagnose
 GO = "program go(x: Object):\n    requires present(x) and reachable(x)\n    achieves holding(x)\n"
 
 
-def told(folder: Path, text: str) -> list[Diagnostic]:
+def diagnosed(folder: Path, text: str) -> list[Diagnostic]:
     (folder / "a.ntp").write_text(f"library a\nuse tabletop\n{text}")
     return list(diagnose(folder / "a.ntp").diagnostics)
 
 
 def marked(text: str) -> tuple[str, list[tuple[int, int]]]:
-    """The text without its `@`, and the lines and columns where they stood, below a header of two lines."""
+    """Return the text without its `@`, and their lines and columns, below a header of two lines."""
     places, plain = [], ""
     for part in text.split("@"):
         plain += part
@@ -26,7 +26,7 @@ def marked(text: str) -> tuple[str, list[tuple[int, int]]]:
     return plain, places[:-1]
 
 
-# An `@` stands where each mistake begins; there are no others.
+# An `@` marks where each mistake begins; there are no others.
 SEVERAL = {
     "every line of a body": GO + "    pick(x @x)\n    pick(x) @pick(x)\n    @pik(x)\n    pick(@y)\n",
     "syntax and meaning in two declarations": "type Cup is@\n" + GO + "    @pik(x)\n",
@@ -52,11 +52,11 @@ SEVERAL = {
 @pytest.mark.parametrize("name", SEVERAL)
 def test_no_mistake_hides_another(name: str, tmp_path: Path) -> None:
     text, places = marked(SEVERAL[name])
-    found = [(each.span.line, each.span.column) for each in told(tmp_path, text)]
+    found = [(each.span.line, each.span.column) for each in diagnosed(tmp_path, text)]
     assert found == places
 
 
-# What is broken is told once, and what speaks of it not at all.
+# What is broken is reported once, and what refers to it not at all.
 BROKEN = {
     "a type": "type Cup is@\ntype Mug is Cup\n" + GO + "    pick(x)\nprogram wash(c: Mug):\n"
     "    requires present(c) and reachable(c)\n    achieves holding(c)\n    pick(c)\n",
@@ -88,17 +88,17 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_nothing_follows_from_what_is_broken(name: str, tmp_path: Path) -> None:
     text, places = marked(BROKEN[name])
-    found = told(tmp_path, text)
+    found = diagnosed(tmp_path, text)
     assert [(each.span.line, each.span.column) for each in found] == places, found
 
 
 def test_mistakes_of_all_files_come_together_of_form_and_of_meaning(tmp_path: Path) -> None:
     (tmp_path / "b.ntp").write_text("library b\nuse tabletop\ntype Cup is Movabel\ntype is\n")
-    codes = {each.code for each in told(tmp_path, "use b\ntype Mug is Cpu\nenum E a\n")}
+    codes = {each.code for each in diagnosed(tmp_path, "use b\ntype Mug is Cpu\nenum E a\n")}
     assert codes == {"E001", "E103"}
 
 
 def test_the_fix_of_lines_at_the_margin_indents_them_all(tmp_path: Path) -> None:
-    (mistake,) = told(tmp_path, "program go(x: Object):\nachieves clear(x)\n\nclear(x)\n")
+    (mistake,) = diagnosed(tmp_path, "program go(x: Object):\nachieves clear(x)\n\nclear(x)\n")
     assert mistake.fix is not None
     assert [(each.span.line, each.replacement) for each in mistake.fix.edits] == [(4, "    "), (6, "    ")]

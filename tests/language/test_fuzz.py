@@ -1,4 +1,4 @@
-"""Whatever the text, the language answers at once: with a registry, or with mistakes inside the text."""
+"""Every text is answered quickly: with a registry, or with diagnostics inside the text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sound_libraries import sound_library
 
 from ntp_dsl.common.resources import examples_folder, grammar_folder, library_folder
 from ntp_dsl.language.checker import check, check_units, link
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError, has_errors
 from ntp_dsl.language.formatting.canonical import format_library
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.parsing.blocks import KEYWORDS
@@ -26,7 +26,7 @@ from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Library, Span
 
-LONGEST = 1.0  # seconds of the processor's time for one text
+LONGEST = 1.0  # seconds of processor time for one text
 SHARES = 20  # into which the texts are split, so that several processes can take them
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
@@ -38,7 +38,7 @@ def tabletop() -> Library:
 
 @cache
 def texts() -> list[str]:
-    """What ships, and what makes use of everything that there is."""
+    """Return the libraries that ship, and texts that use every construct."""
     paths = [*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")]
     page = (grammar_folder() / "README.md").read_text()
     shown = "\n".join(row[4:] for row in page.split("\n") if row.startswith("    ") or not row)
@@ -48,7 +48,7 @@ def texts() -> list[str]:
 CACHE = IncrementalCache()  # of `tabletop`
 
 
-def everything_said(text: str) -> list[Diagnostic]:
+def all_diagnostics(text: str) -> list[Diagnostic]:
     partial = read(text, None)
     units, found = link([partial, *([] if partial.library.name == "tabletop" else [_tabletop()])])
     CACHE.begin()
@@ -70,18 +70,18 @@ def assert_inside(span: Span, rows: list[str]) -> None:
 
 def assert_answered(text: str) -> None:
     start = time.process_time()
-    said = everything_said(text)
-    error = SourceError(said, {None: lines(text)})
+    found = all_diagnostics(text)
+    error = SourceError(found, {None: lines(text)})
     assert time.process_time() - start < LONGEST, "too slow"
     rows = lines(text).split("\n")
-    for each in said:
+    for each in found:
         spans = [each.span, *(note.span for note in each.notes if note.span.line)]
         spans += [edit.span for edit in each.fix.edits] if each.fix else []
         for span in spans:
             if span.path is None:
                 assert_inside(span, rows)
-    assert str(error) or not said
-    if not any(each.severity == "error" for each in said):
+    assert str(error) or not found
+    if not has_errors(found):
         assert isinstance(check(parse(text), tabletop()), Registry)
 
 
@@ -140,8 +140,8 @@ def test_random_trees_are_answered(share: int, soak: bool) -> None:
 
 
 @pytest.mark.parametrize("share", range(4))
-def test_of_a_sound_library_nothing_is_said(share: int, soak: bool) -> None:
+def test_a_sound_library_has_no_diagnostics(share: int, soak: bool) -> None:
     for seed in range(share, 1_000 if soak else 20, 4):
         text = sound_library(random.Random(seed))
-        said = everything_said(text)
-        assert said == [], f"seed {seed}:\n{SourceError(said, {None: text})}\n{text}"
+        found = all_diagnostics(text)
+        assert found == [], f"seed {seed}:\n{SourceError(found, {None: text})}\n{text}"

@@ -64,7 +64,7 @@ def test_a_word_is_what_it_is_in_the_language(kind: object, word: str) -> None:
     assert (kind, word) in spoken(EXAMPLE)
 
 
-def test_a_section_is_one_only_where_it_stands_for_one() -> None:
+def test_a_section_is_a_keyword_only_where_it_is_one() -> None:
     assert (Name, "goal") in spoken("    for p in goal:\n") and (Keyword, "goal") in spoken("    goal: t()\n")
 
 

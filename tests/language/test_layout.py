@@ -1,4 +1,4 @@
-"""One layout: nothing but blanks and brackets changes, comments stay where they belong."""
+"""One layout: only blanks and brackets change, and comments stay where they belong."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ slow = settings(
 
 
 def comments(text: str) -> list[str]:
-    """Every comment; several that came to stand on one line count each."""
+    """Return every comment; several that came to be on one line count each."""
     found = [match.group(1) for match in COMMENT.finditer(text) if match.group(1)]
     return sorted(part for each in found for part in re.findall(r"#[^#]*", each.replace("  ", "").rstrip()))
 
 
 def disturbed(text: str, rng: random.Random) -> str:
-    """The same tree, with comments, blanks, empty lines and line breaks wherever they may be."""
+    """Return a text with the same tree, and comments, blanks, empty lines and line breaks anywhere."""
     kept: list[str] = []
 
     def hide(match: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Libraries are found, and what cannot be read is said in one sentence."""
+"""Libraries are found, and what cannot be read is reported in one sentence."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ def test_an_example_is_found_by_its_name_from_anywhere(
     registry = load("block_stacking")
     assert registry.name == "block_stacking"
     assert registry["stack"].takes_list and "grasp" in registry
+    assert repr(registry) == "<Registry block_stacking: 6 programs, 3 apis, 4 tasks>"
     assert set(registry.tasks) == {
         "block_stacking", "few_placements", "many_placements", "tall_towers",
     }  # fmt: skip
@@ -44,7 +45,7 @@ def test_a_binary_file_is_no_library(tmp_path: Path, content: bytes) -> None:
         load(tmp_path / "a.ntp")
 
 
-def test_what_is_not_there_is_said_with_what_is(tmp_path: Path) -> None:
+def test_a_missing_library_is_reported_with_those_that_exist(tmp_path: Path) -> None:
     with pytest.raises(NtpError, match=r"no library at 'blok'.*block_stacking"):
         load("blok")
     with pytest.raises(NtpError, match="holds no .ntp file"):
@@ -53,14 +54,14 @@ def test_what_is_not_there_is_said_with_what_is(tmp_path: Path) -> None:
         load(tmp_path / "none.ntp")
 
 
-def test_libraries_that_use_one_another_in_a_circle_are_told_so(tmp_path: Path) -> None:
+def test_libraries_that_use_one_another_in_a_circle_are_reported(tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text("library a\nuse b\n")
     (tmp_path / "b.ntp").write_text("library b\nuse a\n")
     with pytest.raises(SourceError, match="circle: a -> b -> a"):
         load(tmp_path / "a.ntp")
 
 
-def test_an_unknown_library_is_told_with_the_nearest(tmp_path: Path) -> None:
+def test_an_unknown_library_is_reported_with_the_nearest(tmp_path: Path) -> None:
     (tmp_path / "a.ntp").write_text("library a\nuse tabeltop\n")
     with pytest.raises(SourceError, match="did you mean 'tabletop'") as caught:
         load(tmp_path / "a.ntp")
@@ -95,7 +96,7 @@ def test_a_text_that_belongs_to_a_folder_uses_what_is_beside_it(tmp_path: Path) 
     assert not (tmp_path / "mine.ntp").exists()
 
 
-def test_loading_says_what_a_diagnosis_says(tmp_path: Path) -> None:
+def test_loading_reports_what_a_diagnosis_reports(tmp_path: Path) -> None:
     (tmp_path / "cups.ntp").write_text("library other\nuse tabletop\ntype Cup is Movable\n")
     path = tmp_path / "mine.ntp"
     path.write_text("library mine\nuse tabletop\nconstant mug: Cup\n")

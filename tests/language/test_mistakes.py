@@ -1,4 +1,4 @@
-"""Every mistake is named, located and, where there is one near, told what was meant."""
+"""Every mistake is named and located, with what was probably meant."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ PROGRAM = "program go(x: Object):\n    requires present(x) and reachable(x)\n   
 PUSH = "enum Side: left, right\napi push(x: Object, side: Side, way: length in 0 .. 0.3 m)\n"
 
 
-def mistakes(body: str) -> list[Diagnostic]:
-    """What is wrong with a library whose declarations begin on its third line."""
+def diagnostics(body: str) -> list[Diagnostic]:
+    """Return the diagnostics of a library whose declarations begin on its third line."""
     try:
         check(parse(f"library a\nuse tabletop\n{body}"), TABLETOP)
     except SourceError as error:
@@ -33,7 +33,7 @@ def mistakes(body: str) -> list[Diagnostic]:
     return []
 
 
-# code, line and column of each; a `@` in the text stands where the caret must, and is taken out
+# The code of each; an `@` in the text marks where the caret must be, and is removed.
 SYNTAX = {
     "a misspelt keyword": ("E002", "@progam go():\n    release()\n"),
     "an indented first line": ("E001", "type T\n  @type U\n"),
@@ -128,18 +128,18 @@ def test_a_mistake_is_named_and_located(name: str) -> None:
     code, text = {**SYNTAX, **MEANING}[name]
     before = text[: text.index("@")]
     place = before.count("\n") + 3, len(before) - (before.rfind("\n") + 1) + 1
-    found = [(each.code, each.span.line, each.span.column) for each in mistakes(text.replace("@", ""))]
+    found = [(each.code, each.span.line, each.span.column) for each in diagnostics(text.replace("@", ""))]
     assert (code, *place) in found
     assert name in {"no blocks", "an open docstring"} or len({row[1] for row in found}) == 1, found
 
 
-def test_every_syntax_error_is_told_at_once() -> None:
+def test_every_syntax_error_is_reported_at_once() -> None:
     text = "".join(text.replace("@", "") for _, text in SYNTAX.values() if '"""' not in text)
-    codes = [each.code for each in mistakes(text)]
+    codes = [each.code for each in diagnostics(text)]
     assert len(codes) >= len(SYNTAX) - 1
 
 
-def test_an_error_says_every_mistake_with_its_place() -> None:
+def test_an_error_lists_every_mistake_with_its_place() -> None:
     with pytest.raises(SourceError) as caught:
         check(parse("library a\nuse tabletop\ntype Cup is Movabel\ntype Lid is Cop\n", "a.ntp"), TABLETOP)
     assert str(caught.value).split("\n") == [
@@ -149,7 +149,7 @@ def test_an_error_says_every_mistake_with_its_place() -> None:
 
 
 def test_a_near_name_comes_with_a_fix() -> None:
-    (mistake,) = mistakes("type Cup is Movabel\n")
+    (mistake,) = diagnostics("type Cup is Movabel\n")
     assert mistake.fix is not None
     assert (mistake.fix.replacement, mistake.fix.span) == ("Movable", mistake.span)
 
@@ -166,4 +166,4 @@ def test_a_near_name_comes_with_a_fix() -> None:
     ],
 )
 def test_a_sound_library_raises_no_alarm(body: str) -> None:
-    assert mistakes(body) == []
+    assert diagnostics(body) == []

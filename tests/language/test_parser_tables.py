@@ -6,7 +6,7 @@ import json
 
 from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.language.parsing import parser_tables
-from ntp_dsl.language.parsing.blocks import cut
+from ntp_dsl.language.parsing.blocks import split_blocks
 
 
 def test_the_tables_are_of_the_grammar_as_it_is() -> None:
@@ -18,6 +18,6 @@ def test_the_tables_are_of_the_grammar_as_it_is() -> None:
 def test_what_is_read_by_the_tables_is_what_the_grammar_reads() -> None:
     quick, slow = parser_tables.parser(), parser_tables.built()
     for path in [*library_folder().glob("*.ntp"), *examples_folder().glob("*/*.ntp")]:
-        for piece in cut(path.read_text(), path):
-            trees = [each.parse(piece.text, start=piece.keyword) for each in (quick, slow)]
+        for block in split_blocks(path.read_text(), path):
+            trees = [each.parse(block.text, start=block.keyword) for each in (quick, slow)]
             assert trees[0] == trees[1]

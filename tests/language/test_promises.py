@@ -1,4 +1,4 @@
-"""A promise is kept where calls achieve it, as a whole or in the parts that it is composed of."""
+"""A promise is kept where calls achieve it, as a whole or in its parts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_what_is_composed_is_achieved_by_achieving_its_parts(tmp_path: Path, pac
     assert promises(tmp_path, pack) == []
 
 
-def test_of_what_is_composed_the_part_that_is_turned_round_is_named(tmp_path: Path) -> None:
+def test_of_a_composed_predicate_the_reversed_part_is_named(tmp_path: Path) -> None:
     (note,) = promises(tmp_path, WHOLE, "pick_and_place(c, l)")
-    told = "packed(g, c, l) is promised; the calls achieve 'on' for other things, never for these"
-    assert note.message == told
+    expected = "packed(g, c, l) is promised, and the calls achieve 'on' of other objects only"
+    assert note.message == expected

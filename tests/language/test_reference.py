@@ -24,7 +24,7 @@ def page() -> str:
 
 
 def declarations() -> str:
-    """The text of every example, as one library."""
+    """Return the text of every example, as one library."""
     blocks = re.findall(r"(?:^(?: {4}.*)?\n)+", FENCED.sub("", page()), flags=re.MULTILINE)
     return "\n".join(re.sub(r"^ {4}", "", block, flags=re.MULTILINE) for block in blocks)
 
@@ -56,6 +56,6 @@ def test_the_functions_of_the_reference_are_what_its_declarations_leave_to_pytho
     drawn = draw(registry, find_task(registry, "serve_some"), np.random.default_rng(0))
     assert {row.type for row in drawn.goal} == {"Placement"}
     laid = draw(registry, find_task(registry, "set_out"), np.random.default_rng(0))
-    assert laid.starts["block_0"].surface == "shelf_0" and 2 <= len(laid.goal) <= 3
+    assert laid.starts["block_0"].surface.startswith("shelf_") and 2 <= len(laid.goal) <= 3
     assert all(thing.traits for thing in draw(registry, find_task(registry, "put_in_order"),
         np.random.default_rng(0)).objects if thing.type == "Drawer")  # fmt: skip

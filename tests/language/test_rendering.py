@@ -1,4 +1,4 @@
-"""A mistake is shown where it stands, with what it is related to, and what would mend it."""
+"""A diagnostic is shown in the source, with related places and the fix."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_fix_of_several_edits_is_shown_as_the_lines_that_it_changes() -> None:
     ]
 
 
-def test_a_fix_that_the_message_says_is_not_shown_again() -> None:
+def test_a_fix_that_the_message_names_is_not_shown_again() -> None:
     mistake = Diagnostic("E1", "did you mean 'on'?", at(1, 1, 1), fix=Fix(at(1, 1, 1), "on"))
     assert not any("fix" in line for line in picture(mistake, a="o\n"))
 
@@ -86,12 +86,12 @@ def test_a_fix_that_the_message_says_is_not_shown_again() -> None:
         ("\x1b[31my", 6, "     ^"),
     ],
 )  # fmt: skip
-def test_the_caret_stands_where_the_eye_expects_it(row: str, column: int, caret: str) -> None:
+def test_the_caret_is_below_its_character(row: str, column: int, caret: str) -> None:
     lines = picture(Diagnostic("E001", "here", at(1, column, 1)), a=row)
     assert lines[-1] == f"   | {caret}" and "\x1b" not in lines[-2]
 
 
-def test_a_mistake_without_a_text_or_a_place_is_told_all_the_same() -> None:
+def test_a_diagnostic_without_a_text_or_a_place_is_shown_too() -> None:
     assert picture(Diagnostic("N001", "so", at(9, 1, 1))) == ["note[N001]: so", "  --> a.ntp:9:1"]
     assert picture(Diagnostic("N001", "so", at(9, 1, 1)), a="x\n")[:2] == [
         "note[N001]: so", "  --> a.ntp:9:1",

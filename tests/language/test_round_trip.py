@@ -1,4 +1,4 @@
-"""Text and tree say the same, and nothing that is not text brings the parser down."""
+"""Text and tree mean the same, and no text brings the parser down."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_comments_layout_and_docstrings_do_not_change_a_hash() -> None:
 
 
 def answers(text: str) -> Registry | SourceError:
-    """Whatever the text, the language answers with a registry or with its mistakes."""
+    """Check a text; return its registry or its error."""
     try:
         return check(parse(text))
     except SourceError as error:

@@ -1,4 +1,4 @@
-"""A check that remembers says what a check from nothing says, whatever was edited in between."""
+"""An incremental check reports what a full check reports, whatever was edited in between."""
 
 from __future__ import annotations
 
@@ -54,9 +54,7 @@ program again(c: Cup):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_check_that_remembers_says_what_one_from_nothing_says(
-    seed: int, tmp_path: Path, soak: bool
-) -> None:
+def test_an_incremental_check_reports_what_a_full_one_reports(seed: int, tmp_path: Path, soak: bool) -> None:
     rng = random.Random(seed)
     path, other = tmp_path / "kitchen.ntp", tmp_path / "shapes.ntp"
     texts = {path: KITCHEN, other: SHAPES}
@@ -72,7 +70,7 @@ def test_a_check_that_remembers_says_what_one_from_nothing_says(
         assert session.diagnose(path).diagnostics == diagnose(path).diagnostics
 
 
-def test_texts_that_are_being_edited_stand_for_their_files(tmp_path: Path) -> None:
+def test_edited_texts_replace_their_files(tmp_path: Path) -> None:
     path = tmp_path / "shapes.ntp"
     path.write_text(SHAPES)
     session = Session()

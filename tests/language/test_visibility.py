@@ -1,4 +1,4 @@
-"""A library sees its own names and those of all that it uses; clashes, and what is never needed, are told."""
+"""A library sees its own names and those of all that it uses; clashes and unused names are reported."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ntp_dsl.common.resources import examples_folder, library_folder
-from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.apply_fixes import apply_fixes
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.loader import Report, diagnose, load
 
@@ -24,7 +24,7 @@ task t:
 """
 
 
-def told(folder: Path, text: str, **others: str) -> Report:
+def diagnosed(folder: Path, text: str, **others: str) -> Report:
     for name, other in others.items():
         (folder / f"{name}.ntp").write_text(other)
     (folder / "a.ntp").write_text(text)
@@ -36,20 +36,20 @@ def only(report: Report) -> Diagnostic:
     return diagnostic
 
 
-def mended(folder: Path, report: Report) -> Report:
-    """What is left when the fixes were applied."""
+def fixed(folder: Path, report: Report) -> Report:
+    """Return the report after the fixes are applied."""
     path = folder / "a.ntp"
-    return told(folder, mend(path.read_text(), report.diagnostics, path))
+    return diagnosed(folder, apply_fixes(path.read_text(), report.diagnostics, path))
 
 
-def test_a_name_is_seen_through_what_is_used(tmp_path: Path) -> None:
-    report = told(tmp_path, "library a\nuse cups\nprogram p(c: Cup):\n    achieves clear(c)\n    clear(c)\n",
-                  cups=CUPS)  # fmt: skip
+def test_a_name_is_visible_through_used_libraries(tmp_path: Path) -> None:
+    text = "library a\nuse cups\nprogram p(c: Cup):\n    achieves clear(c)\n    clear(c)\n"
+    report = diagnosed(tmp_path, text, cups=CUPS)
     assert report.diagnostics == ()
 
 
-def test_a_library_that_only_others_use_is_not_seen(tmp_path: Path) -> None:
-    report = told(
+def test_a_library_that_only_others_use_is_not_visible(tmp_path: Path) -> None:
+    report = diagnosed(
         tmp_path,
         "library a\nuse cups\nuse trays\npredicate full(t: Tray, c: Cup)\n",
         cups=CUPS,
@@ -61,20 +61,20 @@ def test_a_library_that_only_others_use_is_not_seen(tmp_path: Path) -> None:
     assert mistake.fix is not None and mistake.fix.replacement == "use cups\n\n"
 
 
-def test_a_forgotten_use_is_told_once_and_mended(tmp_path: Path) -> None:
-    report = told(tmp_path, f"library a\n{STACK}")
+def test_a_forgotten_use_is_reported_once_and_fixed(tmp_path: Path) -> None:
+    report = diagnosed(tmp_path, f"library a\n{STACK}")
     assert "library 'tabletop'" in only(report).message
-    assert mended(tmp_path, report).is_sound
+    assert fixed(tmp_path, report).is_sound
 
 
 def test_a_library_beside_is_offered_too(tmp_path: Path) -> None:
-    report = told(tmp_path, "library a\nuse tabletop\nconstant mug: Cup\n", cups=CUPS)
+    report = diagnosed(tmp_path, "library a\nuse tabletop\nconstant mug: Cup\n", cups=CUPS)
     assert only(report).fix is not None
-    assert mended(tmp_path, report).is_sound
+    assert fixed(tmp_path, report).is_sound
 
 
 def test_two_used_libraries_that_declare_one_name_clash_at_the_later(tmp_path: Path) -> None:
-    report = told(
+    report = diagnosed(
         tmp_path,
         "library a\nuse cups\nuse mugs\n",
         cups=CUPS,
@@ -85,14 +85,14 @@ def test_two_used_libraries_that_declare_one_name_clash_at_the_later(tmp_path: P
     assert [note.span.path and note.span.path.stem for note in mistake.notes] == ["cups", "mugs"]
 
 
-def test_an_own_name_that_a_used_library_declares_is_told_where_that_is(tmp_path: Path) -> None:
-    mistake = only(told(tmp_path, "library a\nuse cups\ntype Cup\n", cups=CUPS))
+def test_a_name_that_a_used_library_declares_too_is_reported_with_its_place(tmp_path: Path) -> None:
+    mistake = only(diagnosed(tmp_path, "library a\nuse cups\ntype Cup\n", cups=CUPS))
     assert (mistake.code, mistake.span.line, mistake.span.column) == ("E302", 3, 6)
     assert (mistake.notes[0].span.line, mistake.notes[0].span.path) == (3, tmp_path / "cups.ntp")
 
 
-def test_a_clash_within_what_is_used_is_told_there_alone(tmp_path: Path) -> None:
-    report = told(
+def test_a_clash_within_used_libraries_is_reported_there_alone(tmp_path: Path) -> None:
+    report = diagnosed(
         tmp_path, "library a\nuse b\n", b="library b\nuse cups\nuse mugs\n", cups=CUPS,
         mugs="library mugs\nuse tabletop\ntype Cup is Movable\n",
     )  # fmt: skip
@@ -108,23 +108,23 @@ def test_a_clash_within_what_is_used_is_told_there_alone(tmp_path: Path) -> None
         ("library a\nuse Cups\ntype Mug is Cup\n", "E110", (2, 5)),
     ],
 )
-def test_a_use_that_is_not_as_it_should_be_is_told_and_mended(
+def test_a_wrong_use_is_reported_and_fixed(
     tmp_path: Path, text: str, code: str, place: tuple[int, int]
 ) -> None:
-    report = told(tmp_path, text, cups=CUPS)
+    report = diagnosed(tmp_path, text, cups=CUPS)
     mistake = only(report)
     assert (mistake.code, (mistake.span.line, mistake.span.column)) == (code, place)
-    assert mended(tmp_path, report).diagnostics == ()
+    assert fixed(tmp_path, report).diagnostics == ()
 
 
-def test_a_circle_is_told_once_and_hides_nothing(tmp_path: Path) -> None:
-    report = told(
+def test_a_circle_is_reported_once_and_hides_nothing(tmp_path: Path) -> None:
+    report = diagnosed(
         tmp_path, "library a\nuse b\ntype A is B\n", b="library b\nuse a\ntype B\npredicate p(x: A, y: C)\n"
     )
     assert [each.code for each in report.diagnostics] == ["E304", "E103"]
 
 
-# What is declared in vain; an `@` stands where the warning points.
+# Unused declarations; an `@` marks where the warning points.
 IDLE = {
     "a parameter": ("W102", "program p(x: Object, @y: Object):\n    achieves clear(x)\n    clear(x)\n"),
     "a parameter of a composition": ("W102", "predicate p(x: Object, @y: Object): clear(x)\n"),
@@ -148,10 +148,10 @@ IDLE = {
 
 
 @pytest.mark.parametrize("name", IDLE)
-def test_what_is_declared_in_vain_is_told(name: str, tmp_path: Path) -> None:
+def test_an_unused_declaration_is_reported(name: str, tmp_path: Path) -> None:
     code, text = IDLE[name]
     before = f"library a\nuse tabletop\n{text[: text.index('@')]}"
-    found = told(tmp_path, f"library a\nuse tabletop\n{text}".replace("@", ""))
+    found = diagnosed(tmp_path, f"library a\nuse tabletop\n{text}".replace("@", ""))
     place = code, before.count("\n") + 1, len(before) - before.rfind("\n")
     assert place in [(each.code, each.span.line, each.span.column) for each in found.diagnostics]
     assert found.is_sound and {each.code for each in found.diagnostics} <= {code, "W106", "N106"}
@@ -160,12 +160,12 @@ def test_what_is_declared_in_vain_is_told(name: str, tmp_path: Path) -> None:
 def test_what_begins_with_an_underscore_is_meant_to_be_unused(tmp_path: Path) -> None:
     text = "program p(x: Object, _y: Object):\n    achieves clear(x)\n    clear(x)\ntype _Cup is Movable\n"
     plain = STACK.replace("stack(goal)", "stack(goal)")
-    report = told(tmp_path, f"library a\nuse tabletop\n{plain}{text.replace(' p(', ' _p(')}")
+    report = diagnosed(tmp_path, f"library a\nuse tabletop\n{plain}{text.replace(' p(', ' _p(')}")
     assert report.diagnostics == ()
 
 
 def test_a_library_without_tasks_is_for_others(tmp_path: Path) -> None:
-    report = told(tmp_path, "library a\nuse tabletop\nenum Side: left, right\napi zap(x: Object)\n")
+    report = diagnosed(tmp_path, "library a\nuse tabletop\nenum Side: left, right\napi zap(x: Object)\n")
     assert report.diagnostics == ()
 
 
@@ -179,9 +179,9 @@ def test_the_libraries_that_ship_raise_no_alarm(path: Path) -> None:
 
 
 def test_a_registry_is_named_after_the_library_that_was_asked_for(tmp_path: Path) -> None:
-    told(tmp_path, "library a\nuse cups\ntype Mug is Cup\n", cups=CUPS)
+    diagnosed(tmp_path, "library a\nuse cups\ntype Mug is Cup\n", cups=CUPS)
     registry = load(tmp_path / "a.ntp")
     assert registry.name == "a" and registry.is_a("Mug", "Movable")
-    told(tmp_path, "library a\nuse cups\ntype Mug is Cpu\n")
+    diagnosed(tmp_path, "library a\nuse cups\ntype Mug is Cpu\n")
     with pytest.raises(SourceError, match="did you mean 'Cup'"):
         load(tmp_path / "a.ntp")

@@ -19,7 +19,7 @@ def cells(notebook: Path) -> list[str]:
 
 
 def run_cell(source: str, names: dict[str, Any], place: str) -> Any:
-    """What the cell ends in, as a notebook has it."""
+    """Return what the cell ends in, as a notebook has it."""
     tree = ast.parse(source, place)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, place, "exec"), names)

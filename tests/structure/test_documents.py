@@ -12,7 +12,7 @@ import pytest
 from sources import ROOT
 from typer import Context
 
-from ntp_dsl.cli.app import COMMANDS, LazyGroup
+from ntp_dsl.cli.groups import COMMANDS, LazyGroup
 
 DOCUMENTS = sorted(
     path

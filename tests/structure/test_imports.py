@@ -12,8 +12,10 @@ from sources import importers, imports, modules
 
 # What each folder may import of the project, besides itself and what those folders may import.
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
-    "ntp_dsl": ("ntp_dsl.api",),
-    "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.graph"),
+    "ntp_dsl": ("ntp_dsl.api", "ntp_dsl.libraries", "ntp_dsl.extras"),
+    "ntp_dsl.api": ("ntp_dsl.evaluation", "ntp_dsl.libraries"),
+    "ntp_dsl.libraries": ("ntp_dsl.graph", "ntp_dsl.user_code"),
+    "ntp_dsl.extras": ("ntp_dsl.language",),
     "ntp_dsl.common": (),
     "ntp_dsl.language": ("ntp_dsl.common",),
     "ntp_dsl.graph": ("ntp_dsl.language",),
@@ -30,7 +32,13 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.datasets": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
     "ntp_dsl.dynamic": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
     "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core"),
-    "ntp_dsl.cli": ("ntp_dsl.evaluation", "ntp_dsl.dynamic", "ntp_dsl.graph", "kinematics.bench"),
+    "ntp_dsl.cli": (
+        "ntp_dsl.evaluation",
+        "ntp_dsl.dynamic",
+        "ntp_dsl.graph",
+        "ntp_dsl.extras",
+        "kinematics.bench",
+    ),
     "ntp_dsl.__main__": ("ntp_dsl.cli",),
     "kinematics": (),
     "kinematics.errors": (),

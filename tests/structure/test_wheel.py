@@ -80,7 +80,7 @@ def test_the_wheel_runs_without_the_checkout(wheel: zipfile.ZipFile, tmp_path: P
 
 
 def needed_by(requirements: list[str]) -> Iterator[str]:
-    """The distributions that requirements install here, and what those need in turn."""
+    """Return the distributions that requirements install here, and what those need in turn."""
     for requirement in map(Requirement, requirements):
         if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
             yield requirement.name

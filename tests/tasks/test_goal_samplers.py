@@ -96,3 +96,16 @@ def test_a_constant_of_the_library_may_be_part_of_a_goal(tmp_path: Path) -> None
 def test_what_a_sampler_draws_must_fit_its_field(tmp_path: Path, row: str, said: str) -> None:
     with pytest.raises(NtpError, match=said):
         drawn(tmp_path, row)
+
+
+def test_a_sampler_is_told_what_each_object_starts_on(tmp_path: Path) -> None:
+    on_marks = LIBRARY.replace("3 Block on table", "2 Block on marks")
+    (tmp_path / "mine.ntp").write_text(on_marks)
+    told = PYTHON.format(row='("block_0", starts["block_0"], "left", 0.25)').replace(
+        "sides)", "sides, starts)"
+    )
+    (tmp_path / "mine.py").write_text(told)
+    registry = load_with_python(tmp_path / "mine.ntp")
+    drawn = [draw(registry, find_task(registry, "mine"), np.random.default_rng(seed)) for seed in range(20)]
+    assert {each.goal[0]["mark"] for each in drawn} == {"mark_0", "mark_1"}
+    assert all(each.goal[0]["mark"] == each.starts["block_0"].surface for each in drawn)

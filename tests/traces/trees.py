@@ -23,8 +23,8 @@ from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, End, Ending, Header, Po
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.perturbed_starts import perturbed_start
 from ntp_dsl.worlds.protocol import Disturbances
-from ntp_dsl.worlds.starts import perturbed_start
 
 HERE = Path("a.trace.jsonl")
 DISTURBED = Disturbances(slips=0.3, pushes=0.3)

@@ -9,10 +9,12 @@ from ntp_dsl.language.loader import load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.worlds.grids import SPACING
 from ntp_dsl.worlds.kinematic import KinematicWorld
+from ntp_dsl.worlds.perturbed_starts import perturbed_start
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Scene
 from ntp_dsl.worlds.scenes import movable
-from ntp_dsl.worlds.starts import REGION, SPACING, nominal_start, perturbed_start
+from ntp_dsl.worlds.starts import REGION, nominal_start
 
 DISTURBED = Disturbances(slips=0.25, pushes=0.25, noise=0.002)
 SIZE = (0.05, 0.05, 0.05)
@@ -171,3 +173,10 @@ def test_perturbed_starts_have_towers_buried_objects_and_full_hands() -> None:
     heights = [max(place[2] for place in scene.positions.values()) for scene in scenes]
     assert 10 < sum(scene.held is not None for scene in scenes) < 60
     assert sum(height > 0.12 for height in heights) > 30
+
+
+def test_what_is_set_down_far_out_stays_there() -> None:
+    """As in the Bullet world; only what falls off others or is pushed stays within the region."""
+    made = world(gripper=(0.4, 0.1, 0.125), held=None)
+    assert made.call("grasp", ("a",)) and made.move_over(0.5, 0.4) and made.call("release", ())
+    assert made.truth().positions["a"] == pytest.approx((0.5, 0.4, 0.025), abs=0.005)

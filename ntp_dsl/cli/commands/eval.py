@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -27,8 +28,9 @@ from ntp_dsl.cli.options import (
     WorldName,
     varied,
 )
-from ntp_dsl.evaluation.episodes import Plan, run_all
-from ntp_dsl.evaluation.statistics import statistics
+from ntp_dsl.cli.signals import uninterrupted
+from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
+from ntp_dsl.evaluation.statistics import Statistics, statistics
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.worlds.protocol import Disturbances
 
@@ -60,6 +62,7 @@ def command(
 
     `success` is strict: all placements centred and in contact, no other object moved, the hand empty, and
     unchanged two seconds later. `success_authors` is the test of the paper's authors.
+    After an interruption, the report is of the episodes so far.
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
@@ -69,17 +72,31 @@ def command(
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
     plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges, arm=arm)
-    done = []
-    with progress("episodes", episodes) as bar:
-        for episode in run_all(plan, episodes, workers):
-            done.append(episode)
-            wins = sum(bool(each.success) for each in done)
-            bar.describe(f"{wins} of {len(done)} episodes")
-            bar.advance()
-    figures = statistics(done, seed)
+    done: list[Episode] = []
+    stopped: BaseException | None = None
+    try:
+        with progress("episodes", episodes) as bar:
+            for episode in run_all(plan, episodes, workers):
+                done.append(episode)
+                wins = sum(bool(each.success) for each in done)
+                bar.describe(f"{wins} of {len(done)} episodes")
+                bar.advance()
+    except (KeyboardInterrupt, ChildProcessError) as error:
+        stopped = error
+    with uninterrupted():
+        if done:
+            _report(statistics(done, seed), episodes, stopped is not None, json)
+    if stopped is not None:
+        raise stopped
+    return 0
+
+
+def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> None:
     if json:
-        print_json(figures)
-        return 0
+        print_json({**asdict(figures), "episodes_wanted": wanted, "interrupted": interrupted})
+        return
+    if interrupted:
+        answers.print(f"interrupted after {figures.episodes} of {wanted} episodes")
     low, high = figures.success_interval
     answers.print(f"success          {figures.success:.3f}   (95 %: {low:.3f} to {high:.3f})")
     answers.print(f"authors' test    {figures.success_authors:.3f}")
@@ -93,4 +110,3 @@ def command(
     )
     for failure in figures.failed:
         answers.print(f"episode {failure.episode}: {failure.attributed_to}: {failure.reason}")
-    return 0

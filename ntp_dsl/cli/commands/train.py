@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -78,7 +80,8 @@ def command(
         "versions": {name: version(name) for name in ("ntp_dsl", "torch", "numpy")},
     }
     path = out / f"{registry.name}.safetensors"
-    save_core(trainer.core, recipe, path)
+    with _kept(partial):
+        save_core(trainer.core, recipe, path)
     partial.unlink(missing_ok=True)
     if json:
         print_json({"checkpoint": str(path), "loss": parts, **recipe})
@@ -110,8 +113,9 @@ def _train(trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str,
             bar.advance()
             if iteration % SHOW_EVERY == 0:
                 bar.describe(f"training, loss {sum(parts.values()):.3f}")
-            if iteration % SAVE_EVERY == 0:
-                save_training(trainer, partial, data)
+            if iteration % SAVE_EVERY == 0 or iteration == trainer.config.iterations:
+                with _kept(partial):
+                    save_training(trainer, partial, data)
 
         try:
             trainer.run(corpus, report)
@@ -119,6 +123,20 @@ def _train(trainer: Trainer, corpus: Corpus, partial: Path, data: list[dict[str,
             save_training(trainer, partial, data)
             raise
     return {name: round(value, 5) for name, value in latest.items()}
+
+
+@contextmanager
+def _kept(partial: Path) -> Iterator[None]:
+    """Say what is left of the training where a file cannot be written, as on a full disk."""
+    try:
+        yield
+    except OSError as error:
+        if not partial.is_file():
+            raise
+        raise NtpError(
+            f"{error.filename}: {error.strerror}; the training so far is in {partial}: "
+            "make room, and the same command continues from there"
+        ) from error
 
 
 def _provenance(manifest: Manifest) -> dict[str, Any]:

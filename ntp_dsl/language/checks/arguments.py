@@ -1,4 +1,4 @@
-"""Whether arguments fit the parameters that they are given for: their number, types and ranges."""
+"""Checks of arguments against parameters: their number, types and ranges."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
-from ntp_dsl.language.names.signatures import Names, fits, head, phrase, si
+from ntp_dsl.language.names.signatures import Names, are_given, counted, fits, leading_span, si, with_article
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
@@ -14,11 +14,11 @@ from ntp_dsl.language.syntax.formatter import format_expression, format_type
 from ntp_dsl.language.syntax.nodes import Expression, Parameter, TypeName
 
 Value = Callable[[Expression, Names, TypeName | None], Checked[TypeName | None]]
-GROSS = 5.0  # so far beyond its range, a number was written in another unit
+FAR_OUT = 5.0  # a number so many times beyond its range was meant in another unit
 
 
-class Arguments:
-    """Checks arguments by what `value` says of each."""
+class ArgumentChecker:
+    """Checks arguments; `value` checks one by itself and returns its type."""
 
     def __init__(self, table: SymbolTable, value: Value) -> None:
         self._table = table
@@ -30,7 +30,7 @@ class Arguments:
         declared: nodes.Declaration,
         parameters: Sequence[Parameter],
         names: Names,
-        wild: bool = False,
+        allow_wildcard: bool = False,
     ) -> Iterator[Diagnostic]:
         """Check that there are as many as declared, each of its parameter's type and in its range.
 
@@ -39,43 +39,43 @@ class Arguments:
         """
         given = node.arguments
         note = Note(f"'{declared.name}' is declared here", declared.name_span)
-        sight = self.sight(names, wild)
+        scope = self.scope(names, allow_wildcard)
         if len(parameters) != len(given):
-            yield from self.alone(node, names)
-            yield self._wrong_number(node, declared, parameters, sight, note)
+            yield from self.check_alone(node, names)
+            yield self._wrong_number(node, declared, parameters, scope, note)
             return
         for index, argument in enumerate(given):
-            if wild and isinstance(argument, nodes.Wildcard):
+            if allow_wildcard and isinstance(argument, nodes.Wildcard):
                 continue
             found = yield from self._value(argument, names, parameters[index].type)
             if found is None:
                 continue
             if not fits(self._table, found, parameters[index].type):
-                yield self._wrong_type(node, declared, parameters, index, found, sight, note)
-                if argument_repairs.repair_order(sight, parameters, given) is not None:
-                    return  # they are only mixed up, which is one mistake
+                yield self._wrong_type(node, declared, parameters, index, found, scope, note)
+                if argument_repairs.repair_order(scope, parameters, given) is not None:
+                    return  # they are only in the wrong order, which is one mistake
             elif isinstance(argument, nodes.Number):
                 yield from _check_range(parameters[index], argument, note)
 
-    def alone(self, node: nodes.Atom | nodes.Call, names: Names) -> Iterator[Diagnostic]:
-        """Check the arguments by themselves, where it is not known what they are given to."""
+    def check_alone(self, node: nodes.Atom | nodes.Call, names: Names) -> Iterator[Diagnostic]:
+        """Check the arguments by themselves, where the parameters are not known."""
         for argument in node.arguments:
             if not isinstance(argument, nodes.Wildcard):
                 yield from self._value(argument, names, None)
 
-    def sight(self, names: Names, wild: bool = True) -> argument_repairs.Sight:
-        """What can be named here, and what would fit where."""
-        return argument_repairs.Sight(self._table, names, self._accepts(names, wild))
+    def scope(self, names: Names, allow_wildcard: bool = True) -> argument_repairs.NamesInScope:
+        """Return the names in scope here, and a test of what fits a parameter."""
+        return argument_repairs.NamesInScope(self._table, names, self._accepts(names, allow_wildcard))
 
     def takes(self, parameters: Sequence[Parameter], arguments: Sequence[Expression], names: Names) -> bool:
-        """Whether they fit; says nothing aloud."""
-        accepts = self._accepts(names, wild=True)
+        """Return whether the arguments fit; report nothing."""
+        accepts = self._accepts(names, allow_wildcard=True)
         return len(parameters) == len(arguments) and all(map(accepts, parameters, arguments))
 
-    def _accepts(self, names: Names, wild: bool) -> Callable[[Parameter, Expression], bool]:
+    def _accepts(self, names: Names, allow_wildcard: bool) -> Callable[[Parameter, Expression], bool]:
         def accepts(parameter: Parameter, argument: Expression) -> bool:
             if isinstance(argument, nodes.Wildcard):
-                return wild
+                return allow_wildcard
             found, wrong = outcome(self._value(argument, names, parameter.type))
             return not wrong and (found is None or fits(self._table, found, parameter.type))
 
@@ -86,16 +86,16 @@ class Arguments:
         node: nodes.Atom | nodes.Call,
         declared: nodes.Declaration,
         parameters: Sequence[Parameter],
-        sight: argument_repairs.Sight,
+        scope: argument_repairs.NamesInScope,
         note: Note,
     ) -> Diagnostic:
         wanted, found = len(parameters), len(node.arguments)
-        message = f"'{declared.name}' takes {_count(wanted)}, here {_are(found)}"
-        meant = argument_repairs.repair_count(sight, parameters, node.arguments)
+        message = f"'{declared.name}' takes {counted(wanted, 'argument')}, and {are_given(found)}"
+        meant = argument_repairs.repair_count(scope, parameters, node.arguments)
         fix = None if meant is None else argument_repairs.as_call(node, declared.name, meant)
         listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
         help = f"it is declared: {declared.name}({listing})"
-        return Diagnostic("E201", message, head(node.span, declared.name), (note,), help, fix)
+        return Diagnostic("E201", message, leading_span(node.span, declared.name), (note,), help, fix)
 
     def _wrong_type(
         self,
@@ -104,15 +104,15 @@ class Arguments:
         parameters: Sequence[Parameter],
         index: int,
         found: TypeName,
-        sight: argument_repairs.Sight,
+        scope: argument_repairs.NamesInScope,
         note: Note,
     ) -> Diagnostic:
         parameter, wrong = parameters[index], node.arguments[index]
-        message = f"'{parameter.name}' is {phrase(parameter.type)}, and this is {phrase(found)}"
+        message = f"'{parameter.name}' is {with_article(parameter.type)}, and this is {with_article(found)}"
         help = self._members(parameter.type)
-        order = argument_repairs.repair_order(sight, parameters, node.arguments)
-        meant = argument_repairs.repair_argument(sight, parameters, node.arguments, index)
-        if (field := argument_repairs.as_field(sight, node)) is not None:
+        order = argument_repairs.repair_order(scope, parameters, node.arguments)
+        meant = argument_repairs.repair_argument(scope, parameters, node.arguments, index)
+        if (field := argument_repairs.as_field(scope, node)) is not None:
             fix: Fix | None = field
             help = f"did you mean the field: {field.replacement}?"
         elif order is not None:
@@ -125,14 +125,14 @@ class Arguments:
             fix = Fix(wrong.span, format_expression(meant))
             help = help or f"did you mean '{fix.replacement}'?"
         else:
-            fix = argument_repairs.narrower(sight, parameter, wrong)
+            fix = argument_repairs.narrower(scope, parameter, wrong)
             if fix is not None:
-                help = f"only {phrase(parameter.type)} will do: say so where it is declared"
+                help = f"only {with_article(parameter.type)} fits: narrow its declared type"
         return Diagnostic("E202", message, wrong.span, (note,), help, fix)
 
     def _members(self, type: TypeName) -> str:
         enum = self._table.enums.get(type.name)
-        return f"{phrase(type)} is one of: {', '.join(enum.members)}" if enum else ""
+        return f"{with_article(type)} is one of: {', '.join(enum.members)}" if enum else ""
 
 
 def _check_range(parameter: Parameter, number: nodes.Number, note: Note) -> Iterator[Diagnostic]:
@@ -140,7 +140,7 @@ def _check_range(parameter: Parameter, number: nodes.Number, note: Note) -> Iter
     if value is None or low is None or high is None or low <= value <= high:
         return
     unit = _unit(parameter)
-    message = f"'{parameter.name}' lies in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
+    message = f"'{parameter.name}' must be in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
     fix = _other_unit(parameter, number, value, low, high)
     help = f"did you mean {fix.replacement}?" if fix else ""
     yield Diagnostic("E203", message, number.span, (note,), help, fix)
@@ -152,7 +152,7 @@ def _unit(parameter: Parameter) -> str:
 
 
 def _in_its_unit(parameter: Parameter, number: nodes.Number) -> Fix | None:
-    """`30 s` where a time is meant and 30 cm stand: the only unit there is, or that its range allows."""
+    """Write `30 s` for 30 cm where a time is meant: the only unit there is, or that the range allows."""
     low, high = si(parameter.low), si(parameter.high)
     kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
     if low is not None and high is not None:
@@ -165,19 +165,11 @@ def _in_its_unit(parameter: Parameter, number: nodes.Number) -> Fix | None:
 def _other_unit(
     parameter: Parameter, number: nodes.Number, value: float, low: float, high: float
 ) -> Fix | None:
-    """30 where at most 0.3 m will do: 30 cm are meant; the largest unit that fits."""
-    if number.unit and abs(value) < GROSS * max(abs(low), abs(high)):
+    """Write 30 cm for 30 where at most 0.3 m are allowed: the largest unit that fits."""
+    if number.unit and abs(value) < FAR_OUT * max(abs(low), abs(high)):
         return None
     kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
     for size, unit in sorted(kinds, reverse=True):
         if low <= number.value * size <= high:
             return Fix(number.span, format_expression(nodes.Number(number.value, unit)))
     return None
-
-
-def _count(number: int) -> str:
-    return f"{number} argument{'s' * (number != 1)}" if number else "no argument"
-
-
-def _are(number: int) -> str:
-    return {0: "are none", 1: "is 1"}.get(number, f"are {number}")

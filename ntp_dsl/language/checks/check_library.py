@@ -1,7 +1,7 @@
-"""From libraries to all that is wrong with their meaning: of each in turn, those that it uses first.
+"""From libraries to all that is wrong with their meaning: each in turn, after those that it uses.
 
-What stands is checked although other things do not. Nothing is said of what cannot be told because something
-that it rests on is broken.
+What is sound is checked although other declarations are broken; nothing is reported where it could follow
+from what is broken.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, has_errors
 from ntp_dsl.language.logic.preconditions import Contracts
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.names.poisoned_spans import PoisonedSpans
-from ntp_dsl.language.names.symbol_table import SPACES, SymbolTable
-from ntp_dsl.language.names.unknown_names import Shelf, settle, standard_names
-from ntp_dsl.language.names.use_statements import repeated
-from ntp_dsl.language.names.visibility import Unit, below, key, visible
+from ntp_dsl.language.names.symbol_table import KINDS, SymbolTable
+from ntp_dsl.language.names.unknown_names import AvailableNames, resolve_unknown, standard_names
+from ntp_dsl.language.names.use_statements import repeated_uses
+from ntp_dsl.language.names.visibility import Unit, dependencies, key, visible_names
 from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.syntax.nodes import (
     ApiDeclaration,
@@ -32,14 +32,14 @@ from ntp_dsl.language.syntax.nodes import (
 from ntp_dsl.language.syntax.visitors import callees, predicates
 
 CALLED = (ApiDeclaration, ProgramDeclaration)
-# What may only seem to be wrong with a declaration, or with a task, of which lines are missing.
+# Codes that an incomplete declaration, or an incomplete task, may have only because lines are missing.
 IF_INCOMPLETE = ({"E405"}, {"E101", "E106", "E501"})
 
 
 def examine(
-    units: Sequence[Unit], shelf: Shelf = standard_names, cache: IncrementalCache | None = None
+    units: Sequence[Unit], available: AvailableNames = standard_names, cache: IncrementalCache | None = None
 ) -> tuple[SymbolTable, list[Diagnostic]]:
-    """Return what a library sees, and everything that is wrong with the meaning of all units.
+    """Return the symbol table of a library, and all that is wrong with the meaning of all units.
 
     Args:
         units: the library in question first, then all that it uses.
@@ -49,29 +49,29 @@ def examine(
     cache = cache or IncrementalCache()
     examination = _Examination(cache)
     found: list[Diagnostic] = []
-    for index in [*below(units, 0), 0]:
-        table, of_library = outcome(visible(units, index))
+    for index in [*dependencies(units, 0), 0]:
+        table, of_library = outcome(visible_names(units, index))
         of_library += examination.library(units[index].partial, table)
-        found += settle(of_library, units, index, shelf)
-        found += repeated(units[index].library)
+        found += resolve_unknown(of_library, units, index, available)
+        found += repeated_uses(units[index].library)
     is_broken = any(unit.partial.diagnostics or None in unit.uses for unit in units)
     if not is_broken and not has_errors(found):
-        found += unused_between(units, table, cache.mentions)
+        found += unused_between(units, table, cache.references)
     return table, found
 
 
 class _Examination:
-    """Checks libraries in turn, and remembers what is not to be relied on."""
+    """Checks libraries in turn, and remembers which declarations no conclusions may rest on."""
 
     def __init__(self, cache: IncrementalCache) -> None:
         self._cache = cache
         self._found: list[Diagnostic] = []  # about names and types, in all libraries so far
         self._faulty: dict[int, Declaration] = {}  # by identity
         self._incomplete: dict[int, Declaration] = {}  # likewise
-        self._unclear: set[str] = set()  # predicates of which it is not known what they say
+        self._unclear: set[str] = set()  # predicates whose meaning is not known
 
     def library(self, partial: PartialLibrary, table: SymbolTable) -> Iterator[Diagnostic]:
-        """Check a library, where all that it uses was checked before."""
+        """Check a library after all that it uses."""
         for declaration in partial.library.declarations:
             yield from self._declaration(declaration, partial, table)
         own = [each for each in partial.library.declarations if _stands(each, table)]
@@ -82,7 +82,7 @@ class _Examination:
         for each in complete:
             if isinstance(each, ProgramDeclaration):
                 check = check_calls(each, known)
-                yield from self._cache.recall(each, check_calls, known.dictionaries(), (), check)
+                yield from self._cache.reuse_or_run(each, check_calls, known.dictionaries(), (), check)
             if isinstance(each, ProgramDeclaration | TaskDeclaration):
                 yield from self._contract(each, contracts)
 
@@ -98,16 +98,18 @@ class _Examination:
             called = (declaration.run.callee,) if declaration.run else ()
         named = [declaration, *filter(None, map(table.callable, called))]
         faulty = frozenset(each.name for each in named if id(each) in self._faulty)
-        grounds = (faulty, contracts.outlook)
+        basis = (faulty, contracts.inferred)
         check = check_contract(declaration, contracts)
-        return self._cache.recall(declaration, check_contract, contracts.dictionaries(), grounds, check)
+        return self._cache.reuse_or_run(declaration, check_contract, contracts.dictionaries(), basis, check)
 
     def _declaration(
         self, declaration: Declaration, partial: PartialLibrary, table: SymbolTable
     ) -> Iterator[Diagnostic]:
         is_incomplete = key(declaration) in partial.incomplete
         check = _check_alone(declaration, table, is_incomplete)
-        found = self._cache.recall(declaration, check_declaration, table.dictionaries(), is_incomplete, check)
+        found = self._cache.reuse_or_run(
+            declaration, check_declaration, table.dictionaries(), is_incomplete, check
+        )
         self._found += found
         if found:
             self._faulty[id(declaration)] = declaration
@@ -125,7 +127,7 @@ class _Examination:
         return table.select(lambda each: id(each) not in missing) if missing else table
 
     def _without_unclear(self, table: SymbolTable) -> SymbolTable:
-        """Return the table without unclear predicates, and without contracts that rest on them."""
+        """Return the table without unclear predicates, and without contracts that apply them."""
         unclear = {name for name in self._unclear if name in table.predicates}
         if not unclear:
             return table
@@ -146,7 +148,7 @@ class _Examination:
 
 
 def _check_alone(declaration: Declaration, table: SymbolTable, is_incomplete: bool) -> Iterator[Diagnostic]:
-    """Check a declaration; of a sound one, say what of it is unused."""
+    """Check a declaration; of a sound one, also report what in it is unused."""
     found = [*check_declaration(declaration, table)]
     yield from found
     if not found and not is_incomplete:
@@ -154,5 +156,5 @@ def _check_alone(declaration: Declaration, table: SymbolTable, is_incomplete: bo
 
 
 def _stands(declaration: Declaration, table: SymbolTable) -> bool:
-    """Return whether the table has this very declaration of its name."""
-    return getattr(table, SPACES[type(declaration)][0]).get(declaration.name) is declaration
+    """Return whether this declaration is the one in the table, and not another of its name."""
+    return getattr(table, KINDS[type(declaration)].field).get(declaration.name) is declaration

@@ -1,4 +1,4 @@
-"""What is wrong with one declaration, given the table of all: its names, types and shape."""
+"""Checks of one declaration by itself: its names, types and shape."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ntp_dsl.language.checks.condition_lints import check_conditions
 from ntp_dsl.language.checks.tasks import check_task
-from ntp_dsl.language.checks.type_checker import Typing
+from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.names.signatures import Names, check_parameters
@@ -25,7 +25,7 @@ def check_declaration(declaration: nodes.Declaration, table: SymbolTable) -> Ite
 
 
 def _without_same_list(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Drop what says again that a parameter is no list, and has the same fix."""
+    """Drop a repeated E206 with the same fix: one parameter that should be a list, in several loops."""
     fixes: set[Fix] = set()
     for each in found:
         if each.code == "E206" and each.fix is not None:
@@ -36,14 +36,14 @@ def _without_same_list(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 
 def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterator[Diagnostic]:
-    typing = Typing(table)
+    typing = TypeChecker(table)
     match declaration:
         case nodes.RecordDeclaration():
             yield from check_parameters(table, declaration.fields)
         case nodes.ConstantDeclaration():
             if declaration.type.is_list or declaration.type.name not in table.types:
                 if (yield from check_type(table, declaration.type)):
-                    message = "a constant is one thing of the scene"
+                    message = "a constant is one object of the scene"
                     yield Diagnostic("E202", message, declaration.type.span)
         case nodes.PredicateDeclaration():
             names = yield from check_parameters(table, declaration.parameters)
@@ -67,7 +67,7 @@ def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterat
 
 
 def _is_reading(declaration: nodes.PredicateDeclaration, names: Names, table: SymbolTable) -> bool:
-    """`predicate drink(cup: Cup): Drink`, where `-> Drink` is meant."""
+    """Recognise `predicate drink(cup: Cup): Drink`, where `-> Drink` is meant."""
     body = declaration.body
     return isinstance(body, nodes.Name) and body.id not in names and body.id in table.type_names()
 
@@ -79,12 +79,12 @@ def _no_result(declaration: nodes.PredicateDeclaration) -> Diagnostic:
     whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
     meant = replace(declaration, body=None, result=nodes.TypeName(body.id))
     fix = Fix(whole, format_signature(meant)) if start.line == end.line else None
-    message = f"what a reading is, is said after '->': {format_signature(meant)}"
+    message = f"the type of a reading follows '->': {format_signature(meant)}"
     return Diagnostic("E205", message, body.span, fix=fix, name=body.id)
 
 
 def _check_contract(
-    declaration: nodes.ApiDeclaration | nodes.ProgramDeclaration, table: SymbolTable, typing: Typing
+    declaration: nodes.ApiDeclaration | nodes.ProgramDeclaration, table: SymbolTable, typing: TypeChecker
 ) -> Checked[Names]:
     names = yield from check_parameters(table, declaration.parameters)
     for condition in (declaration.requires, declaration.achieves):
@@ -94,7 +94,7 @@ def _check_contract(
 
 
 def _check_statement(
-    statement: nodes.Statement, names: Names, table: SymbolTable, typing: Typing
+    statement: nodes.Statement, names: Names, table: SymbolTable, typing: TypeChecker
 ) -> Iterator[Diagnostic]:
     match statement:
         case nodes.For(generator, body):

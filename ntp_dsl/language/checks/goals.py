@@ -1,4 +1,4 @@
-"""Whether a goal can be drawn: from what the scene has, with the knobs there are, into a record that fits."""
+"""Checks of a task's goal: that it can be drawn from the scene, with its options, into a record that fits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
 from ntp_dsl.language.names.samplers import SAMPLERS, SamplerKind
-from ntp_dsl.language.names.signatures import fits, head, phrase
+from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, with_article
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import (
     filled,
@@ -37,7 +37,7 @@ LENGTHS = {kind.length for kind in SAMPLERS.values()} | {"count", "number", "siz
 
 def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[str]:
     """Return the record that the goal is a list of; "" where that cannot be told."""
-    span = head(goal.span, goal.name)
+    span = leading_span(goal.span, goal.name)
     record = yield from _check_result(goal, table)
     sources = yield from _check_sources(goal, task, table)
     if goal.by is not None:
@@ -46,7 +46,7 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Chec
         return record.name if record else ""
     kind = SAMPLERS.get(goal.name)
     if kind is None:
-        help = "a function of your own is written: NAME(...) -> list[Placement] by python"
+        help = "a sampler in Python is written: NAME(...) -> list[Placement] by python"
         yield unknown("E108", "there is no sampler", goal.name, span, SAMPLERS, help)
         return record.name if record else ""
     if goal.result is None:
@@ -67,7 +67,7 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Chec
         found = [*_check_fields(goal, kind, record, sources, task, table)]
         yield from found
         if found:
-            return ""  # nobody can tell what is meant
+            return ""  # it is unclear which record is meant
     counts = [count for _, count in sources]
     if options is not None and all(counts):
         for name, message, better in kind.flaws(options, counts):
@@ -94,7 +94,7 @@ def _check_result(goal: Sampler, table: SymbolTable) -> Checked[RecordDeclaratio
 def _check_python(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     assert goal.by is not None
     if goal.by.id != PYTHON:
-        message = f"a goal is drawn by a sampler that there is, or by {PYTHON}"
+        message = f"a goal is drawn by a built-in sampler, or by {PYTHON}"
         yield Diagnostic("E112", message, goal.by.span)
     elif goal.result is None:
         message = f"'{goal.name}' does not say what it draws"
@@ -103,10 +103,10 @@ def _check_python(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> I
         lists = [each.type for each in program.parameters if each.type.is_list] if program else []
         typed = replace(goal, result=lists[0]) if len(lists) == 1 else None
         fix = Fix(goal.span, format_sampler(typed)) if typed else None
-        yield Diagnostic("E502", message, head(goal.span, goal.name), help=help, fix=fix)
+        yield Diagnostic("E502", message, leading_span(goal.span, goal.name), help=help, fix=fix)
 
 
-Source = tuple[TypeName, int]  # of what type, and how many at least
+Source = tuple[TypeName, int]  # a type, and how many objects there are at least
 
 
 def _check_sources(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[list[Source] | None]:
@@ -136,13 +136,13 @@ def _check_number(
     table: SymbolTable,
 ) -> Iterator[Diagnostic]:
     wanted = len(kind.sources)
-    span = head(goal.span, goal.name)
+    span = leading_span(goal.span, goal.name)
     help = f"{goal.name}({', '.join(kind.sources)}, ...)"
     if not sources:
-        message = f"'{goal.name}' is to draw from the scene; name the groups that it may use"
+        message = f"'{goal.name}' draws from the scene; name the groups that it may use"
         yield Diagnostic("E502", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
     elif len(sources) < wanted or (len(sources) > wanted and not kind.many_sources):
-        message = f"'{goal.name}' draws from {wanted}, here are {len(sources)}"
+        message = f"'{goal.name}' draws from {counted(wanted, 'group')}, and {are_given(len(sources))}"
         yield Diagnostic("E201", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
 
 
@@ -155,7 +155,7 @@ def _check_fields(
     table: SymbolTable,
 ) -> Iterator[Diagnostic]:
     """Check that a pair becomes the record's two fields; of a tower, each object may be either."""
-    span = goal.result.span if goal.result else head(goal.span, goal.name)
+    span = goal.result.span if goal.result else leading_span(goal.span, goal.name)
     note = Note(f"'{record.name}' is declared here", record.name_span)
     types = [type for type, _ in sources]
     if len(record.fields) != 2:
@@ -167,13 +167,13 @@ def _check_fields(
     if index is None:
         return
     type, field = wanted[index]
-    message = f"'{field.name}' is {phrase(field.type)}, and these are each {phrase(type)}"
+    message = f"'{field.name}' is {with_article(field.type)}, and each of these is {with_article(type)}"
     is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
     others = other_groups(goal, kind, index, record, task, table) if is_clear else []
     if not kind.many_sources and fills(kind, types[::-1], record, table):
         fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
         place = goal.group_spans[0] if goal.group_spans else span
-        yield Diagnostic("E202", message, place, (note,), "the other way round they fit", fix)
+        yield Diagnostic("E202", message, place, (note,), "in the other order they fit", fix)
     elif len(others) == 1 and goal.group_spans:
         place = goal.group_spans[0 if kind.many_sources else index]
         help = f"'{others[0]}' would fit"
@@ -193,10 +193,12 @@ def _check_options(
     yield from (found := [*found, *wrong])
     missing = [name for name in kind.needed if name not in options]
     if missing and not found:
-        message = f"'{goal.name}' needs to be told its {' and '.join(missing)}"
+        message = f"'{goal.name}' needs {' and '.join(map(repr, missing))}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
-        yield Diagnostic("E502", message, head(goal.span, goal.name), help=f"for example: {whole}", fix=fix)
+        yield Diagnostic(
+            "E502", message, leading_span(goal.span, goal.name), help=f"for example: {whole}", fix=fix
+        )
     return None if missing or found else options
 
 
@@ -225,4 +227,4 @@ def _check_ranges(goal: Sampler) -> Checked[Mapping[str, Option]]:
 
 
 def _option_span(option: Option) -> Span:
-    return head(option.span, option.name)
+    return leading_span(option.span, option.name)

@@ -1,4 +1,4 @@
-"""What a task's scene says of its things: how many, where they start, and what they look like."""
+"""Checks of a task's scene: how many objects there are, where they start, and what they look like."""
 
 from __future__ import annotations
 
@@ -6,7 +6,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
-from ntp_dsl.language.names.signatures import check_order, fits, head, measure, phrase, si
+from ntp_dsl.language.names.signatures import (
+    are_given,
+    check_order,
+    counted,
+    fits,
+    leading_span,
+    measure,
+    si,
+    with_article,
+)
 from ntp_dsl.language.names.symbol_table import UNITS, SymbolTable
 from ntp_dsl.language.repairs.task_repairs import reversed_count
 from ntp_dsl.language.syntax.formatter import format_expression
@@ -22,6 +31,7 @@ from ntp_dsl.language.syntax.nodes import (
     TypeName,
 )
 
+GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 LENGTH = TypeName("length")
 SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "cube": ("edge",),
@@ -32,45 +42,60 @@ SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "mesh": ("file", "length", "width", "height"),
     "urdf": ("file", "length", "width", "height"),
 }
-PLACING: Mapping[str, tuple[str, ...]] = {  # where the things of a group may start
+PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may start
     "x": ("region",),
     "y": ("region",),
     "spacing": ("distance",),
     "at": ("positions",),
 }
-LARGEST = 2.0  # of things before an arm [m]
+LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
 
 def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check that every group has a type, a number, a place to start from, and details that exist."""
     for index, group in enumerate(task.scene):
-        yield from _check_group(group, task.scene[:index], table)
+        yield from _check_group(group, task, task.scene[:index], table)
         for number, detail in enumerate(group.details):
             yield from _check_detail(detail, group, group.details[:number], table)
 
 
 def _check_group(
-    group: SceneGroup, before: tuple[SceneGroup, ...], table: SymbolTable
+    group: SceneGroup, task: TaskDeclaration, before: tuple[SceneGroup, ...], table: SymbolTable
 ) -> Iterator[Diagnostic]:
     if group.type.name not in table.types or group.type.is_list:
         yield unknown("E103", "there is no type", group.type.name, group.type.span, table.types)
-    if group.count < 1:
-        yield Diagnostic("E502", f"a scene of no {group.type.name} leaves nothing to do", group.span)
+    others = [other for other in task.scene if other is not group]
+    most = group.count if group.most is None else group.most
+    if most < 1 or (group.count < 1 and not any(other.count for other in others)):
+        yield Diagnostic("E502", f"a scene with no {group.type.name} leaves nothing to do", group.span)
+    if group.name == GOAL:
+        message = f"'{GOAL}' is the task's goal, so no group of its scene can be called that"
+        yield Diagnostic("E305", message, leading_span(group.span, group.name))
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
         yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
     if group.name in {other.name for other in before} or group.name in table.constants:
-        yield Diagnostic("E305", f"'{group.name}' is in the scene already", head(group.span, group.name))
+        yield Diagnostic(
+            "E305", f"'{group.name}' is in the scene already", leading_span(group.span, group.name)
+        )
+    stem = f"{group.type.name.lower()}_"
+    for constant in table.constants:
+        if constant.startswith(stem) and constant.removeprefix(stem).isdecimal():
+            message = f"'{constant}' is a constant, and an object of '{group.name}' has the same name"
+            yield Diagnostic("E305", message, leading_span(group.span, group.name))
     places = [*table.constants, *(other.name for other in before)]
     if group.place not in places:
         yield unknown("E101", "there is no place", group.place, group.place_span, places)
+    if any(other.name == group.place and other.count < 1 for other in before):
+        message = f"'{group.name}' starts on '{group.place}', which may be empty"
+        yield Diagnostic("E502", message, group.place_span, help="declare at least 1 of those")
 
 
 def _check_detail(
     detail: Detail, group: SceneGroup, before: tuple[Detail, ...], table: SymbolTable
 ) -> Iterator[Diagnostic]:
-    span = head(detail.span, detail.name)
+    span = leading_span(detail.span, detail.name)
     same = [other.name for other in before if other.name == detail.name]
     shaped = [other.name for other in before if other.name in SHAPES and detail.name in SHAPES]
     if same or shaped:
@@ -85,26 +110,31 @@ def _check_detail(
     else:
         readings = [each.name for each in table.predicates.values() if each.result is not None]
         known = [*SHAPES, *PLACING, *readings]
-        yield unknown("E111", "things have no", detail.name, span, known)
+        yield unknown("E111", "objects have no property", detail.name, span, known)
 
 
 def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:
-    """`at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`: x and y, for one thing after the other."""
-    places, things = len(detail.settings) // 2, max(group.count, group.most or 0)
-    if detail.settings and not len(detail.settings) % 2 and places < things:
-        message = f"'{group.name}' are {things}, and here are places for {places}"
-        yield Diagnostic("E504", message, head(detail.span, detail.name), help="each takes an x and a y")
+    """Check `at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`: x and y, for one object after the other."""
+    span = leading_span(detail.span, detail.name)
+    places, count = len(detail.settings) // 2, max(group.count, group.most or 0)
+    if detail.settings and not len(detail.settings) % 2 and places < count:
+        message = f"'{group.name}' are {counted(count, 'object')}, and here are places for {places}"
+        yield Diagnostic("E504", message, span, help="each takes an x and a y")
     if not detail.settings or len(detail.settings) % 2:
-        message = f"'at' takes pairs of x and y, here are {len(detail.settings)} numbers"
-        help = "for example: at(0.4 m, -0.2 m, 0.4 m, 0.2 m)"
-        yield Diagnostic("E201", message, head(detail.span, detail.name), help=help)
+        message = f"'at' takes pairs of x and y, and {are_given(len(detail.settings))}"
+        yield Diagnostic("E201", message, span, help="for example: at(0.4 m, -0.2 m, 0.4 m, 0.2 m)")
     for setting in detail.settings:
-        if not isinstance(setting, Number):
+        if isinstance(setting, Number):
+            yield from _check_position(setting, table)
+        else:
             yield Diagnostic("E504", "a position is a length", setting.span, help="for example: -20 cm")
-            continue
-        found = yield from measure(setting, LENGTH)
-        if found is not None and not fits(table, found, LENGTH):
-            yield Diagnostic("E204", f"a position is a length, and this {phrase(found)}", setting.span)
+
+
+def _check_position(number: Number, table: SymbolTable) -> Iterator[Diagnostic]:
+    found = yield from measure(number, LENGTH)
+    if found is not None and not fits(table, found, LENGTH):
+        message = f"a position is a length, and this is {with_article(found)}"
+        yield Diagnostic("E204", message, number.span)
 
 
 def _check_settings(
@@ -113,9 +143,11 @@ def _check_settings(
     if detail.name == "at":
         yield from _check_positions(detail, group, table)
         return
-    span = head(detail.span, detail.name)
+    span = leading_span(detail.span, detail.name)
     if len(detail.settings) != len(wanted):
-        message = f"'{detail.name}' takes {len(wanted)}, here are {len(detail.settings)}"
+        message = (
+            f"'{detail.name}' takes {counted(len(wanted), 'setting')}, and {are_given(len(detail.settings))}"
+        )
         fix = None
         match wanted, detail.settings:
             case ("region",), (Number() as low, Number() as high):
@@ -146,55 +178,55 @@ def _check_settings(
 def _check_length(number: Number, meaning: str, table: SymbolTable) -> Iterator[Diagnostic]:
     found = yield from measure(number, LENGTH)
     if found is not None and not fits(table, found, LENGTH):
-        yield Diagnostic("E204", f"the {meaning} is a length, and this {phrase(found)}", number.span)
+        yield Diagnostic("E204", f"the {meaning} is a length, and this is {with_article(found)}", number.span)
     elif number.unit in ("", *UNITS) and (size := si(number)) is not None and not 0 < size <= LARGEST:
         meant = replace(number, unit="cm")
         is_near = number.unit in {"", "m"} and 0 < size <= 100
         fix = Fix(number.span, format_expression(meant)) if is_near else None
         help = f"did you mean {fix.replacement}?" if fix else ""
-        message = f"{size:g} m is no size for a thing before an arm"
+        message = f"{size:g} m is no size for an object in front of an arm"
         yield Diagnostic("E504", message, number.span, help=help, fix=fix)
 
 
 def _check_interval(interval: Interval, table: SymbolTable) -> Iterator[Diagnostic]:
     for bound in (interval.low, interval.high):
-        found = yield from measure(bound, LENGTH)
-        if found is not None and not fits(table, found, LENGTH):
-            yield Diagnostic("E204", f"a position is a length, and this {phrase(found)}", bound.span)
+        yield from _check_position(bound, table)
     yield from check_order(interval.low, interval.high, interval.span)
 
 
 def _check_reading(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:
-    """`category(cup, plate)`: the things take these in turn."""
+    """Check `category(cup, plate)`: the objects take these values in turn."""
     declared = table.predicates[detail.name]
-    span = head(detail.span, detail.name)
+    span = leading_span(detail.span, detail.name)
     if declared.result is None or declared.body is not None or len(declared.parameters) != 1:
-        message = f"'{detail.name}' is not a reading of one thing, so a scene cannot set it"
+        message = f"'{detail.name}' is not a reading of one object, so a scene cannot set it"
         help = f"a reading is declared with its type: predicate {detail.name}(o: Object) -> ..."
         yield Diagnostic("E504", message, span, help=help)
         return
     if not fits(table, group.type, declared.parameters[0].type):
-        message = f"'{detail.name}' reads {phrase(declared.parameters[0].type)}, and these are each"
-        yield Diagnostic("E202", f"{message} {phrase(group.type)}", span)
+        message = f"'{detail.name}' reads {with_article(declared.parameters[0].type)}, and each of these is"
+        yield Diagnostic("E202", f"{message} {with_article(group.type)}", span)
     if not detail.settings:
         yield Diagnostic("E201", f"'{detail.name}' takes at least one value", span)
     if declared.result.name not in table.type_names():
-        return  # said already
+        return  # reported where the predicate is declared
     enum = table.enums.get(declared.result.name)
     for setting in detail.settings:
         if enum is not None:
             value = setting.id if isinstance(setting, Name) else ""
             if not value:
-                message = f"'{detail.name}' is {phrase(declared.result)}, and this is no member of it"
+                message = f"'{detail.name}' is {with_article(declared.result)}, and this is no member of it"
                 yield Diagnostic("E202", message, setting.span, help=f"there is: {', '.join(enum.members)}")
             elif value not in enum.members:
                 what = f"'{enum.name}' has no member"
                 yield unknown("E101", what, value, setting.span, enum.members)
         elif not isinstance(setting, Number):
-            message = f"'{detail.name}' is {phrase(declared.result)}, and this is no number"
+            message = f"'{detail.name}' is {with_article(declared.result)}, and this is not a number"
             yield Diagnostic("E202", message, setting.span)
         else:
             found = yield from measure(setting, declared.result)
             if found is not None and not fits(table, found, declared.result):
-                message = f"'{detail.name}' is {phrase(declared.result)}, and this {phrase(found)}"
+                message = (
+                    f"'{detail.name}' is {with_article(declared.result)}, and this is {with_article(found)}"
+                )
                 yield Diagnostic("E204", message, setting.span)

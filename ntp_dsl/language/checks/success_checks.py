@@ -1,4 +1,4 @@
-"""Whether a task is judged by what the program that it runs achieves."""
+"""Checks of a task's success condition against what the program that it runs achieves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import replace
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import facts, implies, substitute
 from ntp_dsl.language.logic.preconditions import Contracts
-from ntp_dsl.language.repairs.task_repairs import said_of
+from ntp_dsl.language.repairs.task_repairs import promise_of_call
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Atom, Expression, ProgramDeclaration, TaskDeclaration
-from ntp_dsl.language.syntax.visitors import conjuncts, mentions, predicates
+from ntp_dsl.language.syntax.visitors import conjuncts, free_names, predicates
 
 
 def check_success(contracts: Contracts, task: TaskDeclaration) -> Iterator[Diagnostic]:
@@ -21,34 +21,34 @@ def check_success(contracts: Contracts, task: TaskDeclaration) -> Iterator[Diagn
     faulty = contracts.is_faulty(task) or contracts.is_faulty(program)
     if program is None or task.run is None or task.success is None or faulty:
         return
-    told = [argument for argument in task.run.arguments if mentions(argument) & mentions(task.success)]
-    if program.achieves is None or not told:
+    shared = [argument for argument in task.run.arguments if free_names(argument) & free_names(task.success)]
+    if program.achieves is None or not shared:
         return
     promised = contracts.promised(task.run)
     for part in conjuncts(task.success):
         if not predicates(part) <= set(contracts.table.predicates):
-            continue  # of what is wrong itself nothing is concluded
+            continue  # no conclusions from an unclear predicate
         about = format_expression(part)
-        lacking = [fact for fact in facts(part) if not _is_promised(fact, promised, contracts)]
-        if lacking:
+        unpromised = [fact for fact in facts(part) if not _is_promised(fact, promised, contracts)]
+        if unpromised:
             message = f"'{program.name}' does not say that it achieves this: {about}"
             note = Note("what it achieves", program.achieves.span)
             yield Diagnostic("N501", message, part.span, (note,))
     yield from _check_quantifier(task, program)
-    asked, given = _elements(task.success), _elements(said_of(program, task.run))
-    if asked is None or given is None or asked[0] != given[0]:
+    wanted, given = _elements(task.success), _elements(promise_of_call(program, task.run))
+    if wanted is None or given is None or wanted[0] != given[0]:
         return
-    for fact in asked[1]:
+    for fact in wanted[1]:
         same = [each for each in given[1] if _predicate(each) == _predicate(fact) is not None]
         if same and fact not in same:
-            yield _turned_round(task, program)
+            yield _other_fields(task, program)
             return
 
 
 def _check_quantifier(task: TaskDeclaration, program: ProgramDeclaration) -> Iterator[Diagnostic]:
-    """`some … for p in goal`, where the program achieves it of all."""
+    """Report `some … for p in goal`, where the program achieves it of all."""
     assert task.success is not None and task.run is not None
-    promised = said_of(program, task.run)
+    promised = promise_of_call(program, task.run)
     if isinstance(task.success, nodes.Quantified) and task.success.quantifier == "some":
         if promised is not None and replace(task.success, quantifier="all") == promised:
             message = f"one element of the goal would be enough, and '{program.name}' achieves all"
@@ -67,7 +67,7 @@ ELEMENT = nodes.Name("element")
 
 
 def _elements(condition: Expression | None) -> tuple[str, list[Expression]] | None:
-    """Of `all … for p in goal`: the list, and what is said of an element by its fields."""
+    """Return the list of `all … for p in goal`, and the facts about an element's fields."""
     match condition:
         case nodes.Quantified("all", body, (nodes.Generator(variable, domain, None),)):
             return domain.id, [substitute(fact, {variable: ELEMENT}) for fact in facts(body)]
@@ -78,11 +78,11 @@ def _predicate(fact: Expression) -> str | None:
     return fact.predicate if isinstance(fact, Atom) else None
 
 
-def _turned_round(task: TaskDeclaration, program: ProgramDeclaration) -> Diagnostic:
+def _other_fields(task: TaskDeclaration, program: ProgramDeclaration) -> Diagnostic:
     assert task.success is not None and task.run is not None and program.achieves is not None
-    promised = said_of(program, task.run)
+    promised = promise_of_call(program, task.run)
     text = format_expression(promised) if promised is not None else ""
-    message = f"'{program.name}' achieves the like, but of other fields: {text}"
+    message = f"'{program.name}' achieves the same, but of other fields: {text}"
     note = Note("what it achieves", program.achieves.span)
     fix = Fix(task.success.span, text) if text else None
     return Diagnostic("W503", message, task.success.span, (note,), fix=fix)

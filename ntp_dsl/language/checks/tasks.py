@@ -1,4 +1,4 @@
-"""What a task must say: a scene, a goal that it allows, the program to run, and what success is."""
+"""Checks of a task: a scene, a goal that it allows, the program to run, and what success is."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ntp_dsl.language.checks.goals import check_goal
-from ntp_dsl.language.checks.scenes import check_scene
-from ntp_dsl.language.checks.type_checker import Typing
+from ntp_dsl.language.checks.scenes import GOAL, check_scene
+from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
-from ntp_dsl.language.names.signatures import Names, head
+from ntp_dsl.language.names.signatures import Names, leading_span
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import missing_section, other_run, promised, typed_goal
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Atom, Name, Number, TaskDeclaration, TypeName
-from ntp_dsl.language.syntax.visitors import mentions
+from ntp_dsl.language.syntax.visitors import free_names
 
-GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
 SECTIONS = {
     "scene": "scene: blocks: 8 Block on table",
     "goal": "goal: towers(blocks, placements=1..6, height=2..4)",
@@ -25,7 +24,7 @@ SECTIONS = {
 }
 
 
-def check_task(task: TaskDeclaration, table: SymbolTable, typing: Typing) -> Iterator[Diagnostic]:
+def check_task(task: TaskDeclaration, table: SymbolTable, typing: TypeChecker) -> Iterator[Diagnostic]:
     """Check that every section is there, names what exists, and can be met."""
     for section, example in SECTIONS.items():
         if not getattr(task, section):
@@ -42,45 +41,45 @@ def check_task(task: TaskDeclaration, table: SymbolTable, typing: Typing) -> Ite
     if task.run is not None and task.run.callee in table.apis:
         message = f"'{task.run.callee}' is an api; a task runs a program"
         fix = other_run(task, GOAL, table)
-        found = [Diagnostic("E503", message, head(task.run.span, task.run.callee), fix=fix)]
+        found = [Diagnostic("E503", message, leading_span(task.run.span, task.run.callee), fix=fix)]
     elif task.run is not None:
         found = [*typing.call(task.run, names)]
         if found and task.goal is not None:
             found = _propose(found, typed_goal(task, table) or other_run(task, GOAL, table))
-            names[GOAL] = TypeName("", is_list=True)  # it may be another goal that is meant
+            names[GOAL] = TypeName("", is_list=True)  # another goal may be meant
     found += _check_success(task, names, table, typing)
-    yield from found or _check_judgement(task, table)
+    yield from found or _check_goal_is_judged(task, table)
 
 
 def _check_success(
-    task: TaskDeclaration, names: Names, table: SymbolTable, typing: Typing
+    task: TaskDeclaration, names: Names, table: SymbolTable, typing: TypeChecker
 ) -> list[Diagnostic]:
     if task.success is None:
         return []
     found = [*typing.condition(task.success, names)]
     is_call = isinstance(task.success, Atom) and task.success.predicate in table.programs
-    is_none = is_call or isinstance(task.success, Name | Number)  # no condition at all
-    if is_none and (meant := promised(task, table)) is not None:
+    is_no_condition = is_call or isinstance(task.success, Name | Number)
+    if is_no_condition and (meant := promised(task, table)) is not None:
         return _propose(found, Fix(task.success.span, format_expression(meant)))
     return found
 
 
 def _propose(found: list[Diagnostic], fix: Fix | None) -> list[Diagnostic]:
-    """Add the fix where there is one diagnostic, and nothing better is known for it."""
+    """Add the fix where there is one diagnostic without a fix."""
     if len(found) != 1 or found[0].fix is not None or fix is None:
         return found
     help = found[0].help or f"did you mean '{fix.replacement.strip()}'?"
     return [replace(found[0], fix=fix, help=help)]
 
 
-def _check_judgement(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
-    """Check that what is drawn and run is also what is judged."""
+def _check_goal_is_judged(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
+    """Check that success refers to the goal that is drawn and run."""
     if task.goal is None or task.run is None or task.success is None:
         return
-    is_run = any(GOAL in mentions(argument) for argument in task.run.arguments)
-    if is_run and GOAL not in mentions(task.success):
+    is_run = any(GOAL in free_names(argument) for argument in task.run.arguments)
+    if is_run and GOAL not in free_names(task.success):
         meant = promised(task, table)
         fix = Fix(task.success.span, format_expression(meant)) if meant else None
-        message = f"this says nothing of the {GOAL} that is drawn and run"
+        message = f"this does not refer to the {GOAL} that is drawn and run"
         help = f"what '{task.run.callee}' achieves is: {fix.replacement}" if fix else ""
         yield Diagnostic("W501", message, task.success.span, help=help, fix=fix)

@@ -1,14 +1,14 @@
-"""What an expression stands for: a thing, a number, a member of an enumeration, or a truth."""
+"""Types of expressions: an object, a number, a member of an enumeration, or a condition."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ntp_dsl.language.checks.applications import Applications
+from ntp_dsl.language.checks.applications import ApplicationChecker
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest, unknown
-from ntp_dsl.language.names.signatures import Names, fits, measure, phrase, tail
+from ntp_dsl.language.names.signatures import Names, fits, measure, trailing_span, with_article
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
@@ -17,22 +17,22 @@ from ntp_dsl.language.syntax.nodes import Expression, TypeName
 
 CONDITIONS = (nodes.Compare, nodes.Not, nodes.And, nodes.Or, nodes.Quantified)
 ORDERED = {"<", "<=", ">", ">="}
-TRUTHS = {"true": True, "false": False}  # what other languages call them
+TRUTHS = {"true": True, "false": False}  # literals of other languages
 
 
-class Typing:
-    """Checks expressions against the table."""
+class TypeChecker:
+    """Checks expressions against the symbol table."""
 
     def __init__(self, table: SymbolTable) -> None:
         self._table = table
-        self._applications = Applications(table, self.value)
+        self._applications = ApplicationChecker(table, self.value)
         self.call = self._applications.call
         self.callee = self._applications.callee
 
-    # Truths
+    # Conditions
 
     def condition(self, expression: Expression, names: Names) -> Iterator[Diagnostic]:
-        """Check that the expression is true or false."""
+        """Check that the expression is a condition."""
         match expression:
             case nodes.Atom():
                 declared = yield from self._applications.predicate(expression, names)
@@ -67,7 +67,7 @@ class Typing:
         if left is None or found is None or not fits(self._table, found, left):
             return None
         meant = format_expression(replace(before, right=value))
-        message = f"this is {phrase(found)}, where something true or false is meant"
+        message = f"this is {with_article(found)}, where a condition is expected"
         fix = Fix(value.span, meant)
         return Diagnostic("E205", message, value.span, help=f"did you mean '{meant}'?", fix=fix)
 
@@ -77,7 +77,7 @@ class Typing:
         atom = nodes.Atom(declared.name, (), span=node.span)
         yield from self._applications.arguments.check(atom, declared, declared.parameters, names)
         if not declared.parameters:
-            message = f"'{declared.name}' is a predicate, and is written with brackets"
+            message = f"'{declared.name}' is a predicate and needs brackets"
             fix = Fix(node.span, f"{declared.name}()")
             yield Diagnostic("E201", message, node.span, fix=fix)
 
@@ -88,7 +88,7 @@ class Typing:
         domain = generator.iterable
         element = yield from self._element(domain, names)
         if generator.variable in names or generator.variable in self._table.constants:
-            message = f"'{generator.variable}' has a meaning here already"
+            message = f"'{generator.variable}' is defined here already"
             taken = {*names, *self._table.constants}
             fix = argument_repairs.rename(generator, scope, taken)
             help = "choose another name for the variable"
@@ -118,13 +118,13 @@ class Typing:
             yield unknown("E101", what, domain.id, domain.span, known, likely=lists)
         elif found is None or found.name:
             one = found or self._table.constants[domain.id].type
-            message = f"'{domain.id}' is one {one.name}, not a list to go through"
+            message = f"'{domain.id}' is one {one.name}, not a list to iterate over"
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
             if one.name in self._table.records and one.span.line:
-                fix = Fix(one.span, f"list[{one.name}]")  # declared so, and gone through
-            help = "a loop goes through a list, or through the things of a type: for b in Object"
+                fix = Fix(one.span, f"list[{one.name}]")  # it is declared as a record, and iterated over
+            help = "a loop iterates over a list, or over the objects of a type: for b in Object"
             yield Diagnostic("E206", message, domain.span, help=help, fix=fix)
-        return TypeName("")  # stands for "said already": it fits everything
+        return TypeName("")  # an unknown type, which fits everything: the error is reported already
 
     # Values
 
@@ -148,22 +148,22 @@ class Typing:
                     return result if result and result.name in self._table.type_names() else None
                 if self._is_mistaken(declared):
                     return None
-                message = f"'{declared.name}' is true or false; here a value is meant"
+                message = f"'{declared.name}' is a condition, where a value is expected"
                 help = f"a reading is declared with its type: predicate {declared.name}(...) -> length"
                 fix = self._inside(expression, names, expected)
                 yield Diagnostic("E205", message, expression.span, help=help, fix=fix)
                 return None
             case nodes.Wildcard():
-                help = "'any' stands in a predicate's argument, as in holding(any)"
+                help = "'any' can only be a predicate's argument, as in holding(any)"
                 fix = self._only(expression, names, expected)
-                message = "'any' names no particular thing"
+                message = "'any' is no particular object"
                 yield Diagnostic("E207", message, expression.span, help=help, fix=fix)
                 return None
-        yield Diagnostic("E205", "this is true or false; here a value is meant", expression.span)
+        yield Diagnostic("E205", "this is a condition, where a value is expected", expression.span)
         return None
 
     def _inside(self, atom: nodes.Atom, names: Names, expected: TypeName | None) -> Fix | None:
-        """`x` where `clear(x)` stands and a thing is meant."""
+        """Write `x` for `clear(x)`, where an object is meant."""
         if expected is None or len(atom.arguments) != 1:
             return None
         parameter = nodes.Parameter("", expected)
@@ -188,14 +188,14 @@ class Typing:
         known = [*names, *self._table.constants, *members]
         help = ""
         if name in self._table.types:
-            help = f"'{name}' is a type; a thing of that type needs a parameter or a loop"
+            help = f"'{name}' is a type; an object of that type needs a parameter or a loop"
         likely = [] if expected is None else self._of_type(expected, names)
         if (declared := self._table.predicates.get(name)) is not None:
-            sight = self._applications.arguments.sight(names)
-            meant = argument_repairs.repair_count(sight, declared.parameters, ())
+            scope = self._applications.arguments.scope(names)
+            meant = argument_repairs.repair_count(scope, declared.parameters, ())
             text = f"{name}({', '.join(map(format_expression, meant or ()))})"
             applied = Fix(node.span, text) if meant is not None else None
-            message = f"'{name}' is a predicate, and is written with brackets"
+            message = f"'{name}' is a predicate and needs brackets"
             help = f"for example: {text}" if applied else ""
             return Diagnostic("E101", message, node.span, help=help, fix=applied)
         if (owner := self._field_called(node, name, names)) is not None:
@@ -209,7 +209,7 @@ class Typing:
         return unknown("E101", "nothing is called", name, node.span, known, help, likely)
 
     def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
-        """`p.item` where `item` is written, if only one record in sight has such a field."""
+        """Write `p.item` for `item`, if only one record in scope has such a field."""
         owners = [
             variable
             for variable, type in names.items()
@@ -219,23 +219,23 @@ class Typing:
         return f"{owners[0]}.{name}" if len(owners) == 1 else None
 
     def _of_type(self, type: TypeName, names: Names) -> list[str]:
-        """Whatever has a name of its own and fits."""
+        """Return all names of values that fit the type."""
         found = {**names, **{c.name: c.type for c in self._table.constants.values()}}
         enum = self._table.enums.get(type.name)
         fitting = [name for name, each in found.items() if fits(self._table, each, type)]
         return [*fitting, *(enum.members if enum else ())]
 
     def _only(self, node: Expression, names: Names, expected: TypeName | None) -> Fix | None:
-        """The only thing in sight that is of the expected type, in place of what stands there."""
+        """Replace the node by the only object in scope of the expected type."""
         if expected is None:
             return None
-        sight = argument_repairs.Sight(self._table, names, lambda _, __: True)
-        meant = sight.only(nodes.Parameter("", expected), ())
+        scope = argument_repairs.NamesInScope(self._table, names, lambda _, __: True)
+        meant = scope.only(nodes.Parameter("", expected), ())
         return Fix(node.span, format_expression(meant)) if meant is not None else None
 
     def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> Checked[TypeName | None]:
         if self._names_member(node, names):
-            message = f"a member of an enumeration stands by itself: {node.name}"
+            message = f"a member of an enumeration is written alone: {node.name}"
             yield Diagnostic("E101", message, node.span, fix=Fix(node.span, node.name))
             return None
         type = yield from self._name(node.value, node.value.id, names, None)
@@ -243,15 +243,15 @@ class Typing:
             return None
         record = self._table.records.get(type.name)
         if record is None or type.is_list:
-            message = f"'{node.value.id}' is {phrase(type)}, which has no fields"
-            help = f"go through it with: for p in {node.value.id}" if type.is_list else ""
+            message = f"'{node.value.id}' is {with_article(type)}, which has no fields"
+            help = f"iterate over it with: for p in {node.value.id}" if type.is_list else ""
             fix = self._applied(node, names) or self._owner(node, names)
             yield Diagnostic("E105", message, node.span, help=help, fix=fix)
             return None
         fields = {each.name: each.type for each in record.fields}
         if node.name not in fields:
             what = f"a {record.name} has no field"
-            span = tail(node.span, node.name)
+            span = trailing_span(node.span, node.name)
             likely = [
                 field for field, each in fields.items() if expected and fits(self._table, each, expected)
             ]
@@ -262,12 +262,12 @@ class Typing:
         return fields.get(node.name)
 
     def _names_member(self, node: nodes.Field, names: Names) -> bool:
-        """`Side.left`: a member stands by itself."""
+        """Recognise `Side.left`, where `left` alone is meant."""
         enum = self._table.enums.get(node.value.id)
         return enum is not None and node.value.id not in names and node.name in enum.members
 
     def _applied(self, node: nodes.Field, names: Names) -> Fix | None:
-        """`drink(cup)` where `cup.drink` is written."""
+        """Write `drink(cup)` for `cup.drink`."""
         declared = self._table.predicates.get(node.name)
         takes = self._applications.arguments.takes
         if declared is None or not takes(declared.parameters, [node.value], names):
@@ -275,7 +275,7 @@ class Typing:
         return Fix(node.span, f"{node.name}({node.value.id})")
 
     def _owner(self, node: nodes.Field, names: Names) -> Fix | None:
-        """The only thing in sight that has such a field: `p.item` where `goal.item` is written."""
+        """Write `p.item` for `goal.item`, if only `p` in scope has such a field."""
         owners = [
             name
             for name, type in names.items()
@@ -296,7 +296,7 @@ class Typing:
         other = yield from self.value(right, names, expected)
         for side, type in ((left, one), (right, other)):
             if type is not None and (type.name not in NUMBER_TYPES or type.is_list):
-                message = f"'{node.operator}' takes numbers, and this is {phrase(type)}"
+                message = f"'{node.operator}' takes numbers, and this is {with_article(type)}"
                 yield Diagnostic("E204", message, side.span)
                 return None
         return (yield from _measure(node, one, other))
@@ -313,10 +313,10 @@ class Typing:
         if left is None or right is None:
             return
         if not (fits(self._table, left, right) or fits(self._table, right, left)):
-            message = f"{phrase(left)} is never compared with {phrase(right)}"
+            message = f"{with_article(left)} cannot be compared with {with_article(right)}"
             yield Diagnostic("E208", message, node.span)
         elif node.operator in ORDERED and left.name not in NUMBER_TYPES:
-            message = f"'{node.operator}' orders numbers, and these are each {phrase(left)}"
+            message = f"'{node.operator}' orders numbers, and each of these is {with_article(left)}"
             yield Diagnostic("E208", message, node.span)
 
     def _is_truth(self, side: Expression) -> bool:
@@ -326,12 +326,12 @@ class Typing:
         return isinstance(side, CONDITIONS)
 
     def _is_mistaken(self, declared: nodes.PredicateDeclaration) -> bool:
-        """`predicate drink(cup: Cup): Drink`, of which is said already that it is a reading."""
+        """Return whether it is a `predicate drink(cup: Cup): Drink`, which is reported by itself."""
         return isinstance(declared.body, nodes.Name) and declared.body.id in self._table.type_names()
 
 
 def _not_a_truth(expression: Expression, found: TypeName) -> Diagnostic:
-    message = f"this is {phrase(found)}, where something true or false is meant"
+    message = f"this is {with_article(found)}, where a condition is expected"
     help = "a condition is a predicate, a comparison, or several joined with and, or, not"
     return Diagnostic("E205", message, expression.span, help=help)
 
@@ -340,19 +340,19 @@ def _measure(
     node: nodes.Arithmetic, left: TypeName | None, right: TypeName | None
 ) -> Checked[TypeName | None]:
     if left is None or right is None or node.operator in "*/":
-        return None  # what a product measures is left to the reader
+        return None  # the unit of a product is not checked
     if left != right and "number" not in (left.name, right.name):
-        message = f"'{node.operator}' cannot join {phrase(left)} with {phrase(right)}"
+        message = f"'{node.operator}' cannot join {with_article(left)} with {with_article(right)}"
         yield Diagnostic("E204", message, node.span)
         return None
     return right if left.name == "number" else left
 
 
 def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
-    """Say of `clear(x) == True` that a predicate needs no such comparison."""
+    """Report `clear(x) == True`: a predicate needs no such comparison."""
     other = node.right if truth is node.left else node.left
     word = TRUTHS.get(other.id.lower()) if isinstance(other, nodes.Name) else None
-    message = "what is true or false is not compared; it stands by itself, or after 'not'"
+    message = "a condition is not compared; it is written alone, or after 'not'"
     fix = None
     if word is not None and node.operator in {"==", "!="}:
         meant = truth if word == (node.operator == "==") else nodes.Not(truth)

@@ -1,4 +1,4 @@
-"""From a text and what is wrong with it to the text with every fix applied that does not meet another."""
+"""From a text and its diagnostics to the text with every fix applied that does not overlap another."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from pathlib import Path
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
 
 
-def mend(text: str, diagnostics: Iterable[Diagnostic], path: Path | None = None) -> str:
-    """The text of the file at `path` with the diagnostics' fixes applied.
+def apply_fixes(text: str, diagnostics: Iterable[Diagnostic], path: Path | None = None) -> str:
+    """Return the text of the file at `path` with the diagnostics' fixes applied.
 
-    A fix is applied whole or not at all. Of two that touch the same characters the first stands, and
-    the next `check` finds what is left.
+    A fix is applied whole or not at all. Of two that touch the same characters the first is applied; the
+    next `check` finds what is left.
     """
-    taken: list[tuple[int, int, str]] = []
+    applied: list[tuple[int, int, str]] = []
     for fix in _fixes(diagnostics, path):
         edits = [_offsets(text, edit) for edit in fix.edits]
-        if not any(_meet(edit, other) for edit in edits for other in taken):
-            taken += edits
-    for start, end, replacement in sorted(taken, key=lambda edit: edit[:2], reverse=True):
+        if not any(_overlap(edit, other) for edit in edits for other in applied):
+            applied += edits
+    for start, end, replacement in sorted(applied, key=lambda edit: edit[:2], reverse=True):
         text = text[:start] + replacement + text[end:]
     return text
 
 
 def _fixes(diagnostics: Iterable[Diagnostic], path: Path | None) -> list[Fix]:
-    """Each once: several mistakes may have the same cure (the same missing `use`)."""
+    """Return each fix once: several diagnostics may have the same one (the same missing `use`)."""
     fixes = [each.fix for each in diagnostics if each.fix is not None]
     here = [fix for fix in fixes if all(edit.span.path == path for edit in fix.edits)]
     return list(dict.fromkeys(here))
@@ -42,8 +42,8 @@ def _offsets(text: str, edit: Edit) -> tuple[int, int, str]:
     return min(start, len(text)), min(end, len(text)), edit.replacement
 
 
-def _meet(edit: tuple[int, int, str], other: tuple[int, int, str]) -> bool:
-    """Whether two edits touch: share characters, or insert at the same place."""
+def _overlap(edit: tuple[int, int, str], other: tuple[int, int, str]) -> bool:
+    """Return whether two edits share characters, or insert at the same place."""
     if edit[:2] == other[:2]:
         return True
     return edit[0] < other[1] and other[0] < edit[1]

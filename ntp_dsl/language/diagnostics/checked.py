@@ -1,4 +1,4 @@
-"""A check yields its diagnostics and returns what it found out: a value's type, a signature's names."""
+"""Checks as generators: they yield diagnostics and return what they establish, such as a value's type."""
 
 from __future__ import annotations
 

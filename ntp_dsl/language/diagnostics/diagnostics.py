@@ -1,8 +1,8 @@
-"""What can be said about a text: a mistake is a `Diagnostic`, and all travel in one `SourceError`.
+"""Diagnostics: what is wrong with a text, and where. All those of a library travel in one `SourceError`.
 
-NtpError                   anything a user did that cannot work; the message is for them
+NtpError                   anything a user did that cannot work; the message is for the user
 +-- SourceError            the text of a library is at fault; carries every diagnostic
-+-- TaskFailed             all was as it should be, and the answer is still no
++-- TaskFailed             the request was valid, and the answer is no
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
 
 @dataclass(frozen=True)
 class Edit:
-    """Replace what stands at `span` (nothing, where it is empty) by `replacement`."""
+    """Replace the text at `span` (none, where it is empty) by `replacement`."""
 
     span: Span
     replacement: str
@@ -27,7 +27,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class Fix(Edit):
-    """An edit that mends a mistake, with those that it takes elsewhere; apply all `edits` or none."""
+    """An edit that corrects a mistake, with those needed elsewhere; apply all `edits` or none."""
 
     also: tuple[Edit, ...] = ()
 
@@ -46,7 +46,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One mistake, with a stable code.
+    """An error, a warning or a note, with a stable code.
 
     E0 is syntax, E1 names, E2 types, E3 duplicates and circles, E4 contracts, E5 tasks.
     """
@@ -57,7 +57,7 @@ class Diagnostic:
     notes: tuple[Note, ...] = ()
     help: str = ""
     fix: Fix | None = None
-    name: str = ""  # the name at fault, where it is one that nobody declared
+    name: str = ""  # the unknown name, where the diagnostic is about one
 
     @property
     def severity(self) -> str:
@@ -68,15 +68,15 @@ class Diagnostic:
 
 
 class NtpError(Exception):
-    """The root of every error that is meant for the user: a plain sentence, never a traceback."""
+    """The base of every error that is meant for the user: a plain sentence, never a traceback."""
 
 
 class TaskFailed(NtpError):
-    """The question was sound and the answer is no: the tower does not stand, nothing was recorded."""
+    """A valid request failed: the tower does not stand, nothing was recorded."""
 
 
 class SourceError(NtpError):
-    """A library's text does not stand; `diagnostics` says everything that is wrong with it."""
+    """A library has errors; `diagnostics` holds everything that is wrong with it."""
 
     def __init__(
         self, diagnostics: Iterable[Diagnostic], sources: Mapping[Path | None, str] | None = None
@@ -86,7 +86,7 @@ class SourceError(NtpError):
         super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
-        """A line each; `rendering.render` shows the source as well."""
+        """Return a line for each; `rendering.render` shows the source as well."""
         return "\n".join(map(str, self.diagnostics))
 
 
@@ -106,18 +106,18 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
-    """What was probably meant, if anything comes near: another case, a slip or two, a part of it."""
+    """Return what was probably meant, if anything is near: another case, few typing errors, a part of it."""
     known = sorted(set(candidates))
     alike = [each for each in known if _folded(each) == _folded(name)]
     if len(alike) == 1:
         return alike[0]
-    slips = {
+    distances = {
         each: count
         for each in known
-        if (count := _slips(name.lower(), each.lower(), max(len(name), len(each)) // 3)) is not None
+        if (count := _edit_distance(name.lower(), each.lower(), max(len(name), len(each)) // 3)) is not None
     }
-    if slips:
-        return min(slips, key=lambda each: (slips[each], -_ratio(name, each)))
+    if distances:
+        return min(distances, key=lambda each: (distances[each], -_ratio(name, each)))
     found = get_close_matches(name, known, n=1, cutoff=0.6)
     return found[0] if found else None
 
@@ -130,21 +130,24 @@ def _ratio(name: str, other: str) -> float:
     return SequenceMatcher(None, name, other).ratio()
 
 
-def _slips(name: str, other: str, most: int) -> int | None:
-    """Letters to add, drop, replace, or swap with a neighbour (optimal string alignment)."""
+def _edit_distance(name: str, other: str, most: int) -> int | None:
+    """Count letters to add, drop, replace, or swap with a neighbour (optimal string alignment).
+
+    None where it takes more than `most`.
+    """
     if abs(len(name) - len(other)) > most or len(set(name) ^ set(other)) > 2 * most:
-        return None  # soon told, for libraries of thousands of names
-    before: list[int] = []
-    above = list(range(len(other) + 1))
+        return None  # the quick answer, for libraries of thousands of names
+    second_last: list[int] = []
+    last = list(range(len(other) + 1))
     for i, letter in enumerate(name, start=1):
         row = [i]
         for j, wanted in enumerate(other, start=1):
-            cost = min(above[j] + 1, row[j - 1] + 1, above[j - 1] + (letter != wanted))
+            cost = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (letter != wanted))
             if i > 1 and j > 1 and letter == other[j - 2] and name[i - 2] == wanted:
-                cost = min(cost, before[j - 2] + 1)
+                cost = min(cost, second_last[j - 2] + 1)
             row.append(cost)
-        before, above = above, row
-    return above[-1] if above[-1] <= most else None
+        second_last, last = last, row
+    return last[-1] if last[-1] <= most else None
 
 
 def unknown(
@@ -156,10 +159,10 @@ def unknown(
     help: str = "",
     likely: Iterable[str] = (),
 ) -> Diagnostic:
-    """The diagnostic for a name that nobody declared, with the nearest one that somebody did.
+    """Return the diagnostic for an unknown name, with the nearest known one as a fix.
 
     Args:
-        likely: those candidates that would fit at the place; one of them is meant if it is near.
+        likely: the candidates that would fit at the place; a near one among them comes first.
     """
     known = sorted(set(candidates))
     meant = nearest(name, likely) or nearest(name, known)

@@ -1,4 +1,4 @@
-"""From a diagnostic to the lines that a person reads: the place, carets, what is related, the fix."""
+"""From a diagnostic to the lines that a person reads: the place, carets, related places, the fix."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from unicodedata import category, combining, east_asian_width
 
-from ntp_dsl.language.diagnostics.apply_fixes import mend
+from ntp_dsl.language.diagnostics.apply_fixes import apply_fixes
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.syntax.nodes import Span
 
@@ -17,7 +17,7 @@ Sources = Mapping[Path | None, str]
 
 
 class Style(StrEnum):
-    """What a stretch of a line is; whoever prints it knows the colours."""
+    """The role of a segment of a line; the colours are up to the printer."""
 
     PLAIN = "plain"
     STRONG = "strong"
@@ -35,7 +35,7 @@ Line = tuple[tuple[str, Style], ...]
 
 @dataclass(frozen=True)
 class _Mark:
-    """A stretch of source to underline, and what to say of it."""
+    """A stretch of source to underline, and its label."""
 
     span: Span
     label: str
@@ -44,12 +44,12 @@ class _Mark:
 
 
 def plain(lines: Iterable[Line]) -> str:
-    """The lines as text, without styles."""
+    """Return the lines as text, without styles."""
     return "\n".join("".join(text for text, _ in line) for line in lines)
 
 
 def render(diagnostic: Diagnostic, sources: Sources) -> list[Line]:
-    """What the diagnostic says, with an excerpt of every place that it speaks of."""
+    """Return the diagnostic as lines, with an excerpt of every place that it refers to."""
     style = Style(diagnostic.severity)
     title = (f"{diagnostic.severity}[{diagnostic.code}]", style)
     lines: list[Line] = [(title, (f": {_visible(diagnostic.message)}", Style.STRONG))]
@@ -69,19 +69,19 @@ def render(diagnostic: Diagnostic, sources: Sources) -> list[Line]:
 
 
 def shown(span: Span) -> str:
-    """The place, seen from the folder where one stands."""
+    """Return the place, relative to the working directory."""
     return f"{shown_path(span.path)}:{span.line}:{span.column}" if span.path else str(span)
 
 
 def shown_path(path: Path) -> str:
-    """The path, from the folder where one stands if it lies in it."""
+    """Return the path, relative to the working directory if it lies in it."""
     if path.is_absolute() and path.is_relative_to(Path.cwd()):
         return str(path.relative_to(Path.cwd()))
     return str(path)
 
 
 def _remarks(diagnostic: Diagnostic, sources: Sources, margin: int) -> list[Line]:
-    """What has no place in the text: notes, help, and the fix."""
+    """Return what has no place in the text: notes, help, and the fix."""
     lines = [
         _remark("note", Style.NOTE, note.message, margin) for note in diagnostic.notes if not note.span.line
     ]
@@ -97,7 +97,7 @@ def _remark(word: str, style: Style, message: str, margin: int) -> Line:
 
 
 def _excerpt(marks: Sequence[_Mark], source: str | None, margin: int) -> list[Line]:
-    """The marked lines, each once, in their order; lines in between are left out."""
+    """Return the marked lines, each once, in their order; lines in between are left out."""
     rows = source.split("\n") if source is not None else []
     lines: list[Line] = []
     numbers = sorted({mark.span.line for mark in marks if mark.span.line <= len(rows)})
@@ -135,27 +135,27 @@ def _underline(row: str, mark: _Mark) -> Iterator[tuple[str, Style]]:
 
 
 def _blank(letter: str) -> str:
-    """As wide as the letter; tabs are copied, so that the caret stands where the eye expects it."""
+    """Return blanks as wide as the letter; tabs are copied, so that the caret stands below its place."""
     if letter == "\t":
         return letter
     return "" if combining(letter) else "  " if east_asian_width(letter) in "WF" else " "
 
 
 def _visible(text: str) -> str:
-    """Without characters that would steer a terminal."""
+    """Replace characters that would control a terminal."""
     return "".join("�" if category(c) == "Cc" and c != "\t" else c for c in text)
 
 
 def _proposal(diagnostic: Diagnostic, sources: Sources, margin: int) -> list[Line]:
-    """The lines that the fix would change; nothing where the message says it already."""
+    """Return the lines that the fix would change; none where the message says it already."""
     fix = diagnostic.fix
     if fix is None or not fix.also and f"'{fix.replacement}'" in diagnostic.message:
         return []
     source = sources.get(fix.span.path)
     if source is None:
         return []
-    mended = mend(source, [diagnostic], fix.span.path)
-    changes = list(changed_lines(source, mended))
+    fixed = apply_fixes(source, [diagnostic], fix.span.path)
+    changes = list(changed_lines(source, fixed))
     if not changes:
         return []
     lines = [_remark("fix", Style.HELP, "`ntp check --fix` would write", margin)]
@@ -167,9 +167,9 @@ def _proposal(diagnostic: Diagnostic, sources: Sources, margin: int) -> list[Lin
 
 
 def changed_lines(before: str, after: str) -> Iterator[tuple[int, str, str]]:
-    """The lines that differ: the number of each in its own text, `-` or `+`, and what it says."""
+    """Yield the lines that differ: the number of each in its own text, `-` or `+`, and the line."""
     old, new = before.split("\n"), after.split("\n")
-    head = 0  # what both begin with and end with is taken off first: most texts differ in a line
+    head = 0  # the common beginning and end are cut off first: most texts differ in one line
     while head < min(len(old), len(new)) and old[head] == new[head]:
         head += 1
     tail = 0

@@ -1,8 +1,8 @@
 """From the comments of a text to the rows of its canonical layout that they belong to.
 
 A comment behind a line stays behind it, one above a line stays above, and one within brackets stays
-with the word that it follows or precedes. Rows and text have the same words in the same order, but for
-clauses and sections, which the layout puts in theirs.
+with the word that it follows or precedes. Rows and text have the same words in the same order, except for
+clauses and sections, which the layout sorts.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Token:
     """A word, a docstring or a comment.
 
     `leads` says that it is the first of its line, `spaced` that the line above is empty, `depth` in how
-    many brackets it stands, `closes` that nothing but closing brackets follow.
+    many brackets it is, `closes` that only closing brackets follow.
     """
 
     kind: str
@@ -47,15 +47,15 @@ class Token:
 
     @property
     def is_above(self) -> bool:
-        """A comment on a line of its own."""
+        """Whether it is a comment on a line of its own."""
         return self.is_comment and self.leads
 
 
 def scan(text: str) -> list[Token]:
-    """The words and comments of a stretch of text that begins at a line's start."""
+    """Return the words and comments of a stretch of text that begins at a line's start."""
     found: list[Token] = []
     depth, newlines, line_start = 0, 1, 0
-    carried = False  # an empty line above brackets is one above the word that they open before
+    carried = False  # an empty line above brackets counts as one above the first word in them
     for match in TOKEN.finditer(text):
         kind, written = str(match.lastgroup), match.group()
         if kind == "newline":
@@ -76,7 +76,7 @@ def scan(text: str) -> list[Token]:
 
 
 def _mark_closing(found: list[Token]) -> None:
-    """The comments just above a closing bracket belong within."""
+    """Mark the comments just above a closing bracket, which belong within."""
     index = len(found) - 1
     while index >= 0 and found[index].is_above:
         found[index] = replace(found[index], closes=True)
@@ -86,7 +86,7 @@ def _mark_closing(found: list[Token]) -> None:
 def attach(tokens: Sequence[Token], rows: Sequence[Row], keyword: str) -> tuple[list[str], list[str]]:
     """Give the comments of one declaration to its rows.
 
-    Returns what stands indented below it, and what stands below that at the margin, above the next one.
+    Returns the comments that are indented below it, and those below at the margin, above the next one.
     """
     end = max(index for index, token in enumerate(tokens) if not _may_follow(token)) + 1
     tail = tokens[end:]
@@ -121,7 +121,7 @@ def _may_follow(token: Token) -> bool:
 
 
 def lines_of(comments: Iterable[Token]) -> list[str]:
-    """The comments, with an empty line where the text has some."""
+    """Return the comments, with an empty line where the text has some."""
     return [line for each in comments for line in ([""] if each.spaced else []) + [each.text]]
 
 
@@ -140,7 +140,7 @@ def _place(token: Token, row: Row, index: int, follows: bool) -> None:
 
 
 def _in_order(tokens: Sequence[Token], keyword: str) -> list[Token]:
-    """The tokens with clauses and sections in the layout's order, each with the comments above it."""
+    """Return the tokens with clauses and sections in the layout's order, each with the comments above it."""
     keys: list[int] = []
     key = 0
     block = next((each.column for each in tokens[1:] if each.leads and not each.is_comment), 0)
@@ -156,7 +156,7 @@ def _in_order(tokens: Sequence[Token], keyword: str) -> list[Token]:
 
 
 def _key(token: Token, key: int, keyword: str, block: int) -> int:
-    """Where the part that a word belongs to comes in the layout; `key` is that of the word before."""
+    """Return the rank in the layout of the part that a word is in; `key` is that of the previous word."""
     if keyword in ("api", "program"):
         if token.text in CLAUSES:
             return 1 + CLAUSES.index(token.text)
@@ -172,7 +172,7 @@ def _words(text: str) -> list[str]:
 
 
 def _normal(word: str) -> str:
-    """A word as it compares: a number by its value, a docstring by its text."""
+    """Return a word as it compares: a number by its value, a docstring by its text."""
     if word.startswith('"""'):
         return f'"""{clean(word[3:-3])}'
     return repr(float(word)) if word[0].isdigit() else word
@@ -183,7 +183,7 @@ def _is_empty_docstring(token: Token) -> bool:
 
 
 def _alignment(words: Sequence[str], canonical: Sequence[str]) -> list[int]:
-    """For each word of the text its place in the layout; near one if the layout writes less."""
+    """Return for each word of the text its place in the layout; a near one if the layout drops it."""
     if words == canonical:
         return list(range(len(words)))
     matcher = SequenceMatcher(None, words, canonical, autojunk=False)

@@ -1,4 +1,4 @@
-"""The language for Pygments: words and marks by what they are, for documents and terminals."""
+"""A Pygments lexer, for documents and terminals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 BLANK = r"[ \t\f]"
 
 
-class NtpLexer(RegexLexer):  # type: ignore[misc]  # Pygments says nothing of its types
+class NtpLexer(RegexLexer):  # type: ignore[misc]  # Pygments has no type annotations
     """`.ntp`: libraries of robot tasks."""
 
     name = "NTP task language"

@@ -1,4 +1,4 @@
-"""What conditions say, fact by fact, and whether one fact makes another certain.
+"""The facts that a condition states, and whether one fact implies another.
 
 A fact is an `Atom`, its negation, a `Compare`, or an `Or` of such. Loops leave none of their variables:
 `EVERY` stands for each element that an `all` speaks of, `any` for the one that a `some` does.
@@ -13,17 +13,17 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Atom, Compare, Expression, Field, Name, Not, Or
 
-EVERY = Name("*")  # no text can spell it
+EVERY = Name("*")  # no name in a text
 ANY = nodes.Wildcard()
 NEGATED = {"==": "!=", "!=": "==", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 FLIPPED = {"==": "==", "!=": "!=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
-WEAKER = {  # what an operator says, between the same two, besides itself
+WEAKER = {  # what an operator implies, between the same operands, besides itself
     "==": {"<=", ">="}, "<": {"<=", "!="}, ">": {">=", "!="},
 }  # fmt: skip
 
 
 def facts(condition: Expression | None, holds: bool = True) -> Iterator[Expression]:
-    """Everything that is certain where the condition holds (or does not)."""
+    """Yield all facts that are certain where the condition holds (or does not)."""
     match condition:
         case Atom():
             yield condition if holds else Not(condition)
@@ -39,29 +39,29 @@ def facts(condition: Expression | None, holds: bool = True) -> Iterator[Expressi
                 yield Or(tuple(_joined(value, holds) for value in values))
         case nodes.Quantified(quantifier, body, generators):
             every = holds is (quantifier == "all")
-            thing: Expression = EVERY if every else ANY
-            things = {each.variable: thing for each in generators}
+            element: Expression = EVERY if every else ANY
+            elements = {each.variable: element for each in generators}
             inner = list(facts(body, holds))
-            if not every:  # the one that there is also passes the filter
+            if not every:  # the element that exists also passes the filter
                 inner += [fact for each in generators for fact in facts(each.condition)]
-            yield from (substitute(fact, things) for fact in inner)
+            yield from (substitute(fact, elements) for fact in inner)
 
 
 def _joined(condition: Expression, holds: bool) -> Expression:
-    """One alternative, as a whole."""
+    """Return one alternative, as a whole."""
     parts = tuple(facts(condition, holds))
     return parts[0] if len(parts) == 1 else nodes.And(parts)
 
 
 def negated(fact: Expression) -> Expression:
-    """The fact that holds where this one does not."""
+    """Return the fact that holds where this one does not."""
     if isinstance(fact, Compare):
         return Compare(NEGATED[fact.operator], fact.left, fact.right)
     return fact.value if isinstance(fact, Not) else Not(fact)
 
 
 def substitute(term: Expression, values: Mapping[str, Expression]) -> Expression:
-    """The expression with other terms in place of names; `EVERY` has no fields, and is a whole."""
+    """Return the expression with other terms in place of names; a field of `EVERY` is `EVERY` itself."""
     match term:
         case Name(id):
             return values.get(id, term)
@@ -86,7 +86,7 @@ def bind(parameters: Iterable[nodes.Parameter], arguments: Iterable[Expression])
 
 
 def implies(have: Expression, need: Expression, members: Container[str] = ()) -> bool:
-    """Whether one fact makes the other certain.
+    """Return whether one fact implies the other.
 
     Args:
         members: of enumerations, each of which differs from every other.
@@ -128,7 +128,7 @@ def _same_term(have: Expression, need: Expression) -> bool:
 
 
 def value_of(term: Expression) -> float | None:
-    """A number that is written out, in SI units."""
+    """Return the value of a literal, in SI units; None if there are names in it."""
     if isinstance(term, nodes.Number):
         return si(term)
     if isinstance(term, nodes.Arithmetic):
@@ -148,8 +148,8 @@ def compare_values(left: float, operator: str, right: float) -> bool:
     }[operator]  # fmt: skip
 
 
-def readable(fact: Compare) -> Compare:
-    """With what is written out on the right."""
+def normalised(fact: Compare) -> Compare:
+    """Return the comparison with a literal, or a bare name, on the right."""
     written = (nodes.Number, nodes.Arithmetic)
     if isinstance(fact.left, written) and not isinstance(fact.right, written):
         return Compare(FLIPPED[fact.operator], fact.right, fact.left, span=fact.span)
@@ -159,7 +159,7 @@ def readable(fact: Compare) -> Compare:
 
 
 def _implies_comparison(have: Compare, need: Compare, members: Container[str]) -> bool:
-    have, need = readable(have), readable(need)
+    have, need = normalised(have), normalised(need)
     if not _same_term(have.left, need.left):
         return False
     low, high = value_of(have.right), value_of(need.right)
@@ -173,7 +173,7 @@ def _implies_comparison(have: Compare, need: Compare, members: Container[str]) -
 
 
 def _implies_bound(have: str, known: float, need: str, wanted: float) -> bool:
-    """`x < 1` makes `x <= 2` certain, and `x != 3`."""
+    """Return whether one bound implies another: `x < 1` implies `x <= 2`, and `x != 3`."""
     if have == "==":
         return compare_values(known, need, wanted)
     if have == "!=":
@@ -182,13 +182,13 @@ def _implies_bound(have: str, known: float, need: str, wanted: float) -> bool:
         return not compare_values(wanted, have, known)
     if have[0] != need[0]:
         return False
-    strict = len(have) > len(need) and known == wanted  # x <= 1 leaves x < 1 open
-    return not strict and (known <= wanted if have[0] == "<" else known >= wanted)
+    is_weaker = len(have) > len(need) and known == wanted  # x <= 1 does not imply x < 1
+    return not is_weaker and (known <= wanted if have[0] == "<" else known >= wanted)
 
 
 def contradicts(one: Expression, other: Expression, members: Container[str] = ()) -> bool:
-    """Whether the two cannot hold together, whatever the world is like."""
-    unnamed = {ANY, EVERY} & (_terms(one) | _terms(other))  # it may be another thing
+    """Return whether the two cannot hold together, whatever the world is like."""
+    unnamed = {ANY, EVERY} & (_terms(one) | _terms(other))  # it may be another object
     if unnamed or isinstance(one, Or) or isinstance(other, Or):
         return False
     return implies(one, negated(other), members)

@@ -1,4 +1,4 @@
-"""Whether what a call requires can hold when its turn comes, as far as that can be decided."""
+"""Whether what a call requires can hold when its turn comes, as far as contracts tell."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ntp_dsl.language.logic.facts import (
     facts,
     implies,
     negated,
-    readable,
+    normalised,
     substitute,
     value_of,
 )
 from ntp_dsl.language.names.poisoned_spans import PoisonedSpans
-from ntp_dsl.language.names.symbol_table import SymbolTable, Watched
+from ntp_dsl.language.names.symbol_table import SymbolTable, TrackedDict
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import (
     Atom,
@@ -30,25 +30,25 @@ from ntp_dsl.language.syntax.nodes import (
     ProgramDeclaration,
     Statement,
 )
-from ntp_dsl.language.syntax.visitors import everything, guards, innermost, loops, mentions
+from ntp_dsl.language.syntax.visitors import free_names, guards, innermost, loops, walk
 
-Kind = tuple[bool, str]  # a predicate that holds or does not; or that something is said of a reading
-DEEPEST = 8  # of predicates composed of predicates
+Kind = tuple[bool, str]  # whether a predicate holds, and its name; a reading that is compared counts as True
+MAX_DEPTH = 8  # of predicates composed of predicates
 
 
 @dataclass(frozen=True)
-class Lack:
-    """A call requires a fact that nothing before it provides."""
+class UnmetRequirement:
+    """A fact that a call requires and that nothing before it provides."""
 
     program: ProgramDeclaration
     index: int  # of the statement
     call: nodes.Call
     fact: Expression
-    certain: bool = True  # nothing else than a contract can provide it
+    certain: bool = True  # only a contract can provide it
 
 
 class Contracts:
-    """What calls require and achieve, by what declarations say.
+    """What calls require and achieve, according to the declarations.
 
     Args:
         poisoned: where names and types are wrong.
@@ -58,31 +58,33 @@ class Contracts:
         self.table = table
         self.members = table.members
         self._poisoned = poisoned
-        self._achievers: Watched[Kind, list[str]] = Watched()
+        self._achievers: TrackedDict[Kind, list[str]] = TrackedDict()
         for each in table.callables():
             for kind in self._kinds(each.achieves):
                 self._achievers.setdefault(kind, []).append(each.name)
         self._opposites = self._find_opposites()
 
-    def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
-        """All in which something is looked up; with `outlook`, all that a judgement rests on."""
+    def dictionaries(self) -> tuple[TrackedDict[Any, Any], ...]:
+        """Return all dictionaries that are looked up; with `inferred`, all that a check rests on."""
         return (*self.table.dictionaries(), self._achievers)
 
     @property
-    def outlook(self) -> object:
-        """What is concluded from all contracts together."""
+    def inferred(self) -> object:
+        """What is inferred from all contracts together."""
         return self._opposites
 
     def is_faulty(self, node: nodes.Node | None) -> bool:
-        """Whether something inside is wrong already, so that nothing can be concluded from it."""
+        """Return whether there is an error inside, so that nothing can be concluded from it."""
         return self._poisoned.within(node)
 
     def _kinds(self, condition: Expression | None) -> Set[Kind]:
         return {kind for fact in self.expand(facts(condition)) for kind in _kinds(fact)}
 
     def _find_opposites(self) -> Set[tuple[Kind, Kind]]:
-        """Facts that apis turn into one another (grasp: empty to holding, release: back) exclude
-        one another: a call that provides one is due only while the other holds."""
+        """Return the pairs of facts that apis turn into each other (grasp: empty to holding; release: back).
+
+        They exclude each other: a call that provides one is due only while the other holds.
+        """
         turns = {
             (before, after)
             for api in self.table.apis.values()
@@ -91,14 +93,14 @@ class Contracts:
         }
         return {(before, after) for before, after in turns if (after, before) in turns}
 
-    def expand(self, said: Iterable[Expression], depth: int = DEEPEST) -> Iterator[Expression]:
-        """The facts, and what composed predicates among them say."""
-        for fact in said:
+    def expand(self, conditions: Iterable[Expression], depth: int = MAX_DEPTH) -> Iterator[Expression]:
+        """Yield the facts, and those of which composed predicates among them are made."""
+        for fact in conditions:
             yield fact
             yield from self.expand(self.parts(fact), depth - 1) if depth else ()
 
     def parts(self, fact: Expression) -> list[Expression]:
-        """What a composed predicate says when it holds, or does not."""
+        """Return the facts of which a composed predicate, or its negation, is made."""
         holds, atom = (True, fact) if isinstance(fact, Atom) else (False, getattr(fact, "value", None))
         if not isinstance(atom, Atom):
             return []
@@ -109,20 +111,20 @@ class Contracts:
         return [substitute(part, values) for part in facts(declared.body, holds)]
 
     def achievers(self, fact: Expression) -> list[str]:
-        """Programs and apis that promise such a fact, if perhaps of other things."""
+        """Return the programs and apis that promise such a fact, perhaps of other objects."""
         names = [name for kind in _kinds(fact) for name in self._achievers.get(kind, ())]
         return list(dict.fromkeys(names))
 
     def contract(self, call: nodes.Call, side: str) -> list[Expression]:
-        """What the callee requires or achieves, in the caller's terms."""
+        """Return what the callee requires or achieves, in the caller's terms."""
         callee = self.table.callable(call.callee)
         if callee is None:
             return []
         values = bind(callee.parameters, call.arguments)
         return [substitute(fact, values) for fact in facts(getattr(callee, side))]
 
-    def lacks(self, program: ProgramDeclaration) -> Iterator[Lack]:
-        """Every fact that a call of the program requires and nothing before it provides.
+    def unmet(self, program: ProgramDeclaration) -> Iterator[UnmetRequirement]:
+        """Yield every fact that a call of the program requires and nothing before it provides.
 
         Where names or types are wrong nothing is concluded: not from a contract that has a mistake,
         nor from what comes after a statement that has one.
@@ -140,15 +142,15 @@ class Contracts:
             if not self._poisoned.within(callee.requires):
                 for fact in self.contract(call, "requires"):
                     if not self._holds(fact, here, call, variables):
-                        yield Lack(program, index, call, fact, self._is_certain(fact))
-                        if not mentions(fact) & variables:
-                            known.append(fact)  # whatever mends this, mends it for later calls too
+                        yield UnmetRequirement(program, index, call, fact, self._is_certain(fact))
+                        if not free_names(fact) & variables:
+                            known.append(fact)  # whatever provides it, provides it for later calls too
             if self._poisoned.within(callee.achieves) or _is_silent(callee):
                 return
             known += self.promised(statement)
 
     def promised(self, statement: Statement) -> list[Expression]:
-        """What holds once the statement has done its work, of every element that it loops over."""
+        """Return what holds after the statement, of every element that it loops over."""
         call = innermost(statement)
         every: dict[str, Expression] = {each.variable: EVERY for each in loops(statement)}
         achieved = self.expand(self.contract(call, "achieves"))
@@ -164,7 +166,7 @@ class Contracts:
         known: Sequence[Expression],
         call: nodes.Call,
         variables: Set[str],
-        depth: int = DEEPEST,
+        depth: int = MAX_DEPTH,
     ) -> bool:
         if any(implies(have, fact, self.members) for have in known) or self._is_excused(fact, call):
             return True
@@ -172,56 +174,57 @@ class Contracts:
             some = any if isinstance(fact, Or) else all
             return some(self._holds(each, known, call, variables, depth) for each in fact.values)
         if isinstance(fact, Compare) and not self._is_reading(fact):
-            return True  # of numbers that a caller gives: its own affair
+            return True  # about numbers that a caller passes: its own responsibility
         parts = self.parts(fact) if depth else []
         if not parts:
             return self._is_given(fact, variables)
         return all(self._holds(part, known, call, variables, depth - 1) for part in parts)
 
     def _is_given(self, fact: Expression, variables: Set[str]) -> bool:
-        """What nobody achieves is taken as given of what every scene has; and a loop passes over the
-        elements that lack it. What no api turns, such as that the table is clear, is given alike."""
+        """Return whether a fact needs no call: nothing achieves it, and it is about what every scene has, or
+        about a loop's variable, which skips other elements; or no api changes it, such as that the table is
+        clear."""
         achievers = self.achievers(fact)
-        subjects = mentions(fact) - set(self.members)
+        subjects = free_names(fact) - set(self.members)
         if not achievers:
             return subjects <= set(self.table.constants) or bool(subjects & variables)
-        turned = any(name in self.table.apis for name in achievers)
-        return not turned and subjects <= set(self.table.constants) and not _is_vague(fact)
+        is_changed = any(name in self.table.apis for name in achievers)
+        return not is_changed and subjects <= set(self.table.constants) and not _is_vague(fact)
 
     def _is_excused(self, fact: Expression, call: nodes.Call) -> bool:
-        """`put_down` requires holding(any), and is due only while empty(gripper) does not hold.
+        """Return whether a call is due only while the fact holds: `put_down` requires holding(any), and is
+        due only while empty(gripper) does not hold.
 
         The two must speak of the same things: that x is not held does not make the hand empty.
         """
         for achieved in self.expand(self.contract(call, "achieves")):
             if negated(achieved) == fact or self._same_reading(achieved, fact):
                 return True
-            turned = any(
+            is_changed = any(
                 (kind, other) in self._opposites for kind in _kinds(fact) for other in _kinds(achieved)
             )
-            if turned and self._subjects(achieved) == self._subjects(fact):
+            if is_changed and self._subjects(achieved) == self._subjects(fact):
                 return True
         return False
 
     def _subjects(self, fact: Expression) -> Set[str]:
-        return mentions(fact) - set(self.table.constants) - set(self.members)
+        return free_names(fact) - set(self.table.constants) - set(self.members)
 
     def _same_reading(self, achieved: Expression, fact: Expression) -> bool:
-        """It is achieved by moving what the requirement reads."""
+        """Return whether the call changes the very reading that it requires."""
         if not isinstance(achieved, Compare) or not isinstance(fact, Compare):
             return False
-        return readable(achieved).left == readable(fact).left
+        return normalised(achieved).left == normalised(fact).left
 
     def _is_reading(self, fact: Compare) -> bool:
-        side = readable(fact)
+        side = normalised(fact)
         written = value_of(side.right) is not None or isinstance(side.right, Name)
         return isinstance(side.left, Atom) and written
 
     def _is_certain(self, fact: Expression) -> bool:
-        """A number may change by itself; a member of an enumeration is what a contract says."""
+        """Return whether only a contract can provide the fact; a number may change by itself."""
         return not any(
-            isinstance(each, Compare) and not isinstance(readable(each).right, Name)
-            for each in everything(fact)
+            isinstance(each, Compare) and not isinstance(normalised(each).right, Name) for each in walk(fact)
         ) or bool(self.achievers(fact))
 
 
@@ -241,9 +244,9 @@ def _kinds(fact: Expression) -> Iterator[Kind]:
 
 
 def _is_silent(callee: nodes.ApiDeclaration | ProgramDeclaration) -> bool:
-    """A program that forgot to say what it achieves (reported elsewhere) may achieve anything."""
+    """Return whether a program lacks its promise (reported elsewhere), so that it may achieve anything."""
     return isinstance(callee, ProgramDeclaration) and callee.achieves is None
 
 
 def _is_vague(fact: Expression) -> bool:
-    return any(each == ANY for each in everything(fact))
+    return any(each == ANY for each in walk(fact))

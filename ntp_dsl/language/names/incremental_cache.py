@@ -1,4 +1,4 @@
-"""Which declarations were found sound, and what that rests on, so that an edit costs what it concerns."""
+"""Which declarations are known to be sound, and on what look-ups that rests, so that an edit is cheap."""
 
 from __future__ import annotations
 
@@ -7,84 +7,84 @@ from dataclasses import dataclass
 from typing import Any
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
-from ntp_dsl.language.names.references import mentions
-from ntp_dsl.language.names.symbol_table import Watched
+from ntp_dsl.language.names.references import references
+from ntp_dsl.language.names.symbol_table import TrackedDict
 from ntp_dsl.language.parsing.partial_library import Key
 from ntp_dsl.language.syntax.nodes import Declaration
 
 
 @dataclass(frozen=True)
-class _Verdict:
-    """That nothing is wrong with a declaration, as long as every look-up yields what it did."""
+class _SoundResult:
+    """Nothing is wrong with a declaration, as long as every look-up yields what it did."""
 
-    declaration: Declaration  # kept, so that its identity is
-    grounds: object
-    answers: tuple[tuple[int, object, object], ...]  # which dictionary, the key, what it yielded
+    declaration: Declaration  # kept alive, so that its identity is not reused
+    basis: object
+    lookups: tuple[tuple[int, object, object], ...]  # which dictionary, the key, what it yielded
 
-    def holds(self, dictionaries: Sequence[Watched[Any, Any]], grounds: object) -> bool:
-        for index, key, answer in self.answers:
-            # Nearly all is the very same, which is told without asking by our own way.
+    def holds(self, dictionaries: Sequence[TrackedDict[Any, Any]], basis: object) -> bool:
+        for index, key, answer in self.lookups:
+            # Nearly every answer is the same object, and `dict.get` is quicker than `peek`.
             if dict.get(dictionaries[index], key) is not answer:
-                if not _same(dictionaries[index].answer(key), answer):
+                if not _same(dictionaries[index].peek(key), answer):
                     return False
-        return self.grounds == grounds
+        return self.basis == basis
 
 
 class IncrementalCache:
-    """The verdicts of the last two runs. Only what was found sound is kept in mind."""
+    """The sound results of the last two runs."""
 
     def __init__(self) -> None:
-        self._before: dict[tuple[int, object], _Verdict] = {}
-        self._now: dict[tuple[int, object], _Verdict] = {}
-        self._mentions: dict[int, tuple[Declaration, frozenset[Key]]] = {}
+        self._previous: dict[tuple[int, object], _SoundResult] = {}
+        self._current: dict[tuple[int, object], _SoundResult] = {}
+        self._references: dict[int, tuple[Declaration, frozenset[Key]]] = {}
 
     def begin(self) -> None:
-        """Another run begins: what the last one did not come to is forgotten."""
-        self._before, self._now = self._now, {}
-        kept = {id(verdict.declaration) for verdict in self._before.values()}
-        self._mentions = {each: found for each, found in self._mentions.items() if each in kept}
+        """Begin another run; forget what the last one did not come to."""
+        self._previous, self._current = self._current, {}
+        kept = {id(result.declaration) for result in self._previous.values()}
+        self._references = {each: found for each, found in self._references.items() if each in kept}
 
-    def recall(
+    def reuse_or_run(
         self,
         declaration: Declaration,
-        matter: object,
-        dictionaries: Sequence[Watched[Any, Any]],
-        grounds: object,
+        question: object,
+        dictionaries: Sequence[TrackedDict[Any, Any]],
+        basis: object,
         check: Iterator[Diagnostic],
     ) -> Sequence[Diagnostic]:
         """Return what the check yields: known to be nothing, or found by running it.
 
         Args:
-            matter: what is checked about the declaration.
+            question: which check of the declaration it is.
             dictionaries: all in which the check looks anything up.
             grounds: all else that it rests on.
             check: one that has not begun.
         """
-        place = id(declaration), matter
-        verdict = self._before.get(place)
-        if verdict is not None and verdict.holds(dictionaries, grounds):
-            self._now[place] = verdict
+        place = id(declaration), question
+        result = self._previous.get(place)
+        if result is not None and result.holds(dictionaries, basis):
+            self._current[place] = result
             return ()
         for dictionary in dictionaries:
-            dictionary.asked.clear()
+            dictionary.looked_up.clear()
         found = [*check]
         if not found:
-            answers = [
-                (index, key, dictionary.answer(key))
+            lookups = [
+                (index, key, dictionary.peek(key))
                 for index, dictionary in enumerate(dictionaries)
-                for key in dictionary.asked
+                for key in dictionary.looked_up
             ]
-            self._now[place] = _Verdict(declaration, grounds, tuple(answers))
+            self._current[place] = _SoundResult(declaration, basis, tuple(lookups))
         return found
 
-    def mentions(self, declaration: Declaration) -> frozenset[Key]:
-        """What a declaration speaks of."""
-        known = self._mentions.get(id(declaration))
+    def references(self, declaration: Declaration) -> frozenset[Key]:
+        """Return the names that a declaration refers to."""
+        known = self._references.get(id(declaration))
         if known is None:
-            known = self._mentions[id(declaration)] = declaration, mentions(declaration)
+            known = self._references[id(declaration)] = declaration, references(declaration)
         return known[1]
 
 
 def _same(one: object, other: object) -> bool:
-    """The very same, or what means the same: where things stand in the text does not count."""
+    """Return whether both mean the same: places in the text do not count."""
     return one is other or one == other

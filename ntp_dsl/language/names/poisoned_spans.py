@@ -1,4 +1,4 @@
-"""Where names and types are wrong already, so that nothing more is concluded from what stands there."""
+"""Where names and types are wrong, so that no conclusions are drawn from the text there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a declaration speaks of: every name in it that another declaration may have declared."""
+"""References: every name in a declaration that another one may declare."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from ntp_dsl.language.names.samplers import SAMPLERS
 from ntp_dsl.language.parsing.partial_library import Key
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Declaration, Expression, Generator, Statement
-from ntp_dsl.language.syntax.visitors import callees, everything
+from ntp_dsl.language.syntax.visitors import callees, walk
 
 
-def mentions(declaration: Declaration) -> frozenset[Key]:
-    """Namespaces and names; a parameter or variable counts as a value of its name."""
-    return frozenset(_mentions(declaration))
+def references(declaration: Declaration) -> frozenset[Key]:
+    """Return the namespaces and names; a parameter or variable counts as a value of its name."""
+    return frozenset(_references(declaration))
 
 
-def _mentions(declaration: Declaration) -> Iterator[Key]:
+def _references(declaration: Declaration) -> Iterator[Key]:
     match declaration:
         case nodes.TypeDeclaration(parent=parent) if parent is not None:
             yield "type", parent.name
@@ -35,18 +35,18 @@ def _mentions(declaration: Declaration) -> Iterator[Key]:
             yield from (("call", name) for name in callees(declaration))
         case nodes.TaskDeclaration():
             yield from _task(declaration)
-    yield from _terms(said(declaration))
+    yield from _terms(expressions_of(declaration))
 
 
-def said(declaration: Declaration) -> list[Expression | Generator | None]:
-    """All conditions, loops and arguments of a declaration."""
+def expressions_of(declaration: Declaration) -> list[Expression | Generator | None]:
+    """Return all conditions, loops and arguments of a declaration."""
     match declaration:
         case nodes.PredicateDeclaration(body=body):
             return [body]
         case nodes.ApiDeclaration(requires=requires, achieves=achieves):
             return [requires, achieves]
         case nodes.ProgramDeclaration(requires=requires, achieves=achieves, body=statements):
-            return [requires, achieves, *(part for each in statements for part in inside(each))]
+            return [requires, achieves, *(part for each in statements for part in statement_parts(each))]
         case nodes.TaskDeclaration(run=run, success=success):
             return [*(run.arguments if run else ()), success]
     return []
@@ -58,7 +58,7 @@ def _types(parameters: Iterable[nodes.Parameter]) -> Iterator[Key]:
 
 def _terms(expressions: Iterable[Expression | Generator | None]) -> Iterator[Key]:
     for expression in expressions:
-        for each in everything(expression):
+        for each in walk(expression):
             if isinstance(each, nodes.Atom):
                 yield "predicate", each.predicate
             elif isinstance(each, Generator):
@@ -83,8 +83,8 @@ def _task(task: nodes.TaskDeclaration) -> Iterator[Key]:
         yield "call", task.run.callee
 
 
-def inside(statement: Statement) -> Iterator[Expression | Generator]:
-    """What the loops, the conditions and the call of a statement are made of."""
+def statement_parts(statement: Statement) -> Iterator[Expression | Generator]:
+    """Yield the generators, conditions and arguments of a statement."""
     while not isinstance(statement, nodes.Call):
         yield statement.generator if isinstance(statement, nodes.For) else statement.condition
         statement = statement.body

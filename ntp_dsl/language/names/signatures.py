@@ -1,4 +1,4 @@
-"""Parameters and what fits them: types, units and ranges, and the places of names within a text."""
+"""Parameters and what fits them: types, units and ranges, and the places of names in a text."""
 
 from __future__ import annotations
 
@@ -22,34 +22,44 @@ WRITTEN_OUT: Mapping[str, tuple[str, ...]] = {
     "N": ("newton",),
     "kg": ("kilogram", "kilo"),
 }
-Names = Mapping[str, TypeName]  # parameters and loop variables in sight
+Names = Mapping[str, TypeName]  # parameters and loop variables in scope
 
 
-def head(span: Span, name: str) -> Span:
-    """The name with which a stretch of text begins."""
+def leading_span(span: Span, name: str) -> Span:
+    """Return the span of the name with which a stretch of text begins."""
     return Span(span.path, span.line, span.column, span.line, span.column + len(name))
 
 
-def tail(span: Span, name: str) -> Span:
-    """The name with which a stretch of text ends."""
+def trailing_span(span: Span, name: str) -> Span:
+    """Return the span of the name with which a stretch of text ends."""
     return Span(span.path, span.end_line, span.end_column - len(name), span.end_line, span.end_column)
 
 
-def phrase(type: TypeName) -> str:
-    """A type as a reader would say it."""
+def with_article(type: TypeName) -> str:
+    """Return the type as a message names it: `a Block`, `an Object`, `a list[Placement]`."""
     text = f"list[{type.name}]" if type.is_list else type.name
     return f"{'an' if text[:1].lower() in 'aeiou' else 'a'} {text}"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return `no argument`, `1 argument`, `2 arguments`."""
+    return f"{number or 'no'} {noun}{'s' * (number > 1)}"
+
+
+def are_given(number: int) -> str:
+    """Return `none is given`, `1 is given`, `2 are given`."""
+    return f"{number or 'none'} {'are' if number > 1 else 'is'} given"
+
+
 def si(number: nodes.Number | None) -> float | None:
-    """The number in SI units."""
+    """Return the number in SI units."""
     if number is None:
         return None
     return number.value * UNITS.get(number.unit, ("", 1.0))[1]
 
 
 def fits(table: SymbolTable, actual: TypeName, expected: TypeName) -> bool:
-    """Whether a value of one type may stand where the other is declared."""
+    """Return whether a value of one type may be given where the other is declared."""
     if not actual.name or not expected.name or expected.name not in table.type_names():
         return True
     if actual.is_list != expected.is_list:
@@ -62,11 +72,11 @@ def fits(table: SymbolTable, actual: TypeName, expected: TypeName) -> bool:
 def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[TypeName | None]:
     """Return what the number measures; without a unit, whatever number is expected, in SI."""
     if not number.unit:
-        fits = expected is not None and expected.name in NUMBER_TYPES
-        return expected if fits else TypeName("number")
+        is_number = expected is not None and expected.name in NUMBER_TYPES
+        return expected if is_number else TypeName("number")
     if number.unit in UNITS:
         return TypeName(UNITS[number.unit][0])
-    span = tail(number.span, number.unit)
+    span = trailing_span(number.span, number.unit)
     meant = [each for each, words in WRITTEN_OUT.items() if number.unit.lower().rstrip("s") in words]
     if meant:
         message = f"there is no unit '{number.unit}'; it is written '{meant[0]}'"
@@ -96,7 +106,7 @@ def _check_range(table: SymbolTable, parameter: nodes.Parameter) -> Iterator[Dia
     if low is None or high is None:
         return
     if type.name not in NUMBER_TYPES or type.is_list:
-        message = f"only a number has a range, and '{parameter.name}' is {phrase(type)}"
+        message = f"only a number has a range, and '{parameter.name}' is {with_article(type)}"
         yield Diagnostic("E204", message, low.span, fix=Fix(_between(type.span, high.span), ""))
         return
     found = [each for bound in (low, high) for each in _check_bound(table, parameter, bound)]
@@ -106,7 +116,9 @@ def _check_range(table: SymbolTable, parameter: nodes.Parameter) -> Iterator[Dia
 def _check_bound(table: SymbolTable, parameter: nodes.Parameter, bound: nodes.Number) -> Iterator[Diagnostic]:
     measured = yield from measure(bound, parameter.type)
     if measured is not None and not fits(table, measured, parameter.type):
-        message = f"'{parameter.name}' is {phrase(parameter.type)}, and this {phrase(measured)}"
+        message = (
+            f"'{parameter.name}' is {with_article(parameter.type)}, and this is {with_article(measured)}"
+        )
         yield Diagnostic("E204", message, bound.span)
 
 
@@ -115,12 +127,12 @@ def check_order(low: nodes.Number, high: nodes.Number, span: Span) -> Iterator[D
     start, end = si(low), si(high)
     if start is None or end is None or start <= end:
         return
-    turned = Edit(high.span, format_expression(low))
-    fix = Fix(low.span, format_expression(high), (turned,))
+    swapped = Edit(high.span, format_expression(low))
+    fix = Fix(low.span, format_expression(high), (swapped,))
     help = "the lower bound comes first"
     yield Diagnostic("E203", "this range is empty: it ends below its start", span, help=help, fix=fix)
 
 
 def _between(before: Span, last: Span) -> Span:
-    """From the end of one stretch to the end of another."""
+    """Return the span from the end of one stretch to the end of another."""
     return Span(last.path, before.end_line, before.end_column, last.end_line, last.end_column)

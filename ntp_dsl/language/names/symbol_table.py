@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
@@ -28,47 +28,47 @@ NUMBER_TYPES = ("number", *dict.fromkeys(kind for kind, _ in UNITS.values()))
 
 K = TypeVar("K")
 V = TypeVar("V")
-EVERYTHING = "*"  # asked for by whoever goes through a whole dictionary; no name is spelt so
+ALL_KEYS = "*"  # looked up by whoever iterates over a dictionary; no name is spelt so
 
 
-class Watched(dict[K, V]):
-    """A dictionary that notes what was asked for, so that an answer's grounds are known."""
+class TrackedDict(dict[K, V]):
+    """A dictionary that records what is looked up, so that it is known on what a result rests."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.asked: set[object] = set()
+        self.looked_up: set[object] = set()
 
     def __getitem__(self, key: K) -> V:
-        self.asked.add(key)
+        self.looked_up.add(key)
         return super().__getitem__(key)
 
     def __contains__(self, key: object) -> bool:
-        self.asked.add(key)
+        self.looked_up.add(key)
         return super().__contains__(key)
 
     def get(self, key: K, default: Any = None) -> V | Any:
-        self.asked.add(key)
+        self.looked_up.add(key)
         return super().get(key, default)
 
     def __iter__(self) -> Iterator[K]:
-        self.asked.add(EVERYTHING)
+        self.looked_up.add(ALL_KEYS)
         return super().__iter__()
 
     def keys(self) -> Any:
-        self.asked.add(EVERYTHING)
+        self.looked_up.add(ALL_KEYS)
         return super().keys()
 
     def values(self) -> Any:
-        self.asked.add(EVERYTHING)
+        self.looked_up.add(ALL_KEYS)
         return super().values()
 
     def items(self) -> Any:
-        self.asked.add(EVERYTHING)
+        self.looked_up.add(ALL_KEYS)
         return super().items()
 
-    def answer(self, key: object) -> object:
-        """What asking would yield, unnoted."""
-        return tuple(super().items()) if key == EVERYTHING else super().get(cast(K, key))
+    def peek(self, key: object) -> object:
+        """Return what a look-up yields, without recording it."""
+        return tuple(super().items()) if key == ALL_KEYS else super().get(cast(K, key))
 
 
 @dataclass
@@ -79,26 +79,26 @@ class SymbolTable:
     members. A predicate may be called like a program.
     """
 
-    types: Watched[str, nodes.TypeDeclaration] = field(default_factory=Watched)
-    enums: Watched[str, nodes.EnumDeclaration] = field(default_factory=Watched)
-    records: Watched[str, nodes.RecordDeclaration] = field(default_factory=Watched)
-    constants: Watched[str, nodes.ConstantDeclaration] = field(default_factory=Watched)
-    predicates: Watched[str, nodes.PredicateDeclaration] = field(default_factory=Watched)
-    apis: Watched[str, nodes.ApiDeclaration] = field(default_factory=Watched)
-    programs: Watched[str, nodes.ProgramDeclaration] = field(default_factory=Watched)
-    tasks: Watched[str, nodes.TaskDeclaration] = field(default_factory=Watched)
-    members: Watched[str, tuple[str, ...]] = field(default_factory=Watched)  # -> their enumerations
+    types: TrackedDict[str, nodes.TypeDeclaration] = field(default_factory=TrackedDict)
+    enums: TrackedDict[str, nodes.EnumDeclaration] = field(default_factory=TrackedDict)
+    records: TrackedDict[str, nodes.RecordDeclaration] = field(default_factory=TrackedDict)
+    constants: TrackedDict[str, nodes.ConstantDeclaration] = field(default_factory=TrackedDict)
+    predicates: TrackedDict[str, nodes.PredicateDeclaration] = field(default_factory=TrackedDict)
+    apis: TrackedDict[str, nodes.ApiDeclaration] = field(default_factory=TrackedDict)
+    programs: TrackedDict[str, nodes.ProgramDeclaration] = field(default_factory=TrackedDict)
+    tasks: TrackedDict[str, nodes.TaskDeclaration] = field(default_factory=TrackedDict)
+    members: TrackedDict[str, tuple[str, ...]] = field(default_factory=TrackedDict)  # -> their enumerations
 
-    def dictionaries(self) -> tuple[Watched[Any, Any], ...]:
-        """All in which names are looked up."""
+    def dictionaries(self) -> tuple[TrackedDict[Any, Any], ...]:
+        """Return all dictionaries in which names are looked up."""
         return (
             self.types, self.enums, self.records, self.constants, self.predicates, self.apis,
             self.programs, self.tasks, self.members,
         )  # fmt: skip
 
     def add(self, declaration: Declaration) -> None:
-        """The first declaration of a name stands."""
-        getattr(self, SPACES[type(declaration)][0]).setdefault(declaration.name, declaration)
+        """Add a declaration; the first one of a name stays."""
+        getattr(self, KINDS[type(declaration)].field).setdefault(declaration.name, declaration)
         for member in declaration.members if isinstance(declaration, nodes.EnumDeclaration) else ():
             owners = self.members.get(member, ())
             self.members[member] = tuple(dict.fromkeys([*owners, declaration.name]))
@@ -119,7 +119,7 @@ class SymbolTable:
         return [*self.programs.values(), *self.apis.values()]
 
     def type_names(self) -> Collection[str]:
-        """Whatever may stand as a parameter's type."""
+        """Return whatever may be a parameter's type."""
         return ChainMap[str, object](
             cast(dict[str, object], self.types),
             cast(dict[str, object], self.enums),
@@ -128,15 +128,15 @@ class SymbolTable:
         )
 
     def is_a(self, name: str, ancestor: str) -> bool:
-        """Whether one type descends from another; where nobody can tell, it does."""
-        line = list(self.ancestors(name))
-        if ancestor in line:
+        """Return whether one type descends from another; True where that cannot be told."""
+        ancestors = list(self.ancestors(name))
+        if ancestor in ancestors:
             return True
-        oldest = self.types.get(line[-1])
-        return line[-1] not in self.type_names() if oldest is None else oldest.parent is not None
+        oldest = self.types.get(ancestors[-1])
+        return ancestors[-1] not in self.type_names() if oldest is None else oldest.parent is not None
 
     def ancestors(self, name: str) -> Iterator[str]:
-        """The type itself, then its parents; a circle is walked once."""
+        """Yield the type itself, then its ancestors; a cycle is walked once."""
         seen: set[str] = set()
         current: str | None = name
         while current is not None and current not in seen:
@@ -146,24 +146,32 @@ class SymbolTable:
             current = declared.parent.name if declared and declared.parent else None
 
     def enum_of(self, member: str) -> Sequence[str]:
-        """The enumerations that have such a member."""
+        """Return the enumerations that have such a member."""
         return self.members.get(member) or ()
 
 
-SPACES: Mapping[type[Declaration], tuple[str, str, str]] = {  # kind -> (field, namespace, word)
-    nodes.TypeDeclaration: ("types", "type", "type"),
-    nodes.EnumDeclaration: ("enums", "type", "enum"),
-    nodes.RecordDeclaration: ("records", "type", "record"),
-    nodes.ConstantDeclaration: ("constants", "value", "constant"),
-    nodes.PredicateDeclaration: ("predicates", "predicate", "predicate"),
-    nodes.ApiDeclaration: ("apis", "call", "api"),
-    nodes.ProgramDeclaration: ("programs", "call", "program"),
-    nodes.TaskDeclaration: ("tasks", "task", "task"),
+class Kind(NamedTuple):
+    """A kind of declaration: its field of the symbol table, its namespace, and its keyword."""
+
+    field: str
+    namespace: str
+    keyword: str
+
+
+KINDS: Mapping[type[Declaration], Kind] = {
+    nodes.TypeDeclaration: Kind("types", "type", "type"),
+    nodes.EnumDeclaration: Kind("enums", "type", "enum"),
+    nodes.RecordDeclaration: Kind("records", "type", "record"),
+    nodes.ConstantDeclaration: Kind("constants", "value", "constant"),
+    nodes.PredicateDeclaration: Kind("predicates", "predicate", "predicate"),
+    nodes.ApiDeclaration: Kind("apis", "call", "api"),
+    nodes.ProgramDeclaration: Kind("programs", "call", "program"),
+    nodes.TaskDeclaration: Kind("tasks", "task", "task"),
 }
 
 
-# What other languages call what a number measures.
-ELSEWHERE = {
+# Types of other languages, and what they are called here.
+FOREIGN_TYPES = {
     "float": "number", "double": "number", "real": "number", "int": "number", "integer": "number",
     "num": "number", "scalar": "number", "distance": "length", "meters": "length", "metres": "length",
     "duration": "time", "seconds": "time", "degrees": "angle", "radians": "angle", "weight": "mass",
@@ -176,13 +184,15 @@ def check_type(table: SymbolTable, name: nodes.TypeName) -> Checked[bool]:
     if name.name in table.type_names():
         return True
     known = table.type_names()
-    meant = ELSEWHERE.get(name.name.lower())
+    meant = FOREIGN_TYPES.get(name.name.lower())
     if meant is None and name.name in UNITS:
         meant = UNITS[name.name][0]
     if meant is None:
         yield unknown("E103", "there is no type", name.name, name.span, known)
         return False
-    help = "" if meant else "a predicate is true or false by itself, and words are members of an enumeration"
+    help = (
+        "" if meant else "a predicate is a condition without a type, and words are members of an enumeration"
+    )
     message = f"there is no type '{name.name}'" + (f"; did you mean '{meant}'?" if meant else "")
     fix = Fix(name.span, meant) if meant else None
     yield Diagnostic("E103", message, name.span, (), help, fix, name.name)

@@ -1,4 +1,4 @@
-"""What to say of a name that nobody declared: nothing, if it may be in what cannot be read; or who has it."""
+"""Unknown names: those that unreadable text may declare are dropped, others are sought in other libraries."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 
 from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
-from ntp_dsl.language.names.visibility import Unit, below, key
-from ntp_dsl.language.parsing.blocks import DECLARES, SPACES
+from ntp_dsl.language.names.visibility import Unit, dependencies, key
+from ntp_dsl.language.parsing.blocks import DECLARES, NAMESPACES
 from ntp_dsl.language.parsing.partial_library import Key
 from ntp_dsl.language.syntax.nodes import EnumDeclaration, Library, Span
 
-Shelf = Callable[[], Mapping[Key, str]]  # which library that is at hand declares a name
+AvailableNames = Callable[[], Mapping[Key, str]]  # the library at hand that declares a name
 
-# The namespaces in which a name was looked for, by the code that says it is not there.
-SOUGHT: Mapping[str, tuple[str, ...]] = {
+# The namespaces in which a name was looked up, by the code that reports it as unknown.
+NAMESPACES_BY_CODE: Mapping[str, tuple[str, ...]] = {
     "E101": ("value", "type"),
     "E102": ("predicate",),
     "E103": ("type",),
@@ -28,40 +28,42 @@ SOUGHT: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def settle(
-    found: Iterable[Diagnostic], units: Sequence[Unit], index: int, shelf: Shelf
+def resolve_unknown(
+    found: Iterable[Diagnostic], units: Sequence[Unit], index: int, available: AvailableNames
 ) -> Iterator[Diagnostic]:
-    """Yield what remains of the diagnostics of a library, now that all libraries are known.
+    """Yield the diagnostics of a library that remain once all libraries are known.
 
-    A name that an unreadable declaration may declare is passed over, and so is what stands in a line that is
-    only guessed at; of a library that ought to be used it is said once.
+    A name that an unreadable declaration may declare is passed over, and so is every diagnostic in a guessed
+    line; that a library ought to be used is reported once.
     """
     home = units[index]
-    inside = [*below(units, index), index]
+    inside = [*dependencies(units, index), index]
     unreadable = frozenset[Key]().union(*(units[each].partial.unreadable for each in inside))
     is_open = any(units[each].partial.lacks_uses or None in units[each].uses for each in inside)
     missing: set[str] = set()
     for each in found:
         if each.span.line in home.partial.guessed and each.span.path == home.library.path:
             continue
-        keys = [(space, each.name) for space in SOUGHT.get(each.code, ()) if each.name]
+        keys = [(space, each.name) for space in NAMESPACES_BY_CODE.get(each.code, ()) if each.name]
         if keys and (is_open or not unreadable.isdisjoint(keys)):
             continue
-        library = _owner(keys, units, inside, shelf) if keys else None
+        library = _owner(keys, units, inside, available) if keys else None
         if library is None:
             yield each
         elif library not in missing:
             missing.add(library)
-            yield _unused(each, library, home.library)
+            yield _not_used_here(each, library, home.library)
 
 
-def _owner(keys: Sequence[Key], units: Sequence[Unit], inside: Sequence[int], shelf: Shelf) -> str | None:
-    """Return the library that declares it and is not visible."""
+def _owner(
+    keys: Sequence[Key], units: Sequence[Unit], inside: Sequence[int], available: AvailableNames
+) -> str | None:
+    """Return the library that declares one of the keys and is not visible."""
     for each, unit in enumerate(units):
         if each not in inside and not _declared(unit.library).isdisjoint(keys):
             return unit.library.name
     names = {unit.library.name for unit in units}
-    known = shelf()
+    known = available()
     return next((known[each] for each in keys if known.get(each, "") not in {"", *names}), None)
 
 
@@ -71,9 +73,9 @@ def _declared(library: Library) -> set[Key]:
     return members.union(map(key, library.declarations))
 
 
-def _unused(diagnostic: Diagnostic, library: str, home: Library) -> Diagnostic:
+def _not_used_here(diagnostic: Diagnostic, library: str, home: Library) -> Diagnostic:
     message = f"'{diagnostic.name}' is declared by library '{library}', which is not used here"
-    help = f"write 'use {library}' above; whatever else it declares is known then, too"
+    help = f"write 'use {library}' above, which makes its other names visible, too"
     return replace(diagnostic, message=message, help=help, fix=_use(library, home))
 
 
@@ -88,7 +90,7 @@ def _use(library: str, home: Library) -> Fix | None:
 
 
 def names_in(paths: Iterable[Path]) -> Mapping[Key, str]:
-    """Which of the library files declares a name, as far as the first words of lines tell."""
+    """Return which of the library files declares a name, as far as the first words of lines tell."""
     found: dict[Key, str] = {}
     for path in paths:
         try:
@@ -96,11 +98,11 @@ def names_in(paths: Iterable[Path]) -> Mapping[Key, str]:
         except (OSError, UnicodeDecodeError):
             continue
         for keyword, name in DECLARES.findall(text):
-            found.setdefault((SPACES[keyword], name), path.stem)
+            found.setdefault((NAMESPACES[keyword], name), path.stem)
     return found
 
 
 @cache
 def standard_names() -> Mapping[Key, str]:
-    """What the standard libraries declare."""
+    """Return which standard library declares a name."""
     return names_in(sorted(library_folder().glob("*.ntp")))

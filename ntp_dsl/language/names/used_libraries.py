@@ -1,4 +1,4 @@
-"""From a library to units: its text and all that it uses, found beside it or among the standard libraries."""
+"""From a path to units: a library and all that it uses, found beside it or among the standard libraries."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError
 from ntp_dsl.language.names.unknown_names import names_in, standard_names
-from ntp_dsl.language.names.use_statements import circle, unknown_library
+from ntp_dsl.language.names.use_statements import circular_use, unknown_library
 from ntp_dsl.language.names.visibility import Unit
 from ntp_dsl.language.parsing import parser
 from ntp_dsl.language.parsing.partial_library import Key, PartialLibrary
@@ -38,7 +38,7 @@ class Reading:
     Args:
         path: of the library; None for a text that is in no file, which uses standard libraries alone.
         texts: in place of what is on the disk.
-        read_library: a quicker way than to parse a text anew, where the caller knows one.
+        read_library: what to call in place of the parser, such as a function with a cache.
     """
 
     def __init__(
@@ -82,14 +82,14 @@ class Reading:
         entered = [each.resolve() for each in files]
         if target.resolve() in entered:
             way = files[entered.index(target.resolve()) :]
-            self.diagnostics.append(circle(use, [*(each.stem for each in way), target.stem]))
+            self.diagnostics.append(circular_use(use, [*(each.stem for each in way), target.stem]))
             return way[0]
         if target not in self._libraries:
             self._visit(target, above)
         return target
 
 
-def shelf(path: Path | None) -> Mapping[Key, str]:
+def available_names(path: Path | None) -> Mapping[Key, str]:
     """Return which library that a file could use declares a name; the standard ones come first."""
     return {**names_in(sorted(_neighbours(path))), **standard_names()}
 
@@ -100,7 +100,7 @@ def _find_used(name: str, path: Path | None) -> Path | None:
 
 
 def _is_there(path: Path) -> bool:
-    """Return whether there is such a file, spelt so, also where the system does not tell case apart."""
+    """Return whether there is a file of exactly that name, on systems that ignore case too."""
     return path.is_file() and path.name in {each.name for each in path.parent.iterdir()}
 
 

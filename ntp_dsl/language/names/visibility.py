@@ -1,7 +1,7 @@
-"""What each library sees: its own names, and those of all that it uses, one way or another.
+"""Which names a library sees: its own, and those of all libraries that it uses, directly or not.
 
-A library that it does not use is out of its sight, though others may use it. No two libraries in sight may
-declare the same name in one namespace.
+A library that it does not use is invisible, though others may use it. No two visible libraries may declare
+the same name in one namespace.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note, unknown
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, SPACES, SymbolTable
+from ntp_dsl.language.names.symbol_table import KINDS, NUMBER_TYPES, SymbolTable
 from ntp_dsl.language.parsing.partial_library import Key, PartialLibrary
 from ntp_dsl.language.syntax.nodes import (
     ConstantDeclaration,
@@ -23,12 +23,12 @@ from ntp_dsl.language.syntax.nodes import (
     TypeDeclaration,
 )
 
-FEW = 3  # names that a message lists before it says "and more"
+MAX_LISTED = 3  # names that a message lists before it says "and more"
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A library, and which unit each of its `use` lines stands for; None if that cannot be told."""
+    """A library, and the unit that each of its `use` lines names; None where there is no such library."""
 
     partial: PartialLibrary
     uses: tuple[int | None, ...] = ()
@@ -38,8 +38,8 @@ class Unit:
         return self.partial.library
 
 
-def below(units: Sequence[Unit], index: int) -> list[int]:
-    """All that a library uses, one way or another; each stands after what it uses itself."""
+def dependencies(units: Sequence[Unit], index: int) -> list[int]:
+    """Return all units that a library uses, directly or not, each after those that it uses itself."""
     found: dict[int, None] = {}
     waiting = [(index, iter(units[index].uses))]
     entered = {index}
@@ -56,17 +56,17 @@ def below(units: Sequence[Unit], index: int) -> list[int]:
 
 
 def key(declaration: Declaration) -> Key:
-    """The namespace that a declaration's name belongs to, and the name."""
-    return SPACES[type(declaration)][1], declaration.name
+    """Return the namespace that a declaration's name belongs to, and the name."""
+    return KINDS[type(declaration)].namespace, declaration.name
 
 
-def visible(units: Sequence[Unit], index: int) -> Checked[SymbolTable]:
-    """Return the table of all that a library sees; check its own names."""
+def visible_names(units: Sequence[Unit], index: int) -> Checked[SymbolTable]:
+    """Return the symbol table of a library; check the names that it declares itself."""
     table = SymbolTable()
     owners: dict[Key, tuple[int, Declaration]] = {}
     for position, used in enumerate(units[index].uses):
         if used is not None:
-            yield from _bring_in(units, index, position, used, owners, table)
+            yield from _add_used(units, index, position, used, owners, table)
     own = units[index].library.declarations
     for declaration in own:
         if key(declaration) in owners:
@@ -79,7 +79,7 @@ def visible(units: Sequence[Unit], index: int) -> Checked[SymbolTable]:
     return table
 
 
-def _bring_in(
+def _add_used(
     units: Sequence[Unit],
     index: int,
     position: int,
@@ -87,8 +87,8 @@ def _bring_in(
     owners: dict[Key, tuple[int, Declaration]],
     table: SymbolTable,
 ) -> Iterator[Diagnostic]:
-    """Add what one `use` brings; a clash within that is told where the other library is checked."""
-    inside = [each for each in [*below(units, used), used] if each != index]
+    """Add what one `use` makes visible; a clash within that is reported where that library is checked."""
+    inside = [each for each in [*dependencies(units, used), used] if each != index]
     clashes: dict[tuple[int, int], list[tuple[Declaration, Declaration]]] = {}
     for each in inside:
         for declaration in units[each].library.declarations:
@@ -99,7 +99,7 @@ def _bring_in(
                 clashes.setdefault((owner, each), []).append((first, declaration))
     for (owner, each), pairs in clashes.items():
         names = dict.fromkeys(f"'{declaration.name}'" for _, declaration in pairs)
-        listing = ", ".join([*names][:FEW]) + (", ..." if len(names) > FEW else "")
+        listing = ", ".join([*names][:MAX_LISTED]) + (", ..." if len(names) > MAX_LISTED else "")
         message = (
             f"library '{units[each].library.name}' declares {listing}, and so does"
             f" '{units[owner].library.name}', which is used already"
@@ -113,9 +113,9 @@ def _clash(
     units: Sequence[Unit], index: int, again: Declaration, owner: int, first: Declaration
 ) -> Diagnostic:
     note = Note("first declared here", first.name_span)
-    word = SPACES[type(again)][2]
+    word = KINDS[type(again)].keyword
     alike = replace(again, docstring="") == replace(first, docstring="")
-    # What was made up to read on is on no line that could be taken out.
+    # Of an incomplete declaration some lines are placeholders, which cannot be removed.
     is_incomplete = key(again) in units[index].partial.incomplete
     fix = _removal(again) if alike and not is_incomplete else None
     if owner == index:
@@ -126,7 +126,7 @@ def _clash(
         return Diagnostic("E301", message, again.name_span, (note,), help, fix)
     name = units[owner].library.name
     message = f"{word} '{again.name}' is also declared by library '{name}', which is used here"
-    help = "remove it: the other says the same" if alike else "choose another name"
+    help = "remove it: the other is the same" if alike else "choose another name"
     return Diagnostic("E302", message, again.name_span, (note,), help, fix)
 
 
@@ -140,7 +140,7 @@ def _removal(declaration: Declaration) -> Fix:
 def _check_own(
     declaration: Declaration, own: Sequence[Declaration], table: SymbolTable
 ) -> Iterator[Diagnostic]:
-    if SPACES[type(declaration)][1] == "type" and declaration.name in NUMBER_TYPES:
+    if KINDS[type(declaration)].namespace == "type" and declaration.name in NUMBER_TYPES:
         message = f"'{declaration.name}' is a number type of the language already"
         yield Diagnostic("E301", message, declaration.name_span, help="choose another name")
     if isinstance(declaration, TypeDeclaration):
@@ -159,7 +159,7 @@ def _check_parent(declaration: TypeDeclaration, table: SymbolTable) -> Iterator[
         yield unknown("E103", "there is no type", parent.name, parent.span, table.types)
     elif declaration.name in table.ancestors(parent.name):
         message = f"type '{declaration.name}' is its own ancestor"
-        help = "one of the types in the circle has no parent"
+        help = "one of the types in the cycle must have no parent"
         yield Diagnostic("E303", message, parent.span, help=help)
 
 
@@ -180,7 +180,7 @@ def _check_constant(
     constant: ConstantDeclaration, own: Sequence[Declaration], table: SymbolTable
 ) -> Iterator[Diagnostic]:
     for name in table.members.get(constant.name, ()):
-        if table.enums[name] not in own:  # an own enumeration says it of its member
+        if table.enums[name] not in own:  # of its own enumerations, `_check_members` reports it
             note = Note("declared here", table.enums[name].name_span)
             message = f"'{constant.name}' is a member of '{name}' already"
             yield Diagnostic("E302", message, constant.name_span, (note,), "choose another name")

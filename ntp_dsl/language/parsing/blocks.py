@@ -1,4 +1,4 @@
-"""From text to pieces, cut where a line begins at the margin, so that mistakes stay apart."""
+"""From text to blocks, split where a line begins at the margin, so that one mistake does not hide another."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, nearest
 from ntp_dsl.language.syntax.nodes import Span
 
-# What each keyword declares, by the namespace that it belongs to; the first two declare nothing.
-SPACES = {
+# The namespace in which each keyword declares a name; the first two declare none.
+NAMESPACES = {
     "library": "", "use": "", "type": "type", "enum": "type", "record": "type", "constant": "value",
     "predicate": "predicate", "api": "call", "program": "call", "task": "task",
 }  # fmt: skip
-KEYWORDS = tuple(SPACES)
-# What other languages say for them.
-ELSEWHERE = {
+KEYWORDS = tuple(NAMESPACES)
+# Words of other languages, and the keywords for them.
+FOREIGN_KEYWORDS = {
     "import": "use", "include": "use", "from": "use", "using": "use", "require": "use", "open": "use",
     "module": "library", "package": "library", "domain": "library", "namespace": "library",
     "class": "type", "object": "type", "struct": "record", "tuple": "record", "dataclass": "record",
@@ -28,108 +28,108 @@ ELSEWHERE = {
     "problem": "task", "goal": "task", "experiment": "task", "test": "task",
 }  # fmt: skip
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
-QUOTES = re.compile('"""')  # all that counts within a docstring
+QUOTES = re.compile('"""')  # the only mark within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-# Inside an open docstring, only what can be nothing else than a declaration counts as one.
+# Inside an open docstring, only what cannot be prose counts as a declaration.
 HEADER = re.compile(rf"(?:{'|'.join(KEYWORDS)})[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]*[(:]")
 DECLARES = re.compile(rf"^({'|'.join(KEYWORDS)})[ \t]+([A-Za-z_][A-Za-z0-9_]*)", re.MULTILINE)
-# What belongs into a declaration: a line like this begins none, wherever it stands.
+# A line that belongs into a declaration, also where it is at the margin.
 INNER = re.compile(
     r"(?:requires|achieves|calls|for|when|scene|goal|run|success)\b|[A-Za-z_][A-Za-z0-9_]*[ \t]*\("
 )
-BLOCKS = ("api", "program", "task")  # what has lines of its own below the first
+WITH_BODY = ("api", "program", "task")  # declarations with lines below the first
 PARTNERS = {"(": ")", "[": "]"}
 
 
 @dataclass(frozen=True)
-class Shift:
-    """What stood in columns `column` to `end` of a line was replaced by so many characters."""
+class ColumnMap:
+    """Columns `column` to `end` of a line were replaced by `width` characters."""
 
     column: int
     end: int
     width: int
 
     def original(self, column: int) -> int:
-        """Where in the user's line a column of the mended line comes from."""
+        """Return the column of the user's line for one of the repaired line."""
         if column >= self.column + self.width:
             return column - self.width + self.end - self.column
         return min(column, self.end)
 
 
 @dataclass(frozen=True)
-class Piece:
+class Block:
     """The text of one declaration, and the line at which it begins.
 
-    The text may be mended, to read on where the user's does not parse; `shifts` are then by line,
-    and every place is one of the user's text.
+    The text may be repaired, to read on where the user's does not parse; `column_maps` are then by line,
+    and every span is one of the user's text.
     """
 
     text: str
     line: int
     path: Path | None
-    shifts: Mapping[int, Shift] = field(default_factory=dict)
-    mistakes: tuple[Diagnostic, ...] = ()  # found in cutting
+    column_maps: Mapping[int, ColumnMap] = field(default_factory=dict)
+    diagnostics: tuple[Diagnostic, ...] = ()  # found in splitting
 
     @property
     def keyword(self) -> str:
-        """The first word, or nothing if the piece begins with something else."""
+        """The first word, or "" if the block begins with something else."""
         word = WORD.match(self.text)
         return word.group() if word else ""
 
     def span(self, line: int, column: int, width: int = 1) -> Span:
-        """A stretch of one line, as far as the line goes; `line` counts from one within the piece."""
+        """Return a span in one line, as far as the line goes; `line` counts from one within the block."""
         rows = self.text.split("\n")
         line = min(line, len(rows))
         last = len(rows[line - 1]) + 1
         return self.stretch(line, min(column, last), line, min(column + width, last))
 
     def stretch(self, line: int, column: int, end_line: int, end_column: int) -> Span:
-        """The place in the whole text; lines count from one within the piece."""
-        if self.shifts:
+        """Return a span in the whole text; lines count from one within the block."""
+        if self.column_maps:
             column, end_column = self._original(line, column), self._original(end_line, end_column)
         above = self.line - 1
         return Span(self.path, line + above, column, end_line + above, end_column)
 
     def _original(self, line: int, column: int) -> int:
-        shift = self.shifts.get(line)
-        return column if shift is None else shift.original(column)
+        column_map = self.column_maps.get(line)
+        return column if column_map is None else column_map.original(column)
 
     def at(self, offset: int, width: int = 1) -> Span:
-        """The place of a character of the piece's text."""
+        """Return the span of characters of the block's text."""
         before = self.text[:offset]
         return self.span(before.count("\n") + 1, offset - (before.rfind("\n") + 1) + 1, width)
 
 
-def cut(text: str, path: Path | None) -> list[Piece]:
-    """Every line at the margin begins a piece, unless a bracket or a docstring is open there."""
+def split_blocks(text: str, path: Path | None) -> list[Block]:
+    """Split where a line begins at the margin, unless a bracket or a docstring is open there."""
     starts: list[int] = []
     lines = text.split("\n")
     depth, quoted = 0, False
     for index, line in enumerate(lines):
         stray = not starts and line.strip() and not line.lstrip().startswith("#")
-        if stray or _begins(line, depth, quoted, lines[starts[-1]] if starts else ""):
+        if stray or _begins_block(line, depth, quoted, lines[starts[-1]] if starts else ""):
             starts.append(index)
             depth, quoted = 0, False
-        depth, quoted = _marks(line, depth, quoted)
+        depth, quoted = _open_after(line, depth, quoted)
     ends = [*starts, len(lines)][1:]
     return _joined(
-        Piece("\n".join(lines[start:end]).rstrip() + "\n", start + 1, path)
+        Block("\n".join(lines[start:end]).rstrip() + "\n", start + 1, path)
         for start, end in zip(starts, ends, strict=True)
     )
 
 
-def _joined(pieces: Iterable[Piece]) -> list[Piece]:
-    """Lines at the margin that can only belong to the declaration above are taken to do so."""
-    joined: list[Piece] = []
-    for piece in pieces:
-        if joined and joined[-1].keyword in BLOCKS and INNER.match(piece.text):
-            joined[-1] = _join(joined[-1], piece)
+def _joined(blocks: Iterable[Block]) -> list[Block]:
+    """Join lines at the margin that can only belong to the declaration above with it."""
+    joined: list[Block] = []
+    for block in blocks:
+        if joined and joined[-1].keyword in WITH_BODY and INNER.match(block.text):
+            joined[-1] = _join(joined[-1], block)
         else:
-            joined.append(piece)
+            joined.append(block)
     return joined
 
 
-def _join(above: Piece, below: Piece) -> Piece:
+def _join(above: Block, below: Block) -> Block:
     rows = above.text.rstrip("\n").split("\n")
     rows += [""] * (below.line - above.line - len(rows))
     indents = [len(row) - len(row.lstrip()) for row in rows[1:] if row.strip()]
@@ -137,22 +137,22 @@ def _join(above: Piece, below: Piece) -> Piece:
     added = below.text.rstrip("\n").split("\n")
     numbers = [len(rows) + index for index, row in enumerate(added, start=1) if row.strip()]
     edits = [Edit(above.stretch(number, 1, number, 1), " " * width) for number in numbers]
-    if above.mistakes:
-        first = above.mistakes[0]
+    if above.diagnostics:
+        first = above.diagnostics[0]
         assert first.fix is not None
-        mistake = replace(first, fix=replace(first.fix, also=(*first.fix.also, *edits)))
+        diagnostic = replace(first, fix=replace(first.fix, also=(*first.fix.also, *edits)))
     else:
         name = DECLARES.match(above.text)
         what = f"'{above.keyword} {name.group(2)}'" if name else f"the {above.keyword}"
-        message = f"this line stands at the margin; what belongs to {what} is indented below it"
+        message = f"this line is at the margin; what belongs to {what} is indented below it"
         fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]))
-        mistake = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
+        diagnostic = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
     text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
-    shifts = {**above.shifts, **{number: Shift(1, 1, width) for number in numbers}}
-    return replace(above, text=text, shifts=shifts, mistakes=(mistake,))
+    column_maps = {**above.column_maps, **{number: ColumnMap(1, 1, width) for number in numbers}}
+    return replace(above, text=text, column_maps=column_maps, diagnostics=(diagnostic,))
 
 
-def _begins(line: str, depth: int, quoted: bool, previous: str) -> bool:
+def _begins_block(line: str, depth: int, quoted: bool, previous: str) -> bool:
     if quoted:
         return HEADER.match(line) is not None
     if not line[:1].strip() or line.startswith("#"):
@@ -164,12 +164,12 @@ def _begins(line: str, depth: int, quoted: bool, previous: str) -> bool:
     return depth == 0 or (word is not None and word.group() in KEYWORDS)
 
 
-def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
-    """How many brackets, and whether a docstring, are open at the end of the line."""
+def _open_after(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
+    """Return how many brackets, and whether a docstring, are open at the end of the line."""
     if not quoted and '"' not in line and "#" not in line and "[" not in line:
         opened, closed = line.count("("), line.count(")")
         if opened == closed and "]" not in line:
-            return depth, quoted  # as nearly every line, told at once
+            return depth, quoted  # a quick answer for nearly every line
     position = 0
     while match := (QUOTES if quoted else MARKS).search(line, position):
         mark, position = match.group(), match.end()
@@ -183,7 +183,7 @@ def _marks(line: str, depth: int, quoted: bool) -> tuple[int, bool]:
 
 
 def _open_marks(text: str) -> Iterator[tuple[str, int]]:
-    """Brackets and open docstrings with their offsets; comments and docstrings are skipped."""
+    """Yield brackets and open docstrings with their offsets; skip comments and docstrings."""
     position = 0
     while match := MARKS.search(text, position):
         mark, position = match.group(), match.end()
@@ -199,57 +199,57 @@ def _open_marks(text: str) -> Iterator[tuple[str, int]]:
             yield mark, match.start()
 
 
-def unbalanced(piece: Piece) -> Iterator[Diagnostic]:
-    """The first bracket or docstring that has no partner."""
+def unbalanced(block: Block) -> Iterator[Diagnostic]:
+    """Report the first bracket or docstring that has no partner."""
     stack: list[tuple[str, int]] = []
-    for mark, offset in _open_marks(piece.text):
+    for mark, offset in _open_marks(block.text):
         if mark == '"""':
-            yield Diagnostic("E004", 'this docstring is never closed by """', piece.at(offset, 3))
+            yield Diagnostic("E004", 'this docstring is never closed by """', block.at(offset, 3))
             return
         if mark in PARTNERS:
             stack.append((mark, offset))
         elif not stack or PARTNERS[stack[-1][0]] != mark:
-            message = f"nothing was opened that this '{mark}' closes"
-            yield Diagnostic("E003", message, piece.at(offset))
+            message = f"this '{mark}' closes nothing that was opened"
+            yield Diagnostic("E003", message, block.at(offset))
             return
         else:
             stack.pop()
     for mark, offset in stack[:1]:
         message = f"this '{mark}' is never closed by a '{PARTNERS[mark]}'"
-        yield Diagnostic("E003", message, piece.at(offset))
+        yield Diagnostic("E003", message, block.at(offset))
 
 
-def misspelt(piece: Piece) -> Diagnostic:
-    """For a piece that begins with none of the keywords."""
-    found = piece.keyword
-    span = piece.at(0, max(1, len(found)))
+def misspelt_keyword(block: Block) -> Diagnostic:
+    """Report a block that begins with none of the keywords."""
+    found = block.keyword
+    span = block.at(0, max(1, len(found)))
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
-    meant = ELSEWHERE.get(found) or nearest(found, KEYWORDS) if found else None
+    meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
-        message = f"nothing begins with '{found}'; did you mean '{meant}'?"
+        message = f"no declaration begins with '{found}'; did you mean '{meant}'?"
         return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
-    message = f"no declaration begins with {found or piece.text[0]!r}"
-    if piece.text[0].isspace():
+    message = f"no declaration begins with {found or block.text[0]!r}"
+    if block.text[0].isspace():
         message = "this line is indented, and there is no declaration above it"
     return Diagnostic("E002", message, span, help=help)
 
 
-def declared(piece: Piece) -> Iterator[tuple[str, str]]:
-    """The names, each with its namespace, that a piece declares as far as its words tell."""
-    for keyword, name in DECLARES.findall(piece.text):
-        yield SPACES[keyword], name
-    words = set(WORD.findall(piece.text))
-    if piece.keyword == "enum":
+def declared_names(block: Block) -> Iterator[tuple[str, str]]:
+    """Yield the names, each with its namespace, that a block declares as far as its words tell."""
+    for keyword, name in DECLARES.findall(block.text):
+        yield NAMESPACES[keyword], name
+    words = set(WORD.findall(block.text))
+    if block.keyword == "enum":
         yield from (("value", word) for word in words)
-    elif piece.keyword not in KEYWORDS:
-        yield from ((space, word) for space in set(SPACES.values()) for word in words)
+    elif block.keyword not in KEYWORDS:
+        yield from ((space, word) for space in set(NAMESPACES.values()) for word in words)
 
 
-def continued(rows: Sequence[str]) -> int:
-    """How many rows the first one runs on over, in brackets or a docstring; none if it never ends."""
+def continuation(rows: Sequence[str]) -> int:
+    """Return over how many rows the first one continues, in brackets or a docstring; 0 if it never ends."""
     depth, quoted = 0, False
     for index, row in enumerate(rows):
-        depth, quoted = _marks(row, depth, quoted)
+        depth, quoted = _open_after(row, depth, quoted)
         if not depth and not quoted:
             return index
     return 0

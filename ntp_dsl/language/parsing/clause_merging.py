@@ -1,4 +1,4 @@
-"""Of a clause that is said twice: one clause that says both."""
+"""Merging a repeated clause into the first one."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Span
 
 
-def join_clauses(first: object, again: object, before: Span, place: Span) -> Fix | None:
-    """The second goes, with the line break before it, and what it says is added to the first.
+def merge_clauses(first: object, again: object, before: Span, place: Span) -> Fix | None:
+    """Remove the second clause, with the line break before it, and add what it says to the first.
 
     Args:
         before: where the clause stands that comes before the second; `place` is where that stands.

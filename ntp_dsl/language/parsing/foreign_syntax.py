@@ -1,4 +1,4 @@
-"""Whole lines as other languages write them, and what each would be here: guesses, for others to try out."""
+"""Lines as other languages write them, and what each would be here: guesses, which the caller tries."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 Rewrite = str | Callable[[re.Match[str]], str]
 NAME = r"[A-Za-z_]\w*"
-THING = rf"{NAME}(?:\.{NAME})?"
-LONGEST = 200  # letters of a line that is made sense of: the patterns look far ahead
-GAP = 10 * " "  # in a line that nobody wrote
+VALUE = rf"{NAME}(?:\.{NAME})?"
+MAX_LENGTH = 200  # characters of a line that is rewritten: the patterns look far ahead
+GAP = 10 * " "  # in a line that no person wrote
 CLAUSE = r"(?:requires|achieves|success:|when|if)"
 OPENED = {"(": ")", "[": "]", "{": "}"}
 FILLERS = frozenset("the each every do then begin call await yield let var auto return".split())
@@ -40,7 +40,7 @@ def _quantified_twice(match: re.Match[str]) -> str:
 
 
 def _quantified(match: re.Match[str]) -> str:
-    """`forall x in xs: c`, where the condition comes first here."""
+    """Rewrite `forall x in xs: c`; here the condition comes first."""
     word = KEYWORD_OF.get(match["word"], "all")
     loop = f"for {match['name']} in {match['list']}{match['if'] or ''}"
     return f"{match['head']}{word} {match['body'].strip()} {loop}"
@@ -56,7 +56,7 @@ def _grouped(match: re.Match[str]) -> str:
 
 
 def _looped(match: re.Match[str]) -> str:
-    """`for a, b in T`, which is two loops here."""
+    """Rewrite `for a, b in T` as two loops."""
     return " ".join(f"for {each} in {match['list']}" for each in re.split(r"\s*,\s*", match["names"]))
 
 
@@ -70,7 +70,7 @@ def _methods(match: re.Match[str]) -> str:
 
 
 # In the order in which they are tried; each rewrites a whole line.
-LINES: Sequence[tuple[str, Rewrite]] = (
+REWRITES: Sequence[tuple[str, Rewrite]] = (
     (rf"^use\s+({NAME})[.:/].*$", r"use \1"),
     (rf"^use\s+({NAME})\s+(?:import|as|from)\b.*$", r"use \1"),
     (rf"^type\s+({NAME})\s*(?:[(:<,=]|<:)\s*({NAME})\s*[)>]?\s*:?\s*$", r"type \1 is \2"),
@@ -98,14 +98,14 @@ LINES: Sequence[tuple[str, Rewrite]] = (
     (r"^(.*?)\b(?:no|none|never)\s+(.+\bfor\b.+)$", r"\1all not \2"),
     (rf"^(\s*{CLAUSE}\s*)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
     (r"^(predicate[^:]*\((?:[^()]*)\):?\s+)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
-    (rf"^(.*?)({THING}(?: \w+)?)\s*([<>]=?)\s*({THING}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
+    (rf"^(.*?)({VALUE}(?: \w+)?)\s*([<>]=?)\s*({VALUE}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
      r"\1\2 \3 \4 and \4 \5 \6"),
     (r"^(.*=\s*)(?:range\s*)?[\[(]\s*(\d+)\s*,\s*(\d+)\s*[\])](.*)$", r"\1\2..\3\4"),
     (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})\s*[x*:×,(]?\s*(\d+)\)?\s+on\b", r"\1\3 \2 on"),
     (r"^(?P<margin>\s*)(?P<count>\d+(?:\s*\.\.\s*\d+)?)\s+(?P<type>[A-Z]\w*)\s+on\b", _grouped),
     (rf"^(\s*)[-*•]\s+({NAME}.*)$", r"\1\2"),
     (rf"^(\s*)({NAME}\([^()]*\))\s*(?:\band\b|\bthen\b|&&|,|;)\s*({NAME}\(.*)$", r"\1\2\n\1\3"),
-    (rf"(?P<thing>{NAME}\([^()]*\)|{THING})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
+    (rf"(?P<thing>{NAME}\([^()]*\)|{VALUE})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
     (rf"\bfor (?P<names>{NAME}(?:\s*,\s*{NAME})+) in (?P<list>{NAME})", _looped),
     (rf"\bfor ([A-Z]\w*) ((?!in\b){NAME})\b", r"for \2 in \1"),
     (rf"(?<=[:>])\s*\[\s*({NAME})\s*\]", r" list[\1]"),
@@ -114,22 +114,22 @@ LINES: Sequence[tuple[str, Rewrite]] = (
     (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)\s*[x*×]\s*({NAME})\s+on\b", r"\1 \2 on"),
     (r"^(\s*)(?:'''|\"|')([^\"']+?)(?:'''|\"|')$", r'\1"""\2"""'),
 )  # fmt: skip
-COMPILED = [(re.compile(pattern), rewrite) for pattern, rewrite in LINES]
-METHOD = re.compile(rf"(?P<thing>{THING})\.(?P<name>{NAME})\((?P<rest>[^()]*)\)")
-INFIX = re.compile(rf"(?P<left>{THING})\s+(?P<name>{NAME})\s+(?P<right>{THING})")
+COMPILED = [(re.compile(pattern), rewrite) for pattern, rewrite in REWRITES]
+METHOD = re.compile(rf"(?P<thing>{VALUE})\.(?P<name>{NAME})\((?P<rest>[^()]*)\)")
+INFIX = re.compile(rf"(?P<left>{VALUE})\s+(?P<name>{NAME})\s+(?P<right>{VALUE})")
 NAMED = re.compile(rf"(?<=[(,])\s*{NAME}\s*[:=]\s*(?!=)")
 WORD = re.compile(NAME)
 LIST = re.compile(rf"({NAME})\s*:\s*list\b")
 ELEMENT = re.compile(rf"({NAME})\.{NAME}")
 
 
-def rewritten(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
-    """What a line could be meant to be, the likeliest first.
+def rewrites(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
+    """Yield what a line may be meant to be, the likeliest first.
 
     Args:
         column: of the letter at which the parser stumbles, from zero.
     """
-    if len(rows[row]) > LONGEST or GAP in rows[row].strip():
+    if len(rows[row]) > MAX_LENGTH or GAP in rows[row].strip():
         return
     text, comment = _without_comment(rows[row])
     yield re.sub(r"\bList\s*\[", "list[", text) + comment
@@ -150,7 +150,7 @@ def _without_comment(text: str) -> tuple[str, str]:
 
 
 def _words(text: str, column: int) -> Iterator[str]:
-    """Words without a meaning are left out, others stand between what they are said of."""
+    """Leave out filler words; rewrite operators that are words, and infix predicates."""
     words = list(WORD.finditer(text))
     near = [each for each in words if each.start() <= column < each.end()]
     near += [each for each in words if each.end() <= column][-1:]
@@ -168,7 +168,7 @@ def _words(text: str, column: int) -> Iterator[str]:
 
 
 def _brackets(text: str, column: int) -> Iterator[str]:
-    """Brackets of another kind, such that are missing or too many, and what stands before or in them."""
+    """Rewrite brackets of another kind, missing or too many, and what is before or in them."""
     if (found := METHOD.sub(_methods, text)) != text:
         yield found
     if (found := NAMED.sub(lambda each: " " if each.group().startswith(" ") else "", text)) != text:
@@ -189,7 +189,7 @@ def _brackets(text: str, column: int) -> Iterator[str]:
 
 
 def bracketed(text: str, column: int) -> Iterator[str]:
-    """The rest of the line in brackets, as what is called needs them."""
+    """Put the rest of the line in brackets, as a call needs them."""
     text, comment = _without_comment(text)
     body, colon = (text.rstrip()[:-1], ":") if text.rstrip().endswith(":") else (text.rstrip(), "")
     head, inner = body[:column].rstrip(), body[column:].strip()
@@ -200,7 +200,7 @@ def bracketed(text: str, column: int) -> Iterator[str]:
 
 
 def _loops(rows: Sequence[str], text: str) -> Iterator[str]:
-    """What a quantifier goes through, where that is not said: the only list, by the name of its elements."""
+    """Add the loop that a quantifier lacks: over the only list, by the name of its elements."""
     whole = "\n".join(rows)
     lists = dict.fromkeys(LIST.findall(whole)) or (["goal"] if rows[0].startswith("task") else [])
     element = ELEMENT.search(text)
@@ -213,6 +213,6 @@ def _loops(rows: Sequence[str], text: str) -> Iterator[str]:
 
 
 def _joined(text: str, column: int) -> Iterator[str]:
-    """`put-in`, where a name has no such mark."""
+    """Write `put_in` for `put-in`."""
     if re.search(r"\w$", text[:column]) and re.match(r"[-.]\w", text[column:]):
         yield f"{text[:column]}_{text[column + 1 :]}"

@@ -1,4 +1,4 @@
-"""What the parser stumbled over, in a user's words: expected, found, and perhaps meant."""
+"""Messages of the parser in a user's words: what was expected, found, and perhaps meant."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Set
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
-from ntp_dsl.language.parsing.blocks import WORD, Piece
+from ntp_dsl.language.parsing.blocks import WORD, Block
 from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS
 from ntp_dsl.language.syntax.nodes import Span
 
@@ -29,13 +29,13 @@ TERMINALS = {
     "_DEDENT": BLOCK_END,
     "$END": BLOCK_END,
 }
-# What can begin an expression is one idea for the reader, and eight terminals for the parser.
+# The beginning of an expression is one idea for the reader, and eight terminals for the parser.
 EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'"}
 LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "goal", "run", "success"}
 
 
 def expectation(expected: Set[str]) -> str:
-    """The expected words as one phrase, the likeliest first."""
+    """Return the expected words as one phrase, the likeliest first."""
     words = set(expected)
     if {"'not'", "'all'"} <= words:
         words = words - EXPRESSION | {"a condition"}
@@ -60,54 +60,54 @@ def _found(kind: str, text: str) -> str:
     return named.get(kind, f"'{text}'")
 
 
-def unexpected(piece: Piece, line: int, column: int, text: str, kind: str, expected: Set[str]) -> Diagnostic:
-    """A word stands where the grammar has no place for it."""
+def unexpected(block: Block, line: int, column: int, text: str, kind: str, expected: Set[str]) -> Diagnostic:
+    """Report a word where the grammar has no place for it."""
     visible = not kind.startswith(("_", "$")) and "\n" not in text
-    span = piece.span(line, column, len(text) if visible else 1)
-    misspelt = _misspelt_line(piece, line, column, expected)
-    if misspelt is not None:
-        return misspelt
+    span = block.span(line, column, len(text) if visible else 1)
+    misspelt_keyword = _misspelt_line(block, line, column, expected)
+    if misspelt_keyword is not None:
+        return misspelt_keyword
     message = f"expected {expectation(expected)}, found {_found(kind, text)}"
     fix = None
-    untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", piece.text.split("\n")[line - 1][: column - 1])
+    untyped = re.search(r"[(,]\s*([A-Za-z_]\w*)\s*$", block.text.split("\n")[line - 1][: column - 1])
     if expected == {"':'"} and text in {")", ","} and untyped:
         name = untyped.group(1)
-        message = f"'{name}' does not say of which type it is"
+        message = f"'{name}' has no type"
         return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
     if kind == "_INDENT":
-        message = "this line is indented further than the one above it, to which nothing belongs"
-        span = _next_line(piece, line)
-    if kind == "_NEWLINE" and "':'" in expected and _opens_block(piece, line):
+        message = "this line is indented further than the one above, which has no body"
+        span = _next_line(block, line)
+    if kind == "_NEWLINE" and "':'" in expected and _opens_block(block, line):
         message = "a ':' is missing at the end of this line"
-        fix = Fix(piece.span(line, column, 0), ":")
+        fix = Fix(block.span(line, column, 0), ":")
     return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
 
 
-def _next_line(piece: Piece, line: int) -> Span:
-    """Where the next line that has text begins."""
-    rows = piece.text.split("\n")
+def _next_line(block: Block, line: int) -> Span:
+    """Return where the next line that has text begins."""
+    rows = block.text.split("\n")
     for number, row in enumerate(rows[line:], start=line + 1):
         if row.strip() and not row.lstrip().startswith("#"):
-            return piece.span(number, len(row) - len(row.lstrip()) + 1)
-    return piece.span(line, len(rows[line - 1]) + 1)
+            return block.span(number, len(row) - len(row.lstrip()) + 1)
+    return block.span(line, len(rows[line - 1]) + 1)
 
 
 def _advice(kind: str, expected: Set[str]) -> str:
     if kind in {"_DEDENT", "$END", "_NEWLINE"} and INDENTED in expected:
         return "what belongs to this declaration is indented below it"
     if kind == "_INDENT":
-        return "only expressions in brackets run over several lines"
+        return "only expressions in brackets continue over several lines"
     return ""
 
 
-def _opens_block(piece: Piece, line: int) -> bool:
-    words = piece.text.split("\n")[line - 1].split()
+def _opens_block(block: Block, line: int) -> bool:
+    words = block.text.split("\n")[line - 1].split()
     return bool(words) and words[0] in {"program", "task", "for", "when"}
 
 
-def _misspelt_line(piece: Piece, line: int, column: int, expected: Set[str]) -> Diagnostic | None:
-    """A line such as `require present(x)` fails at its second word; the first one is to blame."""
-    row = piece.text.split("\n")[line - 1]
+def _misspelt_line(block: Block, line: int, column: int, expected: Set[str]) -> Diagnostic | None:
+    """Report a line such as `require present(x)`, which fails at its second word for the first one."""
+    row = block.text.split("\n")[line - 1]
     first = WORD.match(row.strip())
     start = len(row) - len(row.lstrip()) + 1
     if first is None or first.group() in LINE_WORDS or (line == 1 and start == 1):
@@ -120,29 +120,29 @@ def _misspelt_line(piece: Piece, line: int, column: int, expected: Set[str]) -> 
         meant = nearest(first.group(), allowed)
     if meant is None or between or "(" in row[end - 1 : end]:
         return None
-    span = piece.span(line, start, len(first.group()))
+    span = block.span(line, start, len(first.group()))
     message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
     is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
-    taken = piece.span(line, start, len(first.group()) + is_clause)
+    taken = block.span(line, start, len(first.group()) + is_clause)
     return Diagnostic("E001", message, span, fix=Fix(taken, meant))
 
 
-def unreadable(piece: Piece, line: int, column: int, letter: str) -> Diagnostic:
-    """A character that occurs nowhere in the language."""
+def unreadable(block: Block, line: int, column: int, letter: str) -> Diagnostic:
+    """Report a character that occurs nowhere in the language."""
     message = f"the character {letter!r} does not belong to the language"
-    help = "text in quotes is a docstring only: three double quotes" if letter in "\"'" else ""
-    return Diagnostic("E001", message, piece.span(line, column), help=help)
+    help = "only a docstring is text in quotes: three double quotes" if letter in "\"'" else ""
+    return Diagnostic("E001", message, block.span(line, column), help=help)
 
 
-def dedent(piece: Piece) -> Diagnostic:
-    """A line that is indented less than the block above it, but more than the block around."""
+def dedent(block: Block) -> Diagnostic:
+    """Report a line that is indented less than the body above it, but more than the header of that."""
     rows = [
         (number, row)
-        for number, row in enumerate(piece.text.split("\n"), start=1)
+        for number, row in enumerate(block.text.split("\n"), start=1)
         if row.strip() and not row.lstrip().startswith("#")
     ]
     levels, above = [0], 0
-    number, row = rows[-1]  # where none is found; brackets may hide it
+    number, row = rows[-1]  # where none is found, since brackets may hide it
     for candidate, text in rows:
         indent = _indent(text)
         while levels and indent < levels[-1]:
@@ -153,11 +153,11 @@ def dedent(piece: Piece) -> Diagnostic:
         levels.append(indent)
         above = indent
     column = len(row) - len(row.lstrip()) + 1
-    message = "this line is indented unlike every line above that it could belong to"
-    return Diagnostic("E001", message, piece.span(number, column))
+    message = "the indentation of this line matches no line above that it could belong to"
+    return Diagnostic("E001", message, block.span(number, column))
 
 
 def _indent(row: str) -> int:
-    """As the parser counts it: blanks, and tabs for eight; a form feed counts for nothing."""
+    """Return the indentation as the parser counts it: a tab for eight blanks, a form feed for none."""
     margin = row[: len(row) - len(row.lstrip())]
     return margin.count(" ") + 8 * margin.count("\t")

@@ -1,4 +1,4 @@
-"""From text to syntax tree. Says nothing about meaning: see `check`."""
+"""From text to syntax tree; `check` is for its meaning."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lark.visitors import Transformer_NonRecursive
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
 from ntp_dsl.language.parsing import blocks, parse_messages, parser_tables, tree_builder
-from ntp_dsl.language.parsing.blocks import KEYWORDS, Piece
+from ntp_dsl.language.parsing.blocks import KEYWORDS, Block
 from ntp_dsl.language.parsing.error_recovery import Parsed, recover
 from ntp_dsl.language.parsing.partial_library import PartialLibrary, assemble
 from ntp_dsl.language.parsing.term_builder import Word
@@ -30,7 +30,7 @@ def _lark() -> Lark:
 
 @cache
 def _words() -> dict[str, str]:
-    """What a user calls each of the grammar's terminals."""
+    """Return what a user calls each of the grammar's terminals."""
     words = {
         terminal.name: f"'{terminal.pattern.value}'"
         for terminal in _lark().terminals
@@ -40,7 +40,7 @@ def _words() -> dict[str, str]:
 
 
 def parse(text: str, path: Path | str | None = None) -> Library:
-    """Read a library; `SourceError` carries every mistake of the text.
+    """Read a library; `SourceError` carries every syntax error.
 
     Args:
         path: where the text comes from, for the spans; the file is not opened.
@@ -52,61 +52,61 @@ def parse(text: str, path: Path | str | None = None) -> Library:
     return partial.library
 
 
-def read(text: str, path: Path | None, read_piece: Callable[[Piece], Parsed] | None = None) -> PartialLibrary:
+def read(text: str, path: Path | None, read_block: Callable[[Block], Parsed] | None = None) -> PartialLibrary:
     """Read what can be read of a library; its diagnostics say what cannot.
 
     Args:
         read_piece: reads one declaration, where the caller knows a quicker way than to parse it.
     """
-    found = [(read_piece or parse_piece)(piece) for piece in blocks.cut(lines(text), path)]
+    found = [(read_block or parse_block)(block) for block in blocks.split_blocks(lines(text), path)]
     return assemble(found, path)
 
 
 def lines(text: str) -> str:
-    """The text with line ends of one kind, as all spans count them."""
+    """Return the text with line ends of one kind, as all spans count them."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def parse_piece(piece: Piece) -> Parsed:
-    """Read one declaration, and on where it is broken."""
-    return recover(piece, _attempt)
+def parse_block(block: Block) -> Parsed:
+    """Read one declaration, as far as it can be read."""
+    return recover(block, _attempt)
 
 
-def _attempt(piece: Piece) -> tuple[tree_builder.Item | None, Sequence[Diagnostic]]:
-    mistakes = [blocks.misspelt(piece)] if piece.keyword not in KEYWORDS else []
-    mistakes += blocks.unbalanced(piece)
-    if mistakes:
-        return None, mistakes
+def _attempt(block: Block) -> tuple[tree_builder.Item | None, Sequence[Diagnostic]]:
+    diagnostics = [blocks.misspelt_keyword(block)] if block.keyword not in KEYWORDS else []
+    diagnostics += blocks.unbalanced(block)
+    if diagnostics:
+        return None, diagnostics
     try:
-        tree = _lark().parse(piece.text, start=piece.keyword)
+        tree = _lark().parse(block.text, start=block.keyword)
     except UnexpectedInput as unexpected:
-        return None, [_explain(unexpected, piece)]
+        return None, [_explain(unexpected, block)]
     except DedentError:
-        return None, [parse_messages.dedent(piece)]
+        return None, [parse_messages.dedent(block)]
     builder = tree_builder.Builder()
-    return _Transformer(builder, piece).transform(tree), builder.mistakes
+    return _Transformer(builder, block).transform(tree), builder.diagnostics
 
 
-def _explain(unexpected: UnexpectedInput, piece: Piece) -> Diagnostic:
+def _explain(unexpected: UnexpectedInput, block: Block) -> Diagnostic:
     line, column = unexpected.line, unexpected.column
     if isinstance(unexpected, UnexpectedToken):
         accepted = unexpected.accepts or unexpected.expected
         token = unexpected.token
         expected = {_words().get(name, name) for name in accepted}
         if token.type == "$END":
-            line, column = piece.text.count("\n"), len(piece.text.rstrip("\n").split("\n")[-1]) + 1
-        return parse_messages.unexpected(piece, line, column, str(token), token.type, expected)
+            line, column = block.text.count("\n"), len(block.text.rstrip("\n").split("\n")[-1]) + 1
+        return parse_messages.unexpected(block, line, column, str(token), token.type, expected)
     assert isinstance(unexpected, UnexpectedCharacters)
-    return parse_messages.unreadable(piece, line, column, piece.text[unexpected.pos_in_stream or 0])
+    return parse_messages.unreadable(block, line, column, block.text[unexpected.pos_in_stream or 0])
 
 
 class _Transformer(Transformer_NonRecursive[Token, tree_builder.Item]):
-    """Hands every rule of the grammar to the builder's method of the same name, with its place."""
+    """Passes every rule of the grammar to the builder's method of the same name, with its span."""
 
-    def __init__(self, builder: tree_builder.Builder, piece: Piece) -> None:
+    def __init__(self, builder: tree_builder.Builder, block: Block) -> None:
         super().__init__(visit_tokens=False)
         self._builder = builder
-        self._piece = piece
+        self._block = block
 
     def __default__(self, data: str, children: list[object], meta: Meta | Token) -> tree_builder.Item:
         words = [self._word(child) if isinstance(child, Token) else child for child in children]
@@ -118,6 +118,6 @@ class _Transformer(Transformer_NonRecursive[Token, tree_builder.Item]):
     def _span(self, place: Meta | Token) -> Span:
         if getattr(place, "line", None) is None:
             return NOWHERE
-        return self._piece.stretch(
+        return self._block.stretch(
             place.line or 0, place.column or 0, place.end_line or 0, place.end_column or 0
         )

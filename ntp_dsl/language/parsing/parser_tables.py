@@ -1,4 +1,4 @@
-"""The parser, from tables that were made of the grammar once: building them takes longer than most checks.
+"""The parser, from tables that are built from the grammar once: building takes longer than most checks.
 
 The tables lie beside the grammar as JSON, with its fingerprint: they are data, and are passed over where the
 grammar has changed. To make them anew: python -m ntp_dsl.language.parsing.parser_tables
@@ -34,11 +34,11 @@ class Layout(Indenter):
 
 
 def parser() -> Lark:
-    """From the tables, or, where there are none that fit, from the grammar."""
+    """Return the parser from the tables, or, where there are none that fit, from the grammar."""
     tables = _read()
     if tables is None:
         return built()
-    # What lark's own stand-alone parsers do; it has no public name.
+    # As lark's own stand-alone parsers do; it has no public name.
     loaded: Lark = Lark._load_from_dict(  # type: ignore[no-untyped-call]
         tables["data"], tables["memo"], postlex=Layout()
     )
@@ -46,7 +46,7 @@ def parser() -> Lark:
 
 
 def built() -> Lark:
-    """From the grammar."""
+    """Return the parser from the grammar."""
     return Lark(
         _grammar(),
         parser="lalr",
@@ -62,14 +62,14 @@ def tables_path() -> Path:
 
 
 def fingerprint() -> str:
-    """Of all that the tables depend on: the grammar and lark's version."""
+    """Return a hash of all that the tables depend on: the grammar and lark's version."""
     return sha256(f"{lark.__version__}\n{_grammar()}".encode()).hexdigest()
 
 
 def write() -> None:
-    """Makes the tables anew."""
+    """Build the tables and write them."""
     data, memo = built().memo_serialize([TerminalDef, Rule])
-    data["options"]["postlex"] = None  # an object, which is given anew
+    data["options"]["postlex"] = None  # an object, which `parser` passes
     document = {"fingerprint": fingerprint(), "data": data, "memo": memo}
     with written_whole(tables_path()) as partial:
         partial.write_text(json.dumps(document, separators=(",", ":"), sort_keys=True) + "\n")
@@ -87,7 +87,7 @@ def _read() -> dict[str, Any] | None:
 
 
 def _with_numbers(row: dict[str, Any]) -> dict[Any, Any]:
-    """JSON's keys are text; states and places of the tables are numbers."""
+    """Turn JSON's text keys into numbers, as states and places of the tables are."""
     return {int(key) if key.isdecimal() else key: value for key, value in row.items()}
 
 

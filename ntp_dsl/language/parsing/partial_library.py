@@ -1,4 +1,4 @@
-"""From the pieces of a text to a library as far as it could be read."""
+"""A library as far as its text could be read, from what was parsed of the text's blocks."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ UNNAMED = "NAME"
 
 @dataclass(frozen=True)
 class PartialLibrary:
-    """A library as far as its text could be read: enough to look for more mistakes, no proof of anything.
+    """A library as far as its text could be read: enough to look for more mistakes, but no proof of anything.
 
-    Of `incomplete` declarations the signature stands, but lines are missing; of `unreadable` ones only the
-    name. The defaults are those of a text without mistakes.
+    Of `incomplete` declarations the signature is known, but lines are missing; of `unreadable` ones only the
+    name is. The defaults are for a text without mistakes.
     """
 
     library: Library
@@ -34,7 +34,7 @@ class PartialLibrary:
 
 
 def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
-    """Join what was read of a text's pieces, in their order."""
+    """Assemble what was parsed of a text's blocks, in their order."""
     items = [parsed.item for parsed in found]
     headers = [item for item in items if isinstance(item, Header)]
     stem = path.stem if path and path.stem.isidentifier() else UNNAMED
@@ -45,25 +45,25 @@ def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
         headers[0].docstring if headers else "",
         path,
     )
-    diagnostics = [each for parsed in found for each in parsed.mistakes]
+    diagnostics = [each for parsed in found for each in parsed.diagnostics]
     return PartialLibrary(
         library,
         (*diagnostics, *_check_header(headers, found, stem, path)),
         frozenset(_incomplete(found)),
-        frozenset(key for parsed in found for key in parsed.lost),
+        frozenset(key for parsed in found for key in parsed.unreadable),
         frozenset(line for parsed in found for line in parsed.guessed),
-        any(parsed.piece.keyword == "use" and parsed.item is None for parsed in found),
+        any(parsed.block.keyword == "use" and parsed.item is None for parsed in found),
     )
 
 
 def _incomplete(found: Sequence[Parsed]) -> Iterator[Key]:
-    after = [parsed.piece.keyword for parsed in found[1:]]
+    after = [parsed.block.keyword for parsed in found[1:]]
     for parsed, following in zip_longest(found, after, fillvalue=None):
         assert parsed is not None
-        # A line at the margin that begins nothing may belong to what stands above it.
+        # A line at the margin that begins no declaration may belong to the one above it.
         is_cut = following is not None and following not in blocks.KEYWORDS
         if isinstance(parsed.item, Declaration) and (is_cut or not parsed.is_whole):
-            yield blocks.SPACES[parsed.piece.keyword], parsed.item.name
+            yield blocks.NAMESPACES[parsed.block.keyword], parsed.item.name
 
 
 def _check_header(
@@ -73,7 +73,7 @@ def _check_header(
     if not headers and not any(parsed.item is None for parsed in found):
         help = f"write 'library {stem}' above everything else"
         fix = Fix(top, f"library {stem}\n\n")
-        message = "the text does not say which library it is"
+        message = "the text does not name its library"
         yield Diagnostic("E005", message, top, help=help, fix=fix)
     for header in headers[1:]:
         yield Diagnostic("E005", "a text is one library; this is another header", header.span)

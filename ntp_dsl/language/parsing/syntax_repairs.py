@@ -1,7 +1,7 @@
-"""What was probably meant where a piece does not parse: the first guess that reads on is offered.
+"""Fixes for a block that does not parse: the first guess with which the parser gets further is offered.
 
-Guesses are words of other languages, slips of the pen, and marks that are missing, too many or taken from
-elsewhere. A guess is offered only if the text then parses as far as the next line at least.
+Guesses are words of other languages, typing errors, and marks that are missing, superfluous or foreign. A
+guess is offered only if the text then parses as far as the next line at least.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from dataclasses import replace
 from itertools import chain
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
-from ntp_dsl.language.parsing.blocks import PARTNERS, Piece
-from ntp_dsl.language.parsing.foreign_syntax import FILLERS, SYNONYMS, bracketed, rewritten
+from ntp_dsl.language.parsing.blocks import PARTNERS, Block
+from ntp_dsl.language.parsing.foreign_syntax import FILLERS, SYNONYMS, bracketed, rewrites
 from ntp_dsl.language.syntax.nodes import Span
 
-Attempt = Callable[[Piece], tuple[object, Sequence[Diagnostic]]]
-Guess = tuple[int, str]  # a row, and what it should say
+Attempt = Callable[[Block], tuple[object, Sequence[Diagnostic]]]
+Guess = tuple[int, str]  # the number of a row, and its new text
 
-MOST_LETTERS = 12_000  # to be read anew for all guesses at one mistake
-MOST_TRIES = 60
+MAX_CHARACTERS = 12_000  # parsed for all guesses at one mistake together
+MAX_TRIES = 60
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
 TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
 APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
-JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two letters of one word or sign
+JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two characters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
          "requires", "achieves")  # fmt: skip
@@ -40,103 +40,108 @@ MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ",
 FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
-def meant(mistake: Diagnostic, piece: Piece, attempt: Attempt) -> Diagnostic:
-    """The mistake with a fix, if a guess proves right."""
-    row = mistake.span.line - piece.line
-    rows = piece.text.rstrip("\n").split("\n")
-    if piece.shifts or not 0 <= row < len(rows):
-        return mistake
-    if mistake.code == "E001" and row and (word := WORD.match(rows[row].strip())) and word.group() in FOREIGN:
-        return _foreign(mistake, piece, rows, row, word.group(), attempt)
-    if mistake.fix is not None or mistake.code not in {"E001", "E003", "E004"}:
-        return mistake
+def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnostic:
+    """Return the diagnostic with a fix, if a guess proves right."""
+    row = diagnostic.span.line - block.line
+    rows = block.text.rstrip("\n").split("\n")
+    if block.column_maps or not 0 <= row < len(rows):
+        return diagnostic
+    if (
+        diagnostic.code == "E001"
+        and row
+        and (word := WORD.match(rows[row].strip()))
+        and word.group() in FOREIGN
+    ):
+        return _foreign(diagnostic, block, rows, row, word.group(), attempt)
+    if diagnostic.fix is not None or diagnostic.code not in {"E001", "E003", "E004"}:
+        return diagnostic
     better: tuple[int, str] | None = None
     tried: set[tuple[int, str]] = set()
-    for guess in _guesses(rows, row, mistake.span.column - 1):
-        if guess in tried or guess == (guess[0], rows[guess[0]]) or _stutters(guess, rows):
+    for guess in _guesses(rows, row, diagnostic.span.column - 1):
+        if guess in tried or guess == (guess[0], rows[guess[0]]) or _repeats(guess, rows):
             continue
         tried.add(guess)
-        if len(tried) > min(MOST_TRIES, MOST_LETTERS // len(piece.text)):
+        if len(tried) > min(MAX_TRIES, MAX_CHARACTERS // len(block.text)):
             break
-        left = attempt(replace(piece, text="\n".join(_with(rows, guess)) + "\n"))[1]
+        left = attempt(replace(block, text="\n".join(_with(rows, guess)) + "\n"))[1]
         if not left:
-            return _fixed(mistake, piece, rows, guess)
-        if better is None and min(each.span.line for each in left) - piece.line > max(row, guess[0]):
+            return _fixed(diagnostic, block, rows, guess)
+        if better is None and min(each.span.line for each in left) - block.line > max(row, guess[0]):
             better = guess
-    return mistake if better is None else _fixed(mistake, piece, rows, better)
+    return diagnostic if better is None else _fixed(diagnostic, block, rows, better)
 
 
 def _foreign(
-    mistake: Diagnostic, piece: Piece, rows: list[str], row: int, word: str, attempt: Attempt
+    diagnostic: Diagnostic, block: Block, rows: list[str], row: int, word: str, attempt: Attempt
 ) -> Diagnostic:
-    """Of a line that begins with a word such as `return`, what follows it may stand by itself."""
+    """Report a line that begins with a word such as `return`; drop the word, or the line if it is all."""
     column = rows[row].index(word) + 1
-    span = piece.span(row + 1, column, len(word))
+    span = block.span(row + 1, column, len(word))
     rest = rows[row][column - 1 + len(word) :].lstrip()
     fix = None
     if not rest.strip(" :;"):
         others = [*rows[:row], *rows[row + 1 :]]
-        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
-            line = piece.line + row
-            fix = Fix(Span(piece.path, line, 1, line + 1, 1), "")
+        if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
+            line = block.line + row
+            fix = Fix(Span(block.path, line, 1, line + 1, 1), "")
     else:
         others = _with(rows, (row, rows[row][: column - 1] + rest))
-        if not attempt(replace(piece, text="\n".join(others) + "\n"))[1]:
-            fix = Fix(piece.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
+        if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
+            fix = Fix(block.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
     message = f"there is no '{word}' in the language"
-    help = "a body is calls, 'for' and 'when'"
-    return replace(mistake, message=message, span=span, help=help, fix=fix)
+    help = "a body consists of calls, 'for' and 'when'"
+    return replace(diagnostic, message=message, span=span, help=help, fix=fix)
 
 
-def _stutters(guess: Guess, rows: Sequence[str]) -> bool:
-    """Whether it says a word twice that was said once, or two that never follow one another."""
+def _repeats(guess: Guess, rows: Sequence[str]) -> bool:
+    """Return whether the guess repeats a word, or joins two that never follow one another."""
     index, new = guess
     return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART))
 
 
-def is_word(mistake: Diagnostic) -> bool:
-    """Whether its fix is another word in place of one: then it is sure what was meant."""
-    fix = mistake.fix
-    return fix is not None and mistake.span == fix.span and WORD.fullmatch(fix.replacement) is not None
+def replaces_word(diagnostic: Diagnostic) -> bool:
+    """Return whether its fix replaces one word by another: then it is certain what was meant."""
+    fix = diagnostic.fix
+    return fix is not None and diagnostic.span == fix.span and WORD.fullmatch(fix.replacement) is not None
 
 
 def _with(rows: list[str], guess: Guess) -> list[str]:
     return [guess[1] if index == guess[0] else row for index, row in enumerate(rows)]
 
 
-def _fixed(mistake: Diagnostic, piece: Piece, rows: list[str], guess: Guess) -> Diagnostic:
-    """With the smallest edit of whole words that makes the guess."""
+def _fixed(diagnostic: Diagnostic, block: Block, rows: list[str], guess: Guess) -> Diagnostic:
+    """Return the diagnostic with the smallest edit of whole words that makes the guess."""
     index, new = guess
     old = rows[index]
     start = _same(old, new)
     end = _same(old[start:][::-1], new[start:][::-1])
-    while start and _joins(old, start, new, start):
+    while start and _splits_word(old, start, new, start):
         start -= 1
-    while end and _joins(old, len(old) - end, new, len(new) - end):
+    while end and _splits_word(old, len(old) - end, new, len(new) - end):
         end -= 1
-    span = piece.span(index + 1, start + 1, len(old) - end - start)
+    span = block.span(index + 1, start + 1, len(old) - end - start)
     replacement = new[start : len(new) - end]
     fix = Fix(span, replacement)
     taken = old[start : len(old) - end]
     help = f"did you mean '{new.strip()}'?"
-    is_here = WORD.search(taken) is not None and index == mistake.span.line - piece.line
+    is_here = WORD.search(taken) is not None and index == diagnostic.span.line - block.line
     if is_here and WORD.fullmatch(taken) and WORD.fullmatch(replacement):
         message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
-        return replace(mistake, message=message, span=span, fix=fix, help="")
+        return replace(diagnostic, message=message, span=span, fix=fix, help="")
     if is_here and taken.strip().lower() in FILLERS and not replacement.strip():
-        message = f"'{taken.strip()}' has no place here"
-        return replace(mistake, message=message, span=span, fix=fix, help=help)
-    return replace(mistake, fix=fix, help=help)
+        message = f"'{taken.strip()}' is not allowed here"
+        return replace(diagnostic, message=message, span=span, fix=fix, help=help)
+    return replace(diagnostic, fix=fix, help=help)
 
 
 def _same(one: str, other: str) -> int:
-    """How many letters the two begin with alike."""
+    """Return the length of the common beginning."""
     pairs = enumerate(zip(one, other, strict=False))
     return next((index for index, (a, b) in pairs if a != b), min(len(one), len(other)))
 
 
-def _joins(old: str, at: int, new: str, there: int) -> bool:
-    """Whether an edit would begin or end within a word."""
+def _splits_word(old: str, at: int, new: str, there: int) -> bool:
+    """Return whether an edit would begin or end within a word."""
     return any(
         0 < place < len(text) and JOINED.fullmatch(text[place - 1 : place + 1]) is not None
         for text, place in ((old, at), (new, there))
@@ -155,7 +160,7 @@ def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
     if text.count('"""') == 1:
         yield row, text.rstrip() + '"""'
         return
-    for new in rewritten(rows, row, column):
+    for new in rewrites(rows, row, column):
         yield row, new
     twice = TWICE.search(text)
     if twice:
@@ -173,7 +178,7 @@ def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
 
 
 def _other_words(text: str, column: int) -> Iterator[str]:
-    """The word at the place, the one before it, and the line's first, as the language has them."""
+    """Guess keywords for the word at the place, the one before it, and the first of the line."""
     words = list(WORD.finditer(text))
     here = [each for each in words if each.start() <= column < each.end()]
     before = [each for each in words if each.end() <= column][-1:]
@@ -189,7 +194,7 @@ def _other_words(text: str, column: int) -> Iterator[str]:
 
 
 def _other_marks(text: str, column: int) -> Iterator[str]:
-    """Signs that other languages use."""
+    """Replace signs of other languages."""
     for mark, ours in MARKS.items():
         for start in {column, column - 1}:
             if start >= 0 and text.startswith(mark, start):
@@ -217,14 +222,14 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
 
 
 def _missing(text: str, column: int) -> Iterator[str]:
-    """Marks that are left out at the place, or at the line's end."""
+    """Insert marks that may be missing at the place, or at the line's end."""
     head, rest = text[:column], text[column:]
     bare = head.rstrip()
     word = WORD.match(rest)
     if word and bare.endswith("list"):
         yield f"{bare}[{word.group()}]{rest[word.end() :]}"
     before = WORD_BEFORE.search(bare)
-    if word and before:  # `Drawer d`, as other languages have it
+    if word and before:  # `Drawer d`, as in other languages
         yield f"{bare[: before.start()]}{word.group()}: {before.group()}{rest[word.end() :]}"
     for mark in MISSING:
         if mark == "(goal)" and not bare.lstrip().startswith("run"):
@@ -241,7 +246,7 @@ def _missing(text: str, column: int) -> Iterator[str]:
 
 
 def _other_margins(rows: list[str], row: int) -> Iterator[Guess]:
-    """The line, or the next one, stands as far in as others do."""
+    """Indent the line, or the next one, as others are."""
     for index in (row, row + 1):
         if not 0 < index < len(rows) or not rows[index].strip():
             continue

@@ -9,10 +9,10 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Expression, Number, Span
 
-# Words that open or join an expression; a thing of that name could never be mentioned.
+# Words that open or join an expression; an object of that name could not be referred to.
 RESERVED = frozenset("all some any not and or for if when requires achieves calls".split())
-MAX_DEPTH = 60  # of nested expressions: far beyond what anybody reads, well within Python's own stack
-MAX_NUMBER = 1e9  # as written; counts and metres alike stay far below
+MAX_DEPTH = 60  # of nested expressions: far more than anybody reads, well within Python's stack
+MAX_NUMBER = 1e9  # as written; counts and lengths are far below
 
 
 T = TypeVar("T")
@@ -20,17 +20,17 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Word:
-    """A name, a number or an operator as it stands in the text."""
+    """A name, a number or an operator as written, with its place."""
 
     text: str
     span: Span
 
 
 class Terms:
-    """One method a rule; what is wrong beyond the grammar is left in `mistakes`."""
+    """One method a rule; `diagnostics` collects what is wrong beyond the grammar."""
 
     def __init__(self) -> None:
-        self.mistakes: list[Diagnostic] = []
+        self.diagnostics: list[Diagnostic] = []
         self._depths: dict[int, int] = {}  # of the nodes built so far, by identity
 
     def disjunction(self, span: Span, *values: Expression) -> nodes.Or:
@@ -84,14 +84,14 @@ class Terms:
 
     def _declare(self, name: Word) -> str:
         if name.text in RESERVED:
-            message = f"'{name.text}' is a word of the language; nothing else can be called that"
-            self.mistakes.append(Diagnostic("E009", message, name.span))
+            message = f"'{name.text}' is a keyword, which cannot be used as a name"
+            self.diagnostics.append(Diagnostic("E009", message, name.span))
         return name.text
 
     def _value(self, digits: Word) -> float:
         value = float(digits.text)
         if value > MAX_NUMBER:
-            self.mistakes.append(Diagnostic("E007", "this number is too large", digits.span))
+            self.diagnostics.append(Diagnostic("E007", "this number is too large", digits.span))
             return 0.0
         return value
 
@@ -101,5 +101,5 @@ class Terms:
         if depth == MAX_DEPTH:
             assert isinstance(node, nodes.Node)
             message = "this is nested too deeply to be read; give its parts names of their own"
-            self.mistakes.append(Diagnostic("E010", message, node.span))
+            self.diagnostics.append(Diagnostic("E010", message, node.span))
         return node

@@ -7,7 +7,7 @@ from inspect import cleandoc
 from typing import Any, TypeVar
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
-from ntp_dsl.language.parsing.clause_merging import join_clauses
+from ntp_dsl.language.parsing.clause_merging import merge_clauses
 from ntp_dsl.language.parsing.term_builder import Terms, Word
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Expression, Number, Span
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Header:
-    """`library NAME` and what is said about it."""
+    """`library NAME` and its docstring."""
 
     name: str
     docstring: str
@@ -56,7 +56,7 @@ Item = nodes.Node | Header | Clause | Docstring | DrawnFrom | Calls | tuple[obje
 
 
 def clean(docstring: str) -> str:
-    """A docstring's text without its indentation, nor blanks at any line's end."""
+    """Return a docstring's text without its indentation, and without blanks at the ends of lines."""
     return "\n".join(line.rstrip() for line in cleandoc(docstring).split("\n")).strip("\n")
 
 
@@ -69,7 +69,7 @@ def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
 
 
 class Builder(Terms):
-    """Builds one declaration; what is wrong beyond the grammar is left in `mistakes`."""
+    """Builds one declaration; `diagnostics` collects what is wrong beyond the grammar."""
 
     # Libraries
 
@@ -79,7 +79,7 @@ class Builder(Terms):
     def use(self, span: Span, library: Word) -> nodes.Use:
         return nodes.Use(library.text, span=library.span)
 
-    # What there is
+    # Types, records and constants
 
     def type(
         self, span: Span, name: Word, parent: nodes.TypeName | None, docstring: Docstring | None
@@ -108,7 +108,7 @@ class Builder(Terms):
     ) -> nodes.ConstantDeclaration:
         return nodes.ConstantDeclaration(type=type, **self._declared(span, name, docstring))
 
-    # What can be true
+    # Predicates
 
     def predicate(
         self,
@@ -135,7 +135,7 @@ class Builder(Terms):
             parameters=parameters, body=body, **self._declared(span, name, docstring)
         )
 
-    # What can be done
+    # Apis and programs
 
     def api(
         self,
@@ -219,14 +219,14 @@ class Builder(Terms):
         for extra in statements[1:2]:
             message = "a 'for' or 'when' holds one call; this is another"
             help = "move them into a program of their own, or indent this one less"
-            self.mistakes.append(Diagnostic("E006", message, extra.span, help=help))
+            self.diagnostics.append(Diagnostic("E006", message, extra.span, help=help))
         return statements[0]
 
     def call(self, span: Span, callee: Word, *arguments: Expression | None) -> nodes.Call:
         given = tuple(argument for argument in arguments if argument is not None)
         return self._nested(nodes.Call(callee.text, given, span=span), *given)
 
-    # What to try
+    # Tasks
 
     def task(self, span: Span, name: Word, *rest: object) -> nodes.TaskDeclaration:
         sections = self._once(_only(Clause, rest))
@@ -301,7 +301,7 @@ class Builder(Terms):
     def count(self, span: Span, digits: Word) -> int:
         value = self._value(digits)
         if value != int(value):
-            self.mistakes.append(
+            self.diagnostics.append(
                 Diagnostic("E007", f"a whole number belongs here, not {digits.text}", digits.span)
             )
         return int(value)
@@ -325,8 +325,8 @@ class Builder(Terms):
         found: dict[str, Any] = {}
         for before, clause in zip((None, *clauses), clauses, strict=False):
             if before is not None and clause.kind in found:
-                message = f"'{clause.kind}' is said twice; join what belongs together with 'and'"
-                fix = join_clauses(found[clause.kind], clause.value, before.span, clause.span)
-                self.mistakes.append(Diagnostic("E008", message, clause.span, fix=fix))
+                message = f"'{clause.kind}' appears twice; join what belongs together with 'and'"
+                fix = merge_clauses(found[clause.kind], clause.value, before.span, clause.span)
+                self.diagnostics.append(Diagnostic("E008", message, clause.span, fix=fix))
             found.setdefault(clause.kind, clause.value)
         return found

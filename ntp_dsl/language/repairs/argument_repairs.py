@@ -1,4 +1,4 @@
-"""What was probably meant by arguments that do not fit: others in sight, in another order, fewer or more."""
+"""Repairs of arguments that do not fit: others in scope, in another order, fewer or more."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Expression, Field, Name, Parameter, Span, TypeName
-from ntp_dsl.language.syntax.visitors import inside
+from ntp_dsl.language.syntax.visitors import walk_statement
 
 Arguments = tuple[Expression, ...]
-FEW = 5  # arguments, up to which every order and choice is tried
+MAX_ARGUMENTS = 5  # up to which every order and choice is tried
 
 
 @dataclass(frozen=True)
-class Sight:
-    """What can be named at a place, and what an expression there would be; says nothing aloud."""
+class NamesInScope:
+    """The names in scope at a place, and a test of what fits a parameter there, which reports nothing."""
 
     table: SymbolTable
     names: Names
@@ -29,8 +29,8 @@ class Sight:
     def takes(self, parameters: Sequence[Parameter], arguments: Sequence[Expression]) -> bool:
         return all(map(self.accepts, parameters, arguments))
 
-    def things(self, expected: TypeName) -> Iterator[Expression]:
-        """Parameters, variables and their fields that are of the type."""
+    def of_type(self, expected: TypeName) -> Iterator[Expression]:
+        """Yield parameters, variables and their fields that are of the type."""
         for name, type in self.names.items():
             if type.name and fits(self.table, type, expected):
                 yield Name(name)
@@ -41,10 +41,10 @@ class Sight:
                         yield Field(Name(name), each.name)
 
     def only(self, parameter: Parameter, given: Sequence[Expression]) -> Expression | None:
-        """The one thing that the parameter can mean: of its name, or the only one not given yet."""
+        """Return the one expression that fits the parameter: of its name, or the only one not given yet."""
         if parameter.type.name not in self.table.type_names():
             return None
-        open = [each for each in self.things(parameter.type) if each not in given]
+        open = [each for each in self.of_type(parameter.type) if each not in given]
         named = [each for each in open if _last_name(each) == parameter.name]
         if len(named) == 1:
             return named[0]
@@ -56,124 +56,124 @@ class Sight:
         return left[0] if len(left) == 1 else None
 
 
-def _last_name(thing: Expression) -> str:
-    return thing.name if isinstance(thing, Field) else getattr(thing, "id", "")
+def _last_name(expression: Expression) -> str:
+    return expression.name if isinstance(expression, Field) else getattr(expression, "id", "")
 
 
-def repair_count(sight: Sight, parameters: Sequence[Parameter], given: Arguments) -> Arguments | None:
-    """As many arguments as there are parameters, if it is clear which are missing or too many."""
+def repair_count(scope: NamesInScope, parameters: Sequence[Parameter], given: Arguments) -> Arguments | None:
+    """Return as many arguments as there are parameters, if it is clear which are missing or too many."""
     wanted, found = len(parameters), len(given)
-    if max(wanted, found) > FEW:
+    if max(wanted, found) > MAX_ARGUMENTS:
         return None
     if found > wanted:
-        choices = [each for each in combinations(given, wanted) if sight.takes(parameters, each)]
+        choices = [each for each in combinations(given, wanted) if scope.takes(parameters, each)]
         distinct = [each for each in choices if len(set(each)) == len(each)]
         return next(iter(distinct or choices), None)
-    fields = _fields_of(sight, given[0]) if found == 1 else ()
-    if len(fields) == wanted and sight.takes(parameters, fields):
+    fields = _fields_of(scope, given[0]) if found == 1 else ()
+    if len(fields) == wanted and scope.takes(parameters, fields):
         return fields
-    filled = (_fill(sight, parameters, given, kept) for kept in combinations(range(wanted), found))
+    filled = (_fill(scope, parameters, given, kept) for kept in combinations(range(wanted), found))
     return next((each for each in filled if each is not None), None)
 
 
-def _fields_of(sight: Sight, whole: Expression) -> Arguments:
-    """`p.item, p.support` of `p`."""
-    type = sight.names.get(whole.id) if isinstance(whole, Name) else None
-    record = sight.table.records.get(type.name) if type is not None and not type.is_list else None
+def _fields_of(scope: NamesInScope, whole: Expression) -> Arguments:
+    """Return `p.item, p.support` for `p`."""
+    type = scope.names.get(whole.id) if isinstance(whole, Name) else None
+    record = scope.table.records.get(type.name) if type is not None and not type.is_list else None
     if record is None or not isinstance(whole, Name):
         return ()
     return tuple(Field(whole, each.name) for each in record.fields)
 
 
 def _fill(
-    sight: Sight, parameters: Sequence[Parameter], given: Arguments, kept: tuple[int, ...]
+    scope: NamesInScope, parameters: Sequence[Parameter], given: Arguments, kept: tuple[int, ...]
 ) -> Arguments | None:
-    """The given arguments at these positions, and at the others the only thing that can be meant."""
-    if not sight.takes([parameters[index] for index in kept], given):
+    """Return the given arguments at these positions, and at the others the only ones that fit."""
+    if not scope.takes([parameters[index] for index in kept], given):
         return None
     places = dict(zip(kept, given, strict=True))
     for index, parameter in enumerate(parameters):
         if index not in places:
-            meant = sight.only(parameter, tuple(places.values()))
+            meant = scope.only(parameter, tuple(places.values()))
             if meant is None:
                 return None
             places[index] = meant
     return tuple(places[index] for index in range(len(parameters)))
 
 
-def repair_order(sight: Sight, parameters: Sequence[Parameter], given: Arguments) -> Arguments | None:
-    """The one other order in which everything fits."""
-    if len(given) > FEW:
+def repair_order(scope: NamesInScope, parameters: Sequence[Parameter], given: Arguments) -> Arguments | None:
+    """Return the one other order in which everything fits."""
+    if len(given) > MAX_ARGUMENTS:
         return None
-    orders = {order for order in permutations(given) if sight.takes(parameters, order)}
+    orders = {order for order in permutations(given) if scope.takes(parameters, order)}
     return orders.pop() if len(orders) == 1 else None
 
 
 def repair_argument(
-    sight: Sight, parameters: Sequence[Parameter], given: Arguments, index: int
+    scope: NamesInScope, parameters: Sequence[Parameter], given: Arguments, index: int
 ) -> Expression | None:
-    """What was meant at one place: a part of what stands there, or the only thing that fits."""
+    """Return what was meant for one argument: a part of it, or the only expression that fits."""
     wrong, parameter = given[index], parameters[index]
     if isinstance(wrong, nodes.Atom) and len(wrong.arguments) == 1:
         whole = wrong.arguments[0]  # drink(order), where order.drink is meant
-        if isinstance(whole, Name) and sight.accepts(parameter, Field(whole, wrong.predicate)):
+        if isinstance(whole, Name) and scope.accepts(parameter, Field(whole, wrong.predicate)):
             return Field(whole, wrong.predicate)
-    parts = [each for each in sight.things(parameter.type) if _is_part(each, wrong, sight.names)]
+    parts = [each for each in scope.of_type(parameter.type) if _is_part(each, wrong, scope.names)]
     named = [each for each in parts if _last_name(each) == parameter.name]
     if len(parts) == 1 or len(named) == 1:
         return (named or parts)[0]
     if isinstance(wrong, nodes.Atom) and len(wrong.arguments) == 1:
-        if sight.accepts(parameter, wrong.arguments[0]):
+        if scope.accepts(parameter, wrong.arguments[0]):
             return wrong.arguments[0]  # pick(clear(x)), where pick(x) is meant
-    return sight.only(parameter, given)
+    return scope.only(parameter, given)
 
 
-def as_field(sight: Sight, atom: nodes.Node) -> Fix | None:
-    """`order.drink` where `drink(order)` is written."""
+def as_field(scope: NamesInScope, atom: nodes.Node) -> Fix | None:
+    """Write `order.drink` for `drink(order)`."""
     match atom:
-        case nodes.Atom(name, (Name(id),)) if id in sight.names and not sight.names[id].is_list:
-            record = sight.table.records.get(sight.names[id].name)
+        case nodes.Atom(name, (Name(id),)) if id in scope.names and not scope.names[id].is_list:
+            record = scope.table.records.get(scope.names[id].name)
             if record is not None and name in {each.name for each in record.fields}:
                 return Fix(atom.span, f"{id}.{name}")
     return None
 
 
-def _is_part(thing: Expression, whole: Expression, names: Names) -> bool:
-    """`p.item` of `p`; and of `goal`, if p is an element of such a list."""
-    if not isinstance(whole, Name) or not isinstance(thing, Field):
+def _is_part(part: Expression, whole: Expression, names: Names) -> bool:
+    """Return whether it is like `p.item` of `p`; or of `goal`, if p is an element of such a list."""
+    if not isinstance(whole, Name) or not isinstance(part, Field):
         return False
-    return thing.value.id == whole.id or (
-        whole.id in names and names[thing.value.id].name == names[whole.id].name
+    return part.value.id == whole.id or (
+        whole.id in names and names[part.value.id].name == names[whole.id].name
     )
 
 
-def narrower(sight: Sight, parameter: Parameter, wrong: Expression) -> Fix | None:
-    """`item: Place` where every Object would fit: the declaration of what is given is too wide."""
-    declared = sight.names.get(wrong.id) if isinstance(wrong, Name) else None
+def narrower(scope: NamesInScope, parameter: Parameter, wrong: Expression) -> Fix | None:
+    """Narrow the declared type of what is given: `item: Place` in place of `item: Object`."""
+    declared = scope.names.get(wrong.id) if isinstance(wrong, Name) else None
     if declared is None or declared.is_list or declared.span.path != wrong.span.path:
         return None
-    wider = declared.span.line and sight.table.is_a(parameter.type.name, declared.name)
+    wider = declared.span.line and scope.table.is_a(parameter.type.name, declared.name)
     return Fix(declared.span, parameter.type.name) if wider else None
 
 
 def as_call(node: nodes.Atom | nodes.Call, name: str, arguments: Arguments) -> Fix:
-    """The call, or predicate, with these arguments instead."""
+    """Write the call, or predicate, with these arguments instead."""
     return Fix(node.span, f"{name}({', '.join(map(format_expression, arguments))})")
 
 
 def rename(generator: nodes.Generator, scope: nodes.Quantified | nodes.For, taken: set[str]) -> Fix | None:
-    """The variable, and every mention of it in its loop, under a name that is not taken.
+    """Rename the variable, and every use in its loop, to a name that is not taken.
 
-    None where a predicate has the name twice: one of the two is meant to be the other thing.
+    None where a predicate has the name twice: one of the two means the outer name.
     """
     old = generator.variable
-    for each in inside(scope):
+    for each in walk_statement(scope):
         if isinstance(each, nodes.Atom) and each.arguments.count(Name(old)) > 1:
             return None
     new = next(name for name in _names_for(generator) if name not in taken)
     uses = [
         Edit(each.span, new)
-        for each in inside(scope)
+        for each in walk_statement(scope)
         if isinstance(each, Name) and each.id == old and each is not generator.iterable
     ]
     place = Span(
@@ -187,6 +187,6 @@ def rename(generator: nodes.Generator, scope: nodes.Quantified | nodes.For, take
 
 
 def _names_for(generator: nodes.Generator) -> Iterator[str]:
-    """The type's first letter, as is the custom; else the old name with a number."""
+    """Yield the type's first letter, as is the custom, then the old name with a number."""
     yield generator.iterable.id[0].lower()
     yield from (f"{generator.variable}_{number}" for number in count(2))

@@ -1,6 +1,6 @@
-"""What would provide a fact that a call lacks: another order, a call before it, another call, a requirement.
+"""Repairs of unmet requirements: another order, a call before, another call, or a requirement of its own.
 
-Each is tried out: only what leaves the program with fewer lacks than before is proposed.
+Each is tried: only what leaves the program with fewer unmet requirements is proposed.
 """
 
 from __future__ import annotations
@@ -10,48 +10,48 @@ from dataclasses import replace
 
 from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix
 from ntp_dsl.language.logic.facts import EVERY, facts, implies
-from ntp_dsl.language.logic.preconditions import Contracts, Lack
+from ntp_dsl.language.logic.preconditions import Contracts, UnmetRequirement
 from ntp_dsl.language.names.signatures import fits
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression, format_statement
 from ntp_dsl.language.syntax.nodes import Atom, Expression, ProgramDeclaration, Span, Statement
-from ntp_dsl.language.syntax.visitors import everything, innermost, loops, mentions
+from ntp_dsl.language.syntax.visitors import free_names, innermost, loops, walk
 
-Proposal = tuple[ProgramDeclaration, Fix, str]  # the program afterwards, the edits, and what to do
+Proposal = tuple[ProgramDeclaration, Fix, str]  # the program afterwards, the fix, and what to do in words
 
 
-def repair(contracts: Contracts, lack: Lack) -> tuple[Fix, str] | None:
-    """The fix, and what it does in words."""
-    before = sum(1 for _ in contracts.lacks(lack.program))
+def repair(contracts: Contracts, unmet: UnmetRequirement) -> tuple[Fix, str] | None:
+    """Return the fix, and what it does in words."""
+    before = sum(1 for _ in contracts.unmet(unmet.program))
     groups = [_reordered, _preceded, _replaced, _required]
-    if not contracts.achievers(lack.fact):
+    if not contracts.achievers(unmet.fact):
         groups = [_required]
     for group in groups:
         good = [
             (fix, words)
-            for program, fix, words in group(contracts, lack)
-            if sum(1 for _ in contracts.lacks(program)) < before
+            for program, fix, words in group(contracts, unmet)
+            if sum(1 for _ in contracts.unmet(program)) < before
         ]
         if len(good) == 1:
             return good[0]
     return None
 
 
-def _reordered(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
-    """A later call provides it, and comes first."""
-    body = lack.program.body
-    for later in range(lack.index + 1, len(body)):
-        if any(implies(have, lack.fact) for have in contracts.promised(body[later])):
-            moved = [*range(lack.index), later, *range(lack.index, later), *range(later + 1, len(body))]
+def _reordered(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposal]:
+    """Propose to move a later call that provides it to the front."""
+    body = unmet.program.body
+    for later in range(unmet.index + 1, len(body)):
+        if any(implies(have, unmet.fact) for have in contracts.promised(body[later])):
+            moved = [*range(unmet.index), later, *range(unmet.index, later), *range(later + 1, len(body))]
             order = tuple(body[index] for index in moved)
             fix = reorder(body, order)
             if fix is not None:
                 words = f"call '{innermost(body[later]).callee}' first"
-                yield replace(lack.program, body=order), fix, words
+                yield replace(unmet.program, body=order), fix, words
 
 
 def reorder(body: tuple[Statement, ...], order: tuple[Statement, ...]) -> Fix | None:
-    """Each statement's text in its new place; only where every statement that moves is one line."""
+    """Write each statement in its new place; only where every statement that moves is one line."""
     changed = [(old, new) for old, new in zip(body, order, strict=True) if old is not new]
     if not all(isinstance(each, nodes.Call) for pair in changed for each in pair):
         return None
@@ -59,30 +59,30 @@ def reorder(body: tuple[Statement, ...], order: tuple[Statement, ...]) -> Fix | 
     return Fix(edits[0].span, edits[0].replacement, tuple(edits[1:])) if edits else None
 
 
-def _preceded(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
-    """A call of what achieves it comes before; a program rather than an api."""
-    place = lack.program.body[lack.index].span
+def _preceded(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposal]:
+    """Propose to call what achieves it before; a program rather than an api."""
+    place = unmet.program.body[unmet.index].span
     proposals: dict[bool, list[Proposal]] = {True: [], False: []}
-    for call in _calls_for(contracts, lack.fact, lack.program.name):
-        if mentions_loop(call, lack):
+    for call in _calls_for(contracts, unmet.fact, unmet.program.name):
+        if _names_loop_variable(call, unmet):
             continue
-        body = list(lack.program.body)
-        body.insert(lack.index, call)
+        body = list(unmet.program.body)
+        body.insert(unmet.index, call)
         text = format_statement(call)[0] + "\n" + " " * (place.column - 1)
         fix = Fix(Span(place.path, place.line, place.column, place.line, place.column), text)
-        proposal = replace(lack.program, body=tuple(body)), fix, f"call {text.strip()} before it"
+        proposal = replace(unmet.program, body=tuple(body)), fix, f"call {text.strip()} before it"
         proposals[call.callee in contracts.table.programs].append(proposal)
     yield from proposals[True] or proposals[False]
 
 
-def mentions_loop(call: nodes.Call, lack: Lack) -> bool:
-    variables = {each.variable for each in loops(lack.program.body[lack.index])}
-    named = {name for argument in call.arguments for name in mentions(argument)}
+def _names_loop_variable(call: nodes.Call, unmet: UnmetRequirement) -> bool:
+    variables = {each.variable for each in loops(unmet.program.body[unmet.index])}
+    named = {name for argument in call.arguments for name in free_names(argument)}
     return bool(named & variables)
 
 
 def _calls_for(contracts: Contracts, fact: Expression, besides: str) -> Iterator[nodes.Call]:
-    """The calls that achieve a fact, with arguments that the fact names."""
+    """Yield the calls that achieve a fact, with arguments that the fact names."""
     for name in contracts.achievers(fact):
         callee = contracts.table.callable(name)
         if callee is None or name == besides:
@@ -95,7 +95,7 @@ def _calls_for(contracts: Contracts, fact: Expression, besides: str) -> Iterator
 
 
 def _match(pattern: Expression, fact: Expression, parameters: set[str]) -> dict[str, Expression] | None:
-    """What the parameters stand for where a promise becomes the fact."""
+    """Return the arguments for which the pattern of a promise is the fact."""
     match pattern, fact:
         case nodes.Not(left), nodes.Not(right):
             return _match(left, right, parameters)
@@ -108,7 +108,7 @@ def _match(pattern: Expression, fact: Expression, parameters: set[str]) -> dict[
 def _bind_term(
     term: Expression, value: Expression, parameters: set[str], bound: dict[str, Expression]
 ) -> bool:
-    """Whether the term becomes the value, with what its parameters then stand for."""
+    """Return whether the term matches the value; bind its parameters."""
     if isinstance(value, nodes.Wildcard) or value == EVERY:
         return False
     match term, value:
@@ -124,26 +124,26 @@ def _bind_term(
     return term == value
 
 
-def _replaced(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
-    """Another program that promises what this call does, and asks for less."""
-    callee = contracts.table.callable(lack.call.callee)
-    promises = contracts.contract(lack.call, "achieves")
+def _replaced(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposal]:
+    """Propose to call another program that promises the same and requires less."""
+    callee = contracts.table.callable(unmet.call.callee)
+    promises = contracts.contract(unmet.call, "achieves")
     if callee is None or not promises:
         return
-    for call in _calls_for(contracts, promises[0], lack.program.name):
-        if call.callee == lack.call.callee or call.callee in contracts.table.apis:
+    for call in _calls_for(contracts, promises[0], unmet.program.name):
+        if call.callee == unmet.call.callee or call.callee in contracts.table.apis:
             continue
         if not _takes_alike(contracts, callee, call.callee):
             continue
-        body = list(lack.program.body)
-        body[lack.index] = _with_call(body[lack.index], call)
+        body = list(unmet.program.body)
+        body[unmet.index] = _with_call(body[unmet.index], call)
         text = format_statement(call)[0]
-        words = f"call '{call.callee}' instead, which asks for less"
-        yield replace(lack.program, body=tuple(body)), Fix(lack.call.span, text), words
+        words = f"call '{call.callee}' instead, which requires less"
+        yield replace(unmet.program, body=tuple(body)), Fix(unmet.call.span, text), words
 
 
 def _takes_alike(contracts: Contracts, callee: nodes.ApiDeclaration | ProgramDeclaration, other: str) -> bool:
-    """Whether another program takes whatever this one does."""
+    """Return whether another program takes whatever this one does."""
     meant = contracts.table.callable(other)
     pairs = zip(callee.parameters, meant.parameters if meant else (), strict=False)
     return all(fits(contracts.table, given.type, wanted.type) for given, wanted in pairs)
@@ -155,16 +155,16 @@ def _with_call(statement: Statement, call: nodes.Call) -> Statement:
     return replace(statement, body=_with_call(statement.body, call))
 
 
-def _required(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
-    """The program asks its caller for it, and for whatever else the call lacks that nobody achieves."""
-    program = lack.program
-    if not _can_ask(contracts, lack):
+def _required(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposal]:
+    """Propose that the program requires it, and whatever else is unmet that nothing achieves."""
+    program = unmet.program
+    if not _can_ask(contracts, unmet):
         return
-    facts_asked = [lack.fact]
-    if not contracts.achievers(lack.fact):
+    facts_asked = [unmet.fact]
+    if not contracts.achievers(unmet.fact):
         facts_asked = [
             each.fact
-            for each in contracts.lacks(program)
+            for each in contracts.unmet(program)
             if not contracts.achievers(each.fact)
             if _can_ask(contracts, each)
         ]
@@ -177,15 +177,15 @@ def _required(contracts: Contracts, lack: Lack) -> Iterator[Proposal]:
         yield replace(program, requires=whole), fix, words
 
 
-def _can_ask(contracts: Contracts, lack: Lack) -> bool:
-    """Whether a caller would know what is spoken of."""
-    sight = {each.name for each in lack.program.parameters} | set(contracts.table.constants)
-    known = mentions(lack.fact) <= sight | set(contracts.members)
-    return known and not any(each == EVERY for each in everything(lack.fact))
+def _can_ask(contracts: Contracts, unmet: UnmetRequirement) -> bool:
+    """Return whether a caller knows all names of the fact."""
+    scope = {each.name for each in unmet.program.parameters} | set(contracts.table.constants)
+    known = free_names(unmet.fact) <= scope | set(contracts.members)
+    return known and not any(each == EVERY for each in walk(unmet.fact))
 
 
 def add_requirement(program: ProgramDeclaration, fact: Expression) -> Fix | None:
-    """`and FACT` at the end of what is required, or a clause of its own."""
+    """Write `and FACT` at the end of what is required, or a clause of its own."""
     required = program.requires
     text = format_expression(fact)
     if isinstance(fact, nodes.Or):
@@ -201,7 +201,7 @@ def add_requirement(program: ProgramDeclaration, fact: Expression) -> Fix | None
 
 
 def add_clause(program: ProgramDeclaration, clause: str) -> Fix | None:
-    """A line of the contract: below the other one, or above the first statement."""
+    """Write a line of the contract: below the other one, or above the first statement."""
     other = program.requires or program.achieves
     margin = " " * (program.body[0].span.column - 1) if program.body else "    "
     if other is not None and other.span.line > program.name_span.line:
@@ -212,7 +212,7 @@ def add_clause(program: ProgramDeclaration, clause: str) -> Fix | None:
 
 
 def _is_open(condition: Expression) -> bool:
-    """Whether what follows would be taken into a quantifier."""
+    """Return whether what follows would be read as part of a quantifier."""
     if isinstance(condition, nodes.And):
         return _is_open(condition.values[-1])
     if isinstance(condition, nodes.Not):
@@ -228,12 +228,12 @@ def _end(span: Span) -> Span:
     return Span(span.path, span.end_line, span.end_column, span.end_line, span.end_column)
 
 
-def promise(contracts: Contracts, program: ProgramDeclaration) -> Expression | None:
-    """What a program that does not say so probably achieves: what its last call does."""
+def likely_promise(contracts: Contracts, program: ProgramDeclaration) -> Expression | None:
+    """Return what a program without a promise probably achieves: what its last call does."""
     if not program.body:
         return None
     statement = program.body[-1]
-    said = contracts.contract(innermost(statement), "achieves")
+    achieved = contracts.contract(innermost(statement), "achieves")
     names = {each.name for each in program.parameters} | set(contracts.table.constants)
     generators: list[nodes.Generator] = []
     while not isinstance(statement, nodes.Call):
@@ -242,7 +242,7 @@ def promise(contracts: Contracts, program: ProgramDeclaration) -> Expression | N
         generators.append(statement.generator)
         statement = statement.body
     names |= {each.variable for each in generators}
-    kept = [fact for fact in said if mentions(fact) <= names and EVERY not in everything(fact)]
+    kept = [fact for fact in achieved if free_names(fact) <= names and EVERY not in walk(fact)]
     if not kept:
         return None
     whole = kept[0] if len(kept) == 1 else nodes.And(tuple(kept))

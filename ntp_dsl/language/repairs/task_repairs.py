@@ -1,4 +1,4 @@
-"""What a task that lacks something probably means, by what the rest of it says."""
+"""Repairs of tasks that lack something, by what the rest of the task says."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from ntp_dsl.language.syntax.nodes import (
 from ntp_dsl.language.syntax.visitors import predicates
 
 ORDER = ("scene", "goal", "run", "success")
-MANY, SOME = 8, 3  # things in a scene, and elements of a goal, where nothing is said
-HIGHEST = 4
+DEFAULT_COUNT, DEFAULT_LENGTH = 8, 3  # objects in a scene, and elements of a goal
+DEFAULT_HEIGHT = 4
 
 
 def missing_section(task: TaskDeclaration, section: str, goal: str, table: SymbolTable) -> Fix | None:
-    """The line that is missing, where it belongs."""
+    """Write the missing line where it belongs."""
     text = {"scene": _scene, "goal": _goal, "run": _run, "success": _success}[section](task, goal, table)
     if text is None:
         return None
@@ -55,7 +55,7 @@ def _spans(task: TaskDeclaration, section: str) -> list[Span]:
 
 
 def _scene(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
-    """As many things as usual of the types that the goal's record takes."""
+    """Write a scene with the usual number of objects of the types that the goal's record takes."""
     sampler = task.goal
     if sampler is None or not sampler.groups or "table" not in table.constants:
         return None
@@ -68,7 +68,7 @@ def _scene(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
         narrowest = types[0] if table.is_a(types[0], types[1]) else types[1]
         types = [narrowest] * len(sampler.groups)
     pairs = zip(sampler.groups, types, strict=False)
-    groups = [SceneGroup(name, MANY, TypeName(type)) for name, type in pairs if type in table.types]
+    groups = [SceneGroup(name, DEFAULT_COUNT, TypeName(type)) for name, type in pairs if type in table.types]
     return ", ".join(map(format_group, groups)) or None
 
 
@@ -79,7 +79,7 @@ def _record(sampler: Sampler, table: SymbolTable) -> nodes.RecordDeclaration | N
 
 
 def _goal(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
-    """Towers of the first group, if the program that runs takes such a list."""
+    """Write towers of the first group, if the program that runs takes such a list."""
     program = table.programs.get(task.run.callee) if task.run else None
     lists = [each.type.name for each in program.parameters if each.type.is_list] if program else []
     record = table.records.get(lists[0]) if len(lists) == 1 else None
@@ -93,63 +93,63 @@ def _goal(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
 
 
 def with_options(sampler: Sampler, kind: SamplerKind, counts: Sequence[int]) -> Sampler:
-    """With each knob that it needs, set to what the scene allows."""
-    height = min(HIGHEST, max(2, sum(counts)))
-    most = max((n for n in range(1, SOME + 1) if blocks_needed(n, min(height, n + 1)) <= sum(counts)),
-               default=1)  # fmt: skip
+    """Return the sampler with every option that it needs, set to what the scene allows."""
+    height = min(DEFAULT_HEIGHT, max(2, sum(counts)))
+    lengths = range(1, DEFAULT_LENGTH + 1)
+    most = max((n for n in lengths if blocks_needed(n, min(height, n + 1)) <= sum(counts)), default=1)
     usual: Mapping[str, tuple[int, int]] = {
         "placements": (1, most),
         "height": (2, height),
-        "pairs": (1, min(SOME, *counts) if counts else SOME),
+        "pairs": (1, min(DEFAULT_LENGTH, *counts) if counts else DEFAULT_LENGTH),
     }
-    said = {each.name for each in sampler.options}
-    more = tuple(Option(name, *usual[name]) for name in kind.needed if name not in said)
+    given = {each.name for each in sampler.options}
+    more = tuple(Option(name, *usual[name]) for name in kind.needed if name not in given)
     return replace(sampler, options=(*sampler.options, *more))
 
 
 def _run(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
-    """The only program that takes such a goal, and, if there are more, achieves what success asks."""
+    """Write a call of the only program that takes such a goal; of several, the one that achieves success."""
     record = _record(task.goal, table) if task.goal else None
     if record is None:
         return None
     wanted = TypeName(record.name, is_list=True)
     fitting = [each for each in table.programs.values() if [p.type for p in each.parameters] == [wanted]]
-    asked = predicates(task.success)
-    exact = [each for each in fitting if predicates(each.achieves) == asked]
+    judged = predicates(task.success)
+    exact = [each for each in fitting if predicates(each.achieves) == judged]
     chosen = fitting if len(fitting) == 1 else exact
     return f"{chosen[0].name}({goal})" if len(chosen) == 1 else None
 
 
 def _success(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
-    """What the program that runs achieves, said of what it is given."""
+    """Write what the program that runs achieves of its arguments."""
     meant = promised(task, table)
     return format_expression(meant) if meant is not None else None
 
 
 def promised(task: TaskDeclaration, table: SymbolTable) -> nodes.Expression | None:
-    """What the program that runs achieves, in the task's terms."""
+    """Return what the program that runs achieves, in the task's terms."""
     program = table.programs.get(task.run.callee) if task.run else None
     if program is None or program.achieves is None or task.run is None:
         return None
-    return said_of(program, task.run)
+    return promise_of_call(program, task.run)
 
 
 def other_run(task: TaskDeclaration, goal: str, table: SymbolTable) -> Fix | None:
-    """The program that takes such a goal, where another one is told to run."""
+    """Run the program that takes such a goal, in place of another."""
     text = _run(task, goal, table)
     return Fix(task.run.span, text) if task.run is not None and text is not None else None
 
 
 def typed_goal(task: TaskDeclaration, table: SymbolTable) -> Fix | None:
-    """`-> list[RECORD]`, of what the program that runs takes, where the goal does not say what it draws."""
+    """Write `-> list[RECORD]`, of what the program that runs takes, behind a goal without a type."""
     goal, program = task.goal, table.programs.get(task.run.callee) if task.run else None
     kind = SAMPLERS.get(goal.name) if goal else None
-    asked = [each.type for each in program.parameters if each.type.is_list] if program else []
-    if goal is None or goal.result is not None or kind is None or len(asked) != 1:
+    wanted = [each.type for each in program.parameters if each.type.is_list] if program else []
+    if goal is None or goal.result is not None or kind is None or len(wanted) != 1:
         return None
     groups = {each.name: each.type for each in task.scene}
     types = [groups.get(name, TypeName(name)) for name in goal.groups]
-    record = table.records.get(asked[0].name)
+    record = table.records.get(wanted[0].name)
     if record is None or record.name == kind.record or not fills(kind, types, record, table):
         return None
     end = goal.span
@@ -157,8 +157,8 @@ def typed_goal(task: TaskDeclaration, table: SymbolTable) -> Fix | None:
     return Fix(place, f" -> list[{record.name}]")
 
 
-def said_of(program: ProgramDeclaration, call: nodes.Call) -> nodes.Expression | None:
-    """What the program achieves, in the terms of one call; None where lists are not named."""
+def promise_of_call(program: ProgramDeclaration, call: nodes.Call) -> nodes.Expression | None:
+    """Return what the program achieves, in the terms of one call; None where lists are not named."""
     assert program.achieves is not None
     given = dict(zip([each.name for each in program.parameters], call.arguments, strict=False))
     return _renamed(program.achieves, given)
@@ -187,7 +187,7 @@ def _renamed(condition: nodes.Expression, given: Mapping[str, nodes.Expression])
 
 
 def other_range(option: Option, better: tuple[int, int] | None) -> Fix | None:
-    """The option with another range."""
+    """Write the option with another range."""
     if better is None:
         return None
     low, high = better
@@ -196,7 +196,7 @@ def other_range(option: Option, better: tuple[int, int] | None) -> Fix | None:
 
 
 def without(option: Option, sampler: Sampler) -> Fix | None:
-    """The sampler with an option less, and the comma before it."""
+    """Remove an option from the sampler, and the comma before it."""
     places = [*sampler.group_spans, *(each.span for each in sampler.options)]
     before = [span for span in places if (span.line, span.column) < (option.span.line, option.span.column)]
     if not before:
@@ -213,7 +213,7 @@ def with_groups(
     task: TaskDeclaration,
     table: SymbolTable,
 ) -> Fix | None:
-    """The groups of the scene, where it is clear which are meant: those that are named, and what fits."""
+    """Write the groups of the scene, where it is clear which are meant: those named, and what fits."""
     wanted = len(kind.sources)
     types = {each.name: each.type for each in task.scene}
     types |= {name: TypeName(name) for name in goal.groups if name in table.enums}
@@ -237,7 +237,7 @@ def with_groups(
 def filled(
     kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration
 ) -> list[tuple[TypeName, nodes.Parameter]]:
-    """What becomes which field: of a tower, each thing may be either."""
+    """Return which type fills which field; of a tower, each object may fill either."""
     first, second = record.fields
     if kind.many_sources:
         return [(type, field) for type in types for field in (first, second)]
@@ -247,7 +247,7 @@ def filled(
 def fills(
     kind: SamplerKind, types: Sequence[TypeName], record: RecordDeclaration, table: SymbolTable
 ) -> bool:
-    """Whether a record can be made of such things."""
+    """Return whether a record can be made of objects of these types."""
     return len(record.fields) == 2 and all(
         fits(table, type, field.type) for type, field in filled(kind, types, record)
     )
@@ -261,7 +261,7 @@ def other_groups(
     task: TaskDeclaration,
     table: SymbolTable,
 ) -> list[str]:
-    """The groups that would fit where one stands that does not."""
+    """Return the groups that would fit in place of one that does not."""
     fields = record.fields if kind.many_sources else (record.fields[index],)
     return [
         each.name
@@ -273,19 +273,19 @@ def other_groups(
 def other_record(
     goal: Sampler, kind: SamplerKind, types: Sequence[TypeName], task: TaskDeclaration, table: SymbolTable
 ) -> Fix | None:
-    """The list that the program which runs takes, or else the only one that the things can fill."""
+    """Write the list that the program which runs takes, or else the only one that the objects can fill."""
     if goal.result is None:
         return None
     program = table.programs.get(task.run.callee) if task.run else None
-    asked = [each.type.name for each in program.parameters if each.type.is_list] if program else []
+    wanted = [each.type.name for each in program.parameters if each.type.is_list] if program else []
     fitting = [each.name for each in table.records.values() if fills(kind, types, each, table)]
-    meant = [name for name in fitting if name in asked] or fitting
+    meant = [name for name in fitting if name in wanted] or fitting
     text = meant[0] if len(meant) == 1 else ""
     return Fix(goal.result.span, text if goal.result.is_list else f"list[{text}]") if text else None
 
 
 def reversed_count(group: SceneGroup) -> Fix | None:
-    """`3..6` where `6..3` stands."""
+    """Write `3..6` for `6..3`."""
     assert group.most is not None
-    turned = replace(group, count=group.most, most=group.count)
-    return Fix(group.span, format_group(turned))
+    swapped = replace(group, count=group.most, most=group.count)
+    return Fix(group.span, format_group(swapped))

@@ -1,4 +1,4 @@
-"""From syntax tree to canonical lines: equal trees have equal lines, and they read back."""
+"""From syntax tree to canonical lines: equal trees have equal lines, which parse to the same tree."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ EMPTY_DOCSTRING = '""""""'
 
 
 def hash_declaration(declaration: nodes.Declaration) -> str:
-    """What the declaration means, in 16 hexadecimal digits; docstrings and layout do not count."""
+    """Return a hash of the declaration's meaning, 16 hexadecimal digits, without docstrings and layout."""
     rows = declaration_rows(replace(declaration, docstring=""))
     text = "\n".join(" " * row.indent + row.text for row in rows)
     return sha256(text.encode()).hexdigest()[:16]
 
 
 def header_rows(library: nodes.Library) -> list[Row]:
-    """`library NAME`, and what is said about it."""
+    """Return `library NAME`, and its docstring."""
     return [Row(0, f"library {library.name}"), *_docstring(library.docstring, 0)]
 
 
@@ -31,14 +31,14 @@ def use_row(use: nodes.Use) -> Row:
 
 
 def declaration_rows(declaration: nodes.Declaration) -> list[Row]:
-    """One declaration, a row for each clause, section, loop and call."""
+    """Return one declaration, a row for each clause, section, loop and call."""
     for kind, formatter in FORMATTERS.items():
         if isinstance(declaration, kind):
             first, *rest = formatter(declaration)
             below = [Row(STEP + len(line) - len(line.lstrip()), line.lstrip()) for line in rest]
             below = [*_docstring(declaration.docstring, STEP), *below]
             if not below and isinstance(declaration, nodes.ProgramDeclaration | nodes.TaskDeclaration):
-                below = [Row(STEP, EMPTY_DOCSTRING)]  # a block that says nothing is still a block
+                below = [Row(STEP, EMPTY_DOCSTRING)]  # a body must not be empty
             return [Row(0, first), *below]
     raise AssertionError(f"no layout for a {type(declaration).__name__}")
 
@@ -55,7 +55,7 @@ def _docstring(text: str, indent: int) -> list[Row]:
     return [Row(indent, "\n".join(lines))]
 
 
-# Declarations: the first line stands at the margin, the others are indented below it ------------
+# Declarations: the first line is at the margin, the others are indented below it ----------------
 
 
 def _type(declaration: nodes.TypeDeclaration) -> list[str]:
@@ -83,7 +83,7 @@ def _predicate(declaration: nodes.PredicateDeclaration) -> list[str]:
 
 
 def format_signature(declaration: nodes.PredicateDeclaration) -> str:
-    """`drink(cup: Cup) -> Drink`."""
+    """Return `drink(cup: Cup) -> Drink`."""
     return f"{declaration.name}{_parameters(declaration.parameters)}{_result(declaration.result)}"
 
 
@@ -146,18 +146,18 @@ def _parameter(parameter: nodes.Parameter) -> str:
 
 
 def format_type(name: nodes.TypeName) -> str:
-    """`Block`, or `list[Placement]`."""
+    """Return `Block`, or `list[Placement]`."""
     return f"list[{name.name}]" if name.is_list else name.name
 
 
 def format_sampler(sampler: nodes.Sampler) -> str:
-    """`towers(blocks, placements=1..6, height=2..4)`."""
+    """Return `towers(blocks, placements=1..6, height=2..4)`."""
     options = [
         f"{each.name}={each.low}" + (f"..{each.high}" if each.high != each.low else "")
         for each in sampler.options
     ]
-    knobs = ", ".join([*sampler.groups, *options])
-    return f"{sampler.name}({knobs}){_result(sampler.result)}{_by(sampler.by)}"
+    given = ", ".join([*sampler.groups, *options])
+    return f"{sampler.name}({given}){_result(sampler.result)}{_by(sampler.by)}"
 
 
 def _result(type: nodes.TypeName | None) -> str:
@@ -169,7 +169,7 @@ def _by(provider: nodes.Name | None) -> str:
 
 
 def format_group(group: nodes.SceneGroup, width: int = 0) -> str:
-    """`blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
+    """Return `blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
     count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
     head = f"{group.name}:".ljust(width + 1)
     text = f"{head} {count} {format_type(group.type)} on {group.place}"
@@ -196,7 +196,7 @@ def _setting(setting: nodes.Setting) -> str:
 
 
 def format_statement(statement: nodes.Statement) -> list[str]:
-    """The lines of a statement, without the indentation of the body that it stands in."""
+    """Return the lines of a statement, without the indentation of the body around it."""
     if isinstance(statement, nodes.Call):
         return [_call(statement)]
     if isinstance(statement, nodes.When):
@@ -212,8 +212,8 @@ def _call(call: nodes.Call) -> str:
 
 # Expressions ------------------------------------------------------------------------------------
 
-# How tightly a node holds its parts together. What is not listed never needs brackets.
-TIGHTNESS: dict[type[nodes.Node], int] = {
+# Precedence of operators. What is not listed never needs brackets.
+PRECEDENCE: dict[type[nodes.Node], int] = {
     nodes.Quantified: 0,  # reaches as far as it can: bracketed wherever something may follow
     nodes.Or: 1,
     nodes.And: 2,
@@ -224,19 +224,19 @@ SUM, PRODUCT, TERM = 5, 6, 7
 
 
 def format_expression(expression: Expression) -> str:
-    """An expression on one line, with no more brackets than it takes to read it back."""
+    """Return an expression on one line, with no more brackets than parsing it needs."""
     return _expression(expression, 0)
 
 
-def _tightness(expression: Expression) -> int:
+def _precedence(expression: Expression) -> int:
     if isinstance(expression, nodes.Arithmetic):
         return SUM if expression.operator in "+-" else PRODUCT
-    return TIGHTNESS.get(type(expression), TERM)
+    return PRECEDENCE.get(type(expression), TERM)
 
 
 def _expression(expression: Expression, needed: int) -> str:
     text = _bare(expression)
-    return f"({text})" if _tightness(expression) < needed else text
+    return f"({text})" if _precedence(expression) < needed else text
 
 
 def _bare(expression: Expression) -> str:
@@ -250,7 +250,7 @@ def _bare(expression: Expression) -> str:
         case Number():
             return _number(expression)
         case nodes.Arithmetic(operator, left, right):
-            own = _tightness(expression)
+            own = _precedence(expression)
             return f"{_expression(left, own)} {operator} {_expression(right, own + 1)}"
         case nodes.Atom(predicate, arguments):
             return f"{predicate}({', '.join(_expression(each, SUM) for each in arguments)})"

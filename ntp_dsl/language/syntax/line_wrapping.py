@@ -1,4 +1,4 @@
-"""From one logical line to the physical lines that it takes: wrapped in brackets, comments beside."""
+"""From one logical line to the physical lines that it takes: wrapped in brackets, with its comments."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ WIDTH = 100
 STEP = 4  # columns of indentation
 WORD = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?', re.ASCII)
 MARK = re.compile(r'"[^"\n]*"|\w+|[()\[\],]')
-# What stands before an expression that runs to the end of the line, or to the colon there.
-HEAD = re.compile(r"requires |achieves |success: +|when |for \w+ in \w+ if |")
-GROUP = re.compile(r"(?:scene: +)?\w+: +[0-9.]+ [\w\[\]]+ on \w+ with ")
+# What precedes an expression that runs to the end of the line, or to the colon there.
+BEFORE_EXPRESSION = re.compile(r"requires |achieves |success: +|when |for \w+ in \w+ if |")
+BEFORE_DETAILS = re.compile(r"(?:scene: +)?\w+: +[0-9.]+ [\w\[\]]+ on \w+ with ")
 
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment within a line: above what its `word` begins, or at the end of where it ends.
+    """A comment within a logical line: above the physical line of its word, or at the end of that line.
 
     `word` counts from zero; -1 is the closing bracket.
     """
@@ -29,9 +29,9 @@ class Comment:
 
 @dataclass
 class Row:
-    """A logical line: its indentation in columns, its text on one line, and what is said about it.
+    """A logical line: its indentation in columns, its text on one line, and its comments.
 
-    `above` are whole lines, empty ones among them. A docstring's text has its line breaks.
+    `above` are whole lines, some of them empty. A docstring's text has its line breaks.
     """
 
     indent: int
@@ -42,11 +42,11 @@ class Row:
 
 
 def settled(row: Row) -> Row:
-    """Return the row with every comment within that none of its lines can take moved above or behind it."""
+    """Return the row with the comments within that none of its lines can take moved above or behind it."""
     if not row.within:
         return row
     lines = [*_wrapped(row.text, row.indent, force=True)]
-    begins = _line_of(Comment("", 0, is_above=True), lines)  # an opening bracket may come before
+    begins = _line_of(Comment("", 0, is_above=True), lines)  # an opening bracket may come first
     above = [each for each in row.within if each.is_above and _line_of(each, lines) <= begins]
     behind = [each for each in row.within if not each.is_above and _line_of(each, lines) == len(lines) - 1]
     if not above and not behind:
@@ -61,7 +61,7 @@ def settled(row: Row) -> Row:
     )
 
 
-def physical(row: Row) -> list[str]:
+def physical_lines(row: Row) -> list[str]:
     """Return the lines of a settled row as they are written, without line ends."""
     margin = " " * row.indent
     lines = [*_wrapped(row.text, row.indent, force=bool(row.within))]
@@ -98,20 +98,20 @@ def _indent(line: str) -> int:
 
 
 def _wrapped(text: str, indent: int, force: bool) -> Iterator[str]:
-    """A logical line: what is too long is broken in brackets, which an expression is given."""
+    """Yield the lines of a row; what is too long is broken in brackets, which are added to an expression."""
     if text.startswith('"""'):
         yield "\n".join(" " * indent + line if line else "" for line in text.split("\n"))
         return
     if not force and indent + len(text) <= WIDTH:
         yield " " * indent + text
         return
-    if group := GROUP.match(text):
+    if group := BEFORE_DETAILS.match(text):
         yield " " * indent + group.group() + "("
         for detail in _elements(text[group.end() :]):
             yield from _broken(f"{detail},", indent + STEP)
         yield " " * indent + ")"
         return
-    head = HEAD.match(text)
+    head = BEFORE_EXPRESSION.match(text)
     assert head is not None
     end = len(text) - text.endswith(":")
     expression = text[head.end() : end]
@@ -126,7 +126,7 @@ def _wrapped(text: str, indent: int, force: bool) -> Iterator[str]:
 
 
 def _broken(text: str, indent: int, force: bool = False) -> Iterator[str]:
-    """What stands in brackets, an operator or an element a line; what cannot be broken stays long."""
+    """Yield the lines of what is in brackets, one for each operand or element; some parts stay too long."""
     if not force and indent + len(text) <= WIDTH:
         yield " " * indent + text
         return
@@ -137,20 +137,20 @@ def _broken(text: str, indent: int, force: bool = False) -> Iterator[str]:
         for part in rest:
             yield from _broken(part, deeper)
         return
-    opening, closing = _widest(text)
+    opening, closing = _widest_brackets(text)
     if closing == 0:
         yield " " * indent + text
         return
     yield " " * indent + text[: opening + 1]
     elements = _elements(text[opening + 1 : closing])
     for element in elements:
-        # A list may end with a comma; an expression in brackets is one element and has none.
+        # A list may end with a comma; an expression in brackets is one element, without one.
         yield from _broken(element + ("," if len(elements) > 1 else ""), indent + STEP)
     yield " " * indent + text[closing:]
 
 
 def _operators(text: str) -> list[int]:
-    """Where new lines may begin: before the loosest `or`, `and`, or a quantifier's `for`."""
+    """Return where new lines may begin: before the loosest `or`, `and`, or a quantifier's `for`."""
     found: dict[str, list[int]] = {"or": [], "and": [], "for": []}
     body: dict[str, list[int]] = {"or": [], "and": []}  # of a quantifier, where its `for` is cut off
     quantified = False
@@ -170,7 +170,7 @@ def _parts(text: str, breaks: Sequence[int]) -> Iterator[str]:
 
 
 def _outermost(text: str) -> Iterator[tuple[str, int]]:
-    """Words and commas that stand in no bracket, with their places; brackets as they open and close."""
+    """Yield words and commas outside all brackets, with their places, and the outermost brackets."""
     depth = 0
     for match in MARK.finditer(text):
         mark = match.group()
@@ -180,8 +180,8 @@ def _outermost(text: str) -> Iterator[tuple[str, int]]:
         depth += mark in "(["
 
 
-def _widest(text: str) -> tuple[int, int]:
-    """Where the widest of the outermost brackets opens and closes; nowhere is (0, 0)."""
+def _widest_brackets(text: str) -> tuple[int, int]:
+    """Return where the widest of the outermost brackets opens and closes; (0, 0) where there are none."""
     widest = opening = 0, 0
     for mark, start in _outermost(text):
         if mark in "([":

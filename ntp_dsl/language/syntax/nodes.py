@@ -1,4 +1,4 @@
-"""The syntax tree of a task library. Nodes compare by what they mean, not by where they stand."""
+"""The syntax tree of a task library. Nodes compare by what they mean, not by their place in the text."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Generator(Node):
 
 @dataclass(frozen=True)
 class Quantified(Node):
-    """`all BODY for …` or `some BODY for …`; over nothing, `all` is true and `some` false."""
+    """`all BODY for …` or `some BODY for …`; over no elements, `all` is true and `some` false."""
 
     quantifier: str  # all, some
     body: Expression
@@ -190,14 +190,14 @@ class EnumDeclaration(Declaration):
 
 @dataclass(frozen=True)
 class RecordDeclaration(Declaration):
-    """`record Placement(item: Object, support: Place)`: what the lists of goals are made of."""
+    """`record Placement(item: Object, support: Place)`: an element of the list that is a goal."""
 
     fields: tuple[Parameter, ...] = ()
 
 
 @dataclass(frozen=True)
 class ConstantDeclaration(Declaration):
-    """`constant table: Table`: a thing that every scene has."""
+    """`constant table: Table`: an object that every scene has."""
 
     type: TypeName = TypeName("")
 
@@ -207,10 +207,10 @@ PYTHON = "python"  # `by python`: a function of the same name in the file beside
 
 @dataclass(frozen=True)
 class PredicateDeclaration(Declaration):
-    """`predicate on(item: Object, support: Place)`: the world's to decide, or composed, by a body.
+    """`predicate on(item: Object, support: Place)`: decided by the world, or composed, by a body.
 
     With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number, or a member
-    of an enumeration. `by` names the world's predicate, if it is called otherwise there, or Python.
+    of an enumeration. `by` names the world's predicate, if that has another name, or Python.
     """
 
     parameters: tuple[Parameter, ...] = ()
@@ -221,7 +221,7 @@ class PredicateDeclaration(Declaration):
 
 @dataclass(frozen=True)
 class ApiDeclaration(Declaration):
-    """`by` names the world's skill, if it is called otherwise there, or Python."""
+    """A primitive. `by` names the world's skill, if that has another name, or Python."""
 
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
@@ -231,7 +231,7 @@ class ApiDeclaration(Declaration):
 
 @dataclass(frozen=True)
 class ProgramDeclaration(Declaration):
-    """With `by python` an expert in Python decides, and `calls` says what it may call."""
+    """A program. With `by python` an expert in Python decides, and `calls` says what it may call."""
 
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
@@ -243,7 +243,7 @@ class ProgramDeclaration(Declaration):
 
 @dataclass(frozen=True)
 class Interval(Node):
-    """`0.3 .. 0.7 m`: what is drawn lies in between."""
+    """`0.3 .. 0.7 m`: a range from which a number is drawn."""
 
     low: Number
     high: Number
@@ -251,7 +251,7 @@ class Interval(Node):
 
 @dataclass(frozen=True)
 class Text(Node):
-    """`"bowl.urdf"`: a file, beside the library."""
+    """`"bowl.urdf"`: a file beside the library."""
 
     value: str
 
@@ -261,7 +261,7 @@ Setting = Number | Interval | Name | Text
 
 @dataclass(frozen=True)
 class Detail(Node):
-    """`box(5 cm, 5 cm, 5 cm)`, `colour(red, green)`: what the things of a group look like."""
+    """`box(5 cm, 5 cm, 5 cm)`, `colour(red, green)`: what the objects of a group look like."""
 
     name: str
     settings: tuple[Setting, ...] = ()
@@ -269,7 +269,7 @@ class Detail(Node):
 
 @dataclass(frozen=True)
 class SceneGroup(Node):
-    """`blocks: 4..8 Block on table with cube(5 cm)`: things of a type, and where they start."""
+    """`blocks: 4..8 Block on table with cube(5 cm)`: objects of a type, and where they start."""
 
     name: str
     count: int
@@ -282,7 +282,7 @@ class SceneGroup(Node):
 
 @dataclass(frozen=True)
 class Option(Node):
-    """`placements=1..6`, `height=4`: a sampler's knob; a single number is a range of one."""
+    """`placements=1..6`, `height=4`: a sampler's option; a single number is a range of one."""
 
     name: str
     low: int
@@ -321,7 +321,7 @@ class Use(Node):
 
 @dataclass(frozen=True)
 class Library:
-    """What a text says, not yet checked. `check` turns it into a `Registry`."""
+    """A parsed library, not yet checked. `check` turns it into a `Registry`."""
 
     name: str
     uses: tuple[Use, ...] = ()

@@ -1,4 +1,4 @@
-"""Walks over statements and conditions: what they call, apply and mention."""
+"""Visitors of statements and expressions: what they call, apply and refer to."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from ntp_dsl.language.syntax.nodes import Expression, Generator, Name, Statement
 
 
 def innermost(statement: Statement) -> nodes.Call:
-    """The call inside all loops and conditions."""
+    """Return the call inside all loops and conditions."""
     while not isinstance(statement, nodes.Call):
         statement = statement.body
     return statement
 
 
 def callees(program: nodes.ProgramDeclaration) -> tuple[str, ...]:
-    """What a program may call, each once: by its body, or as it says of its expert in Python."""
+    """Return what a program may call, each once: in its body, or as declared for its expert in Python."""
     named = [innermost(statement).callee for statement in program.body]
     return tuple(dict.fromkeys([*named, *(each.id for each in program.calls)]))
 
 
 def loops(statement: Statement) -> Iterator[Generator]:
-    """The generators around a statement's call, from the outside in."""
+    """Yield the generators around a statement's call, from the outside in."""
     while not isinstance(statement, nodes.Call):
         if isinstance(statement, nodes.For):
             yield statement.generator
@@ -30,7 +30,7 @@ def loops(statement: Statement) -> Iterator[Generator]:
 
 
 def guards(statement: Statement) -> Iterator[Expression]:
-    """What loops' filters and `when` say about the call inside, from the outside in."""
+    """Yield the conditions of loops and `when` around a statement's call, from the outside in."""
     while not isinstance(statement, nodes.Call):
         if isinstance(statement, nodes.When):
             yield statement.condition
@@ -39,8 +39,8 @@ def guards(statement: Statement) -> Iterator[Expression]:
         statement = statement.body
 
 
-def parts(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
-    """The expressions of which one is made, one step down."""
+def children(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
+    """Yield the direct parts of an expression."""
     match expression:
         case nodes.Field(value, _) | nodes.Not(value):
             yield value
@@ -57,48 +57,48 @@ def parts(expression: Expression | Generator | None) -> Iterator[Expression | Ge
                 yield condition
 
 
-def everything(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
-    """The expression and all that it is made of, from left to right."""
+def walk(expression: Expression | Generator | None) -> Iterator[Expression | Generator]:
+    """Yield the expression and all its parts, from left to right."""
     if expression is not None:
         yield expression
-        for part in parts(expression):
-            yield from everything(part)
+        for part in children(expression):
+            yield from walk(part)
 
 
-def inside(node: Statement | Expression) -> Iterator[Expression | Generator]:
-    """Every expression of a statement, or of an expression."""
+def walk_statement(node: Statement | Expression) -> Iterator[Expression | Generator]:
+    """Yield every expression of a statement, or of an expression."""
     match node:
         case nodes.Call(_, arguments):
             for argument in arguments:
-                yield from everything(argument)
+                yield from walk(argument)
         case nodes.When(condition, body):
-            yield from everything(condition)
-            yield from inside(body)
+            yield from walk(condition)
+            yield from walk_statement(body)
         case nodes.For(generator, body):
-            yield from everything(generator)
-            yield from inside(body)
+            yield from walk(generator)
+            yield from walk_statement(body)
         case _:
-            yield from everything(node)
+            yield from walk(node)
 
 
-def mentions(expression: Expression | Generator | None) -> set[str]:
-    """Every name that occurs in an expression and is not its own loop's variable."""
+def free_names(expression: Expression | Generator | None) -> set[str]:
+    """Return the free names of an expression: all but the variables of its own loops."""
     match expression:
         case Name(id):
             return {id}
         case nodes.Quantified(_, body, generators):
-            inside = mentions(body).union(*map(mentions, generators))
-            return inside - {each.variable for each in generators}
-    return set[str]().union(*map(mentions, parts(expression)))
+            walk_statement = free_names(body).union(*map(free_names, generators))
+            return walk_statement - {each.variable for each in generators}
+    return set[str]().union(*map(free_names, children(expression)))
 
 
 def predicates(expression: Expression | Generator | None) -> set[str]:
-    """Every predicate that an expression applies."""
-    return {each.predicate for each in everything(expression) if isinstance(each, nodes.Atom)}
+    """Return every predicate that an expression applies."""
+    return {each.predicate for each in walk(expression) if isinstance(each, nodes.Atom)}
 
 
 def atoms(condition: Expression | None) -> Iterator[nodes.Atom]:
-    """The predicates that surely hold where the condition does."""
+    """Yield the atoms that certainly hold where the condition does."""
     if isinstance(condition, nodes.Atom):
         yield condition
     elif isinstance(condition, nodes.And):
@@ -107,7 +107,7 @@ def atoms(condition: Expression | None) -> Iterator[nodes.Atom]:
 
 
 def conjuncts(condition: Expression) -> tuple[Expression, ...]:
-    """What is joined by `and`."""
+    """Return the operands of `and`; the condition itself if it is none."""
     return condition.values if isinstance(condition, nodes.And) else (condition,)
 
 

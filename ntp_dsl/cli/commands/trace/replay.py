@@ -132,7 +132,7 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
     from ntp_dsl.core.checkpoint import load_core
     from ntp_dsl.core.policy import LearnedPolicy
 
-    demonstration = read_demonstration(demo)
+    demonstration = read_demonstration(demo, trace.header.objects)
     check_shown(trace, demonstration)
     return LearnedPolicy(load_core(model).core, demonstration)
 

@@ -1,0 +1,20 @@
+"""The signals that end a command: SIGINT (Ctrl-C) and SIGTERM, which raise `KeyboardInterrupt`."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ignore the signals, for the second in which an answer is printed."""
+    earlier = [signal.signal(each, signal.SIG_IGN) for each in ENDING]
+    try:
+        yield
+    finally:
+        for each, handler in zip(ENDING, earlier, strict=True):
+            signal.signal(each, handler)
