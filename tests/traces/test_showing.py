@@ -14,7 +14,7 @@ from ntp_dsl.cli.commands.trace.show import LINES
 from ntp_dsl.semantics.observation import Observation, Record, SceneObject
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.phrases import format_argument, printable
-from ntp_dsl.traces.schema import ROOT, Call, End, Ending, Execution
+from ntp_dsl.traces.schema import MAX_DEPTH, ROOT, Call, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 
 SEEN = Observation((SceneObject("a", "Block", (0.05, 0.05, 0.05)),), {"a": (0.5, 0, 0.025)}, (0, 0, 1), False)
@@ -129,9 +129,13 @@ def test_a_long_trace_is_folded_around_what_failed(
     assert len(lines(capsys, path, "--all")) == 5003
 
 
-def test_a_trace_deeper_than_the_stack_is_shown(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = str(long(tmp_path / "deep.jsonl", 5000, deep=True))
-    assert len(lines(capsys, path, "--all")) == 5003
+def test_a_deep_trace_is_shown_and_a_deeper_one_than_any_run_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(long(tmp_path / "deep.jsonl", MAX_DEPTH - 1, deep=True))
+    assert len(lines(capsys, path, "--all")) == MAX_DEPTH + 2
+    assert run(["trace", "show", str(long(tmp_path / "deeper.jsonl", 5000, deep=True))]) == 2
+    assert f"more than {MAX_DEPTH} nested calls" in capsys.readouterr().err
 
 
 def test_repeated_calls_are_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
