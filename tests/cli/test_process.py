@@ -45,9 +45,8 @@ def started(words: list[str]) -> subprocess.Popen[str]:
 
 def children(process: int) -> list[int]:
     """Return the processes of `multiprocessing` that a process started, without its resource tracker."""
-    listing = subprocess.run(["ps", "-ww", "-eo", "pid,ppid,args"], capture_output=True, text=True, check=True)
-    rows = [line.split(maxsplit=2) for line in listing.stdout.splitlines()[1:]]
-    return [int(pid) for pid, parent, args in rows if parent == str(process) and "spawn_main" in args]
+    listed = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return [int(each) for each in listed if b"spawn_main" in Path(f"/proc/{each}/cmdline").read_bytes()]
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
