@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from ntp_dsl.cli.app import MISUSE, UNREAD, run
-from ntp_dsl.cli.signals import ENDING
+from ntp_dsl.cli.signals import ENDING, ignore
 
 
 def run_process(words: Sequence[str]) -> int:
@@ -17,7 +17,7 @@ def run_process(words: Sequence[str]) -> int:
     _open_streams()
     status = _flushed(run(words))
     for each in ENDING:
-        signal.signal(each, signal.SIG_IGN)  # the end has begun
+        signal.signal(each, ignore)  # the end has begun
     return status
 
 

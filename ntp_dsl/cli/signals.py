@@ -9,10 +9,14 @@ from contextlib import contextmanager
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
+def ignore(*_: object) -> None:
+    """Ignore a signal; Python warns of one that comes while `SIG_IGN` is set."""
+
+
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Ignore the signals, for the second in which an answer is printed."""
-    earlier = [signal.signal(each, signal.SIG_IGN) for each in ENDING]
+    earlier = [signal.signal(each, ignore) for each in ENDING]
     try:
         yield
     finally:

@@ -62,7 +62,7 @@ def save_core(core: Core, recipe: Mapping[str, Any], path: Path) -> None:
 
 
 def load_core(path: Path) -> Checkpoint:
-    """Raise `NtpError`, with what was expected and found, for anything but a whole checkpoint."""
+    """Read a checkpoint. Raises `NtpError`, with what was expected and found, for anything else."""
     found = _read(path)
     is_backed = _fewest_weights(found) <= sum(tensor.numel() for tensor in found.tensors.values())
     core = Core(found.config, found.memory) if is_backed else None  # no size is allocated on a file's word
@@ -95,7 +95,7 @@ def save_training(trainer: Trainer, path: Path, data: Any = None) -> None:
 
 
 def resume_training(trainer: Trainer, path: Path, data: Any = None) -> None:
-    """Raise `NtpError` where the file is of another training: another library, other data or parameters."""
+    """Go on from a file. Raises `NtpError` for another training: another library, data or parameters."""
     found = _read(path)
     try:
         with decoding():
