@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.semantics.observation import Argument, Record
@@ -81,16 +81,11 @@ def _refusal(found: str) -> NtpError:
 
 def check_shown(trace: Trace, demonstration: Demonstration) -> None:
     """Raise `NtpError` unless a trace's scopes can refer to a demonstration: its length, and its objects."""
+    check_objects(demonstration, trace.header.objects)
     reference, found = trace.header.demonstration, len(demonstration)
     if reference is not None and reference.frames != found:
         raise NtpError(
             f"the trace is of a demonstration of {reference.frames} frames, and this one has {found}; "
-            "give the trace's own with --demo"
-        )
-    names = {obj.name for obj in trace.header.objects}
-    if different := sorted(names.symmetric_difference(demonstration.names)):
-        raise NtpError(
-            f"the trace and the demonstration differ in the objects {printable(', '.join(different))}; "
             "give the trace's own with --demo"
         )
     last = max((call.scope[1] for call in trace.calls if call.scope), default=0)

@@ -198,7 +198,7 @@ def test_a_demonstration_of_another_episode_is_refused(
     trace = recording / "episode_00000.trace.jsonl"
     other = recording / "episode_00001.demo.parquet"
     assert run(["trace", "replay", str(trace), "--demo", str(other)]) == 2
-    assert "frames, and the trace is of a demonstration with" in capsys.readouterr().err
+    assert "the trace is of a demonstration of" in capsys.readouterr().err
     words = ["record", "block_stacking", "tall_towers", "-n", "1", "--out", str(tmp_path)]
     assert run(words) == 0
     capsys.readouterr()
