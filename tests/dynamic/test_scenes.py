@@ -134,7 +134,7 @@ REFUSED = {
         STACK + "\n        stones: 0..1 Stone on table\n        highs: 1 High on stones",
         "E502",
         "stones",
-        "of which there may be none",
+        "which may be empty",
     ),
 }
 MISDECLARED = {

@@ -171,8 +171,8 @@ def test_a_trace_as_deep_as_it_is_long_is_compared() -> None:
             node = node.kids[0]
         return written(run)
 
-    first = compare(chain(5000, "x"), chain(5000, "y")).first
-    assert first is not None and (first.kind, first.a) == (DivergenceKind.PROGRAM, 4999)
+    first = compare(chain(MAX_DEPTH - 1, "x"), chain(MAX_DEPTH - 1, "y")).first
+    assert first is not None and (first.kind, first.a) == (DivergenceKind.PROGRAM, MAX_DEPTH - 1)
 
 
 # The rules -----------------------------------------------------------------------------------------
