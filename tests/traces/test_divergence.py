@@ -17,6 +17,7 @@ from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind, Rules, overlap
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import MAX_DEPTH
 from ntp_dsl.traces.trace import Trace
 
 PARTS = 10  # of the planted pairs, so that they can run side by side
