@@ -173,7 +173,7 @@ def test_a_trace_as_deep_as_it_is_long_is_compared() -> None:
         return written(run)
 
     first = compare(chain(MAX_DEPTH - 1, "x"), chain(MAX_DEPTH - 1, "y")).first
-    assert first is not None and (first.kind, first.a) == (DivergenceKind.PROGRAM, MAX_DEPTH - 1)
+    assert first is not None and (first.kind, first.a) == (DivergenceKind.PROGRAM, MAX_DEPTH - 2)
 
 
 # The rules -----------------------------------------------------------------------------------------
