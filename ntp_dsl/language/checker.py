@@ -91,7 +91,7 @@ def check_units(
     Args:
         units: the library in question first.
         found: what is wrong with their form.
-        shelf: where else a name may be declared.
+        available: where else a name may be declared.
         cache: of earlier checks.
     """
     table, wrong = examine(units, available, cache)

@@ -35,7 +35,7 @@ class ArgumentChecker:
         """Check that there are as many as declared, each of its parameter's type and in its range.
 
         Args:
-            wild: whether `any` may stand for an argument.
+            allow_wildcard: whether `any` may stand for an argument.
         """
         given = node.arguments
         note = Note(f"'{declared.name}' is declared here", declared.name_span)

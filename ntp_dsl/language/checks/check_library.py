@@ -43,7 +43,7 @@ def examine(
 
     Args:
         units: the library in question first, then all that it uses.
-        shelf: where else a name may be declared.
+        available: where else a name may be declared.
         cache: of earlier checks, of libraries like these.
     """
     cache = cache or IncrementalCache()
@@ -74,7 +74,7 @@ class _Examination:
         """Check a library after all that it uses."""
         for declaration in partial.library.declarations:
             yield from self._declaration(declaration, partial, table)
-        own = [each for each in partial.library.declarations if _stands(each, table)]
+        own = [each for each in partial.library.declarations if _is_in(each, table)]
         complete = [each for each in own if id(each) not in self._incomplete]
         known = self._without_incomplete(table)
         yield from check_hierarchy(known, complete)
@@ -90,7 +90,7 @@ class _Examination:
         self, declaration: ProgramDeclaration | TaskDeclaration, contracts: Contracts
     ) -> Sequence[Diagnostic]:
         table = contracts.table
-        if not _stands(declaration, table):
+        if not _is_in(declaration, table):
             return ()
         if isinstance(declaration, ProgramDeclaration):
             called = callees(declaration)
@@ -155,6 +155,6 @@ def _check_alone(declaration: Declaration, table: SymbolTable, is_incomplete: bo
         yield from unused_within(declaration)
 
 
-def _stands(declaration: Declaration, table: SymbolTable) -> bool:
+def _is_in(declaration: Declaration, table: SymbolTable) -> bool:
     """Return whether this declaration is the one in the table, and not another of its name."""
     return getattr(table, KINDS[type(declaration)].field).get(declaration.name) is declaration

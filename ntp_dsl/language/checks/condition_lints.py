@@ -89,7 +89,7 @@ def _check_comparison(node: Compare) -> Iterator[Diagnostic]:
 def check_program(contracts: Contracts, program: ProgramDeclaration) -> Iterator[Diagnostic]:
     """Check that a program is not done before it begins, that its conditions can hold, and that it works on
     what it promises."""
-    if contracts.is_faulty(program):
+    if contracts.has_error(program):
         return
     yield from _check_requirement(program, contracts)
     for statement in program.body:
@@ -131,7 +131,7 @@ def _check_guards(
             statement.condition if isinstance(statement, nodes.When) else statement.generator.condition
         )
         stated = _definite_facts(condition)
-        if condition is None or contracts.is_faulty(condition):
+        if condition is None or contracts.has_error(condition):
             pass
         elif any(contradicts(fact, have, members) for fact in stated for have in known):
             message = "this never holds here: an earlier condition excludes it"

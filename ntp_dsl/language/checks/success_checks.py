@@ -18,7 +18,7 @@ from ntp_dsl.language.syntax.visitors import conjuncts, free_names, predicates
 def check_success(contracts: Contracts, task: TaskDeclaration) -> Iterator[Diagnostic]:
     """Check that a task's success condition is what the program that it runs achieves."""
     program = contracts.table.programs.get(task.run.callee) if task.run else None
-    faulty = contracts.is_faulty(task) or contracts.is_faulty(program)
+    faulty = contracts.has_error(task) or contracts.has_error(program)
     if program is None or task.run is None or task.success is None or faulty:
         return
     shared = [argument for argument in task.run.arguments if free_names(argument) & free_names(task.success)]

@@ -73,7 +73,7 @@ class Contracts:
         """What is inferred from all contracts together."""
         return self._opposites
 
-    def is_faulty(self, node: nodes.Node | None) -> bool:
+    def has_error(self, node: nodes.Node | None) -> bool:
         """Return whether there is an error inside, so that nothing can be concluded from it."""
         return self._poisoned.within(node)
 

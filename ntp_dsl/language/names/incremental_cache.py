@@ -57,7 +57,7 @@ class IncrementalCache:
         Args:
             question: which check of the declaration it is.
             dictionaries: all in which the check looks anything up.
-            grounds: all else that it rests on.
+            basis: all else that it rests on.
             check: one that has not begun.
         """
         place = id(declaration), question

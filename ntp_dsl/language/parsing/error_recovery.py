@@ -186,7 +186,7 @@ class _BlockText:
         head = _signature(text) if match else None
         if keyword == "task" and match:
             head = match.group()
-        elif head is not None and not self._stands(head, keyword):
+        elif head is not None and not self._can_be_read(head, keyword):
             head = None
         if head is None and keyword not in WITH_BODY:
             return False
@@ -202,7 +202,7 @@ class _BlockText:
             self._rows[len(rows) :] = [f"    {STUB}"]
         return True
 
-    def _stands(self, head: str, keyword: str) -> bool:
+    def _can_be_read(self, head: str, keyword: str) -> bool:
         if keyword == "predicate" and "->" in self._original.text.split(":")[-1]:
             return False  # a reading whose result cannot be read
         ending = f":\n    {STUB}\n" if keyword == "program" else "\n"

@@ -56,7 +56,7 @@ def read(text: str, path: Path | None, read_block: Callable[[Block], Parsed] | N
     """Read what can be read of a library; its diagnostics say what cannot.
 
     Args:
-        read_piece: reads one declaration, where the caller knows a quicker way than to parse it.
+        read_block: what to call in place of the parser for one declaration, such as a function with a cache.
     """
     found = [(read_block or parse_block)(block) for block in blocks.split_blocks(lines(text), path)]
     return assemble(found, path)
