@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from ntp_dsl.cli.app import MISUSE, UNREAD, run
-from ntp_dsl.cli.signals import ENDING, ignore
+from ntp_dsl.common.signals import ENDING, ignore
 
 
 def run_process(words: Sequence[str]) -> int:

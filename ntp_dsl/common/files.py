@@ -72,7 +72,7 @@ def rewrite(path: Path, text: str) -> None:
         shutil.copymode(target, partial)
 
 
-EPISODE_FILE = re.compile(r"\.?episode_\d{5,}\.(trace\.jsonl|demo\.parquet)(\.\d+\.partial)?")
+EPISODE_FILE = re.compile(r"episode_\d{5,}\.(trace\.jsonl|demo\.parquet)")
 
 
 def episode_files(folder: Path, number: int) -> tuple[Path, Path]:

@@ -14,11 +14,12 @@ from itertools import islice
 from multiprocessing import active_children, get_context
 from typing import Any, NoReturn, TypeVar
 
+from ntp_dsl.common.signals import ENDING, ignore
+
 Result = TypeVar("Result")
 
 AHEAD = 8  # tasks for each worker that are handed out before the first result is awaited
 GRACE = 3  # [s] to remove unfinished files
-ENDING = (signal.SIGINT, signal.SIGTERM)
 KILLED = "a worker process was killed, perhaps for want of memory: try again with fewer --workers"
 
 
@@ -80,13 +81,9 @@ def _answer_signals(handler: Any) -> None:
         signal.signal(each, handler)
 
 
-def _ignore(*_: object) -> None:
-    """Ignore a signal; Python warns of one that comes while `SIG_IGN` is set."""
-
-
 def _exit(*_: object) -> NoReturn:
     """End the process, and let its task remove unfinished files first."""
-    _answer_signals(_ignore)
+    _answer_signals(ignore)
     if not _is_working:
         os._exit(1)
     signal.alarm(GRACE)  # ends the process where a library swallows the exception

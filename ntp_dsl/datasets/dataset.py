@@ -103,7 +103,7 @@ class EpisodeRecorder:
             return row(outcome=Recorded.NO_DEMONSTRATION, reason=str(shown))
         trace, shown_in = episode_files(self.plan.out, number)
         try:
-            with written_whole(trace) as unfinished, unfinished.open("w") as stream:
+            with written_whole(trace) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
                 run = record_episode(
                     self.registry,
                     self.expert,
@@ -166,7 +166,8 @@ def clear(folder: Path, overwrite: bool) -> None:
     Raises `NtpError`, and deletes nothing, for a folder with other files that may not be overwritten.
     """
     ours = {MANIFEST, *recorded_files(folder)} if is_recording(folder) else set()
-    unfinished = {path.name for path in folder.glob(".episode_*.partial")}
+    kinds = (".episode_*.partial", f".{MANIFEST}.*.partial")
+    unfinished = {path.name for kind in kinds for path in folder.glob(kind)}
     others = {path.name for path in folder.iterdir()} - ours - unfinished - {LOCK}
     if others and not overwrite:
         listed = ", ".join(sorted(others)[:3]) + (", ..." if len(others) > 3 else "")

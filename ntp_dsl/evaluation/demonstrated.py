@@ -28,6 +28,8 @@ def _goal(registry: Registry, demonstration: Demonstration, instance: Instance) 
     rows = demonstration.origin.goal
     if not rows:
         return ()
+    if not instance.goal:
+        raise NtpError("this task has no goal to compare with: draw it, then show it the demonstration")
     pattern = instance.goal[0]
     try:
         goal = tuple(

@@ -51,7 +51,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
         skills = sorted(world.skills)
         raise NtpError(
             f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; its `skills` "
-            f"are {', '.join(skills)}, and the the predicates {', '.join(BUILT_IN)}; "
+            f"are {', '.join(skills)}, and the predicates {', '.join(BUILT_IN)}; "
             f"others are left to Python: api {lacks[0]}(...) by python"
         )
     for message, _ in misdeclared(world, registry):

@@ -102,7 +102,8 @@ def _in_hand(standing: Standing, held: str, gripper: Vector) -> dict[str, Vector
 def _somewhere(tops: Sequence[Vector], rng: np.random.Generator) -> Vector:
     """Return a place for the hand: anywhere, over an object's top, or nearly over it."""
     if not tops or rng.random() < 0.3:
-        x, y = rng.uniform((0.3, -0.2), (0.7, 0.2))
+        (x0, x1), (y0, y1) = REGION
+        x, y = rng.uniform((x0, y0), (x1, y1))
         return (float(x), float(y), float(rng.uniform(0.2, 0.4)))
     x, y, z = tops[int(rng.integers(len(tops)))]
     dx, dy = rng.uniform(-CUBE, CUBE, 2) if rng.random() < 0.6 else (0.0, 0.0)

@@ -6,6 +6,7 @@ import pickle
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 import ntp_dsl
 from ntp_dsl.authoring import ACHIEVED, skill
 from ntp_dsl.cli.app import run as command
+from ntp_dsl.demonstrations.demonstration import UNKNOWN
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.schema import PolicyKind
 
@@ -196,3 +198,29 @@ def test_a_wrong_decision_is_refused_when_it_is_made(policy: Any, sentence: str)
 
 def test_public_functions_can_be_sent_to_other_processes() -> None:
     assert pickle.loads(pickle.dumps(ntp_dsl.draw)) is ntp_dsl.draw
+
+
+def test_a_task_without_a_goal_has_none_to_compare_with() -> None:
+    task = ntp_dsl.draw(ntp_dsl.load("block_stacking"), "few_placements", seed=1)
+    shown = ntp_dsl.demonstrate(task).demonstration
+    bare = replace(shown, origin=UNKNOWN)
+    assert task.showing(shown).goal == task.goal and not task.showing(bare).goal
+    with pytest.raises(ntp_dsl.NtpError, match="no goal to compare with"):
+        task.showing(bare).showing(shown)
+
+
+def test_a_run_without_a_goal_is_not_judged() -> None:
+    task = ntp_dsl.draw(ntp_dsl.load("block_stacking"), "few_placements", seed=1)
+    shown = ntp_dsl.demonstrate(task)
+    bare = task.showing(replace(shown.demonstration, origin=UNKNOWN))
+    episode = ntp_dsl.run(bare, ntp_dsl.learned_policy(bare, shown), "kinematic")
+    assert episode.success is None and episode.run.done and "not judged" in repr(episode)
+
+
+def test_scopes_are_compared_only_where_both_traces_have_some() -> None:
+    task = ntp_dsl.draw(ntp_dsl.load("block_stacking"), "few_placements", seed=2)
+    shown = ntp_dsl.demonstrate(task)
+    scoped = ntp_dsl.run(task, ntp_dsl.expert_policy(task, shown)).trace
+    bare = ntp_dsl.run(task, ntp_dsl.expert_policy(task)).trace
+    assert any(call.scope for call in scoped.calls) and not any(call.scope for call in bare.calls)
+    assert ntp_dsl.compare(scoped, bare).first is None

@@ -158,3 +158,36 @@ def test_a_specification_is_whatever_has_steps_and_a_modality() -> None:
     specifications: list[Specification] = [shown(), Sentences("put a on b"), Frames("0", "1")]
     assert [each.modality for each in specifications] == ["trajectory", "language", "video"]
     assert all(len(each) for each in specifications)
+
+
+MADE_WRONG = {
+    "millimetres": ("gripper", lambda rows: [[1000 * each for each in row] for row in rows], "millimetres"),
+    "times that run back": ("time", lambda rows: rows[::-1], "do not decrease, found a step back at frame"),
+    "one time": ("time", lambda rows: [0.5] * len(rows), "that increase, found 0.5 in all frames"),
+    "no number": ("position.a", lambda rows: [[float("nan")] * 3, *rows[1:]], "'position.a' at frame 0"),
+    "words for the hand": ("closed", lambda rows: ["false"] * len(rows), "true or false, or 1 or 0"),
+    "half a hand": ("closed", lambda rows: [0.5] * len(rows), "true or false, or 1 or 0"),
+}
+
+
+@pytest.mark.parametrize("fault", MADE_WRONG)
+def test_what_no_robot_can_have_shown_is_refused(file: Path, fault: str) -> None:
+    column, change, message = MADE_WRONG[fault]
+    table = parquet.read_table(file)
+    rows = pa.array(change(table[column].to_pylist()))
+    changed = table.set_column(table.column_names.index(column), column, rows)
+    parquet.write_table(changed.replace_schema_metadata(table.schema.metadata), file)
+    with pytest.raises(NtpError, match=message):
+        read_demonstration(file)
+
+
+def test_a_file_made_elsewhere_needs_neither_header_nor_table(file: Path) -> None:
+    whole, table = shown(), parquet.read_table(file)
+    closed = pa.array(whole.closed.astype(int))
+    bare = table.drop_columns(["position.table", "closed"]).append_column("closed", closed)
+    parquet.write_table(bare.replace_schema_metadata({}), file)
+    read = read_demonstration(str(file), scene=THINGS)
+    assert read.names == whole.names and np.array_equal(read.positions, whole.positions)
+    assert np.array_equal(read.closed, whole.closed)
+    with pytest.raises(NtpError, match="no header; give the objects of its scene"):
+        read_demonstration(file)

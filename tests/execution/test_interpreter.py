@@ -10,6 +10,7 @@ import pytest
 
 from ntp_dsl.execution.interpreter import Interpreter, Run
 from ntp_dsl.execution.refusals import ROUNDS, TRIES, InVain, Refusals
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
@@ -143,3 +144,19 @@ def test_a_cycle_of_calls_that_succeed_ends_unfinished(stacking: Registry) -> No
 def test_a_program_that_calls_itself_with_nothing_changed_ends_unfinished(stacking: Registry) -> None:
     ended = run(stacking, Stubborn(IN_VAIN | {"pick": ("pick", ("block_0",))}))
     assert ended.ending is Ending.UNFINISHED and ended.primitives == 0
+
+
+@pytest.mark.parametrize("wrong", [("fly", ()), ("move_to", ()), ("pick", ("block_0", "block_1"))])
+def test_a_policy_that_chooses_what_is_not_declared_is_told_so(
+    stacking: Registry, wrong: tuple[str, tuple[str, ...]]
+) -> None:
+    with pytest.raises(NtpError, match=f"the policy chose '?{wrong[0]}"):
+        run(stacking, Stubborn({"stack": wrong}))
+
+
+def test_a_world_that_answers_with_no_outcome_is_told_so(stacking: Registry) -> None:
+    def silent(world: KinematicWorld) -> None:
+        world.skills["move_to"] = lambda target: None  # type: ignore[assignment, return-value]
+
+    with pytest.raises(NtpError, match="the world answered move_to with None; expected an Outcome"):
+        run(stacking, Stubborn({"stack": ("move_to", ("block_0",))}), silent)

@@ -28,7 +28,7 @@ from ntp_dsl.cli.options import (
     WorldName,
     varied,
 )
-from ntp_dsl.cli.signals import uninterrupted
+from ntp_dsl.common.signals import uninterrupted
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
 from ntp_dsl.evaluation.statistics import Statistics, statistics
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
