@@ -91,7 +91,7 @@ def _events(lines: Sequence[bytes], path: Path) -> Iterator[tuple[int, Event]]:
         try:
             with decoding():
                 event = _header(line, upgrade) if number == 1 else _event(line, upgrade)
-        except Unreadable as error:
+        except (Unreadable, NtpError) as error:
             raise NtpError(f"{path}:{number}: not a line of a trace: {error}") from error
         if event is not None:
             yield number, event
