@@ -50,7 +50,9 @@ def command(
     noise: Noise = 0.0,
     tasks: Annotated[
         Path | None,
-        typer.Option(help="A file of goals, ours or the paper's authors', taken in order and cyclically."),
+        typer.Option(
+            help="A file of tasks (docs/task_files.md), ours or the paper's authors', taken in order, cyclically."
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the traces.")] = None,
     length: Length = "",
