@@ -51,7 +51,7 @@ def command(
     tasks: Annotated[
         Path | None,
         typer.Option(
-            help="A file of tasks (docs/task_files.md), ours or the paper's authors', taken in order, cyclically."
+            help="A file of tasks (docs/task_files.md), ours or the paper's authors', in order, cyclically."
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the traces.")] = None,
