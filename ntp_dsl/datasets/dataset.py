@@ -21,7 +21,6 @@ from ntp_dsl.datasets.manifest import (
     Manifest,
     Recorded,
     RecordedEpisode,
-    is_recording,
     recorded_files,
     write_manifest,
 )
@@ -165,7 +164,7 @@ def clear(folder: Path, overwrite: bool) -> None:
 
     Raises `NtpError`, and deletes nothing, for a folder with other files that may not be overwritten.
     """
-    ours = {MANIFEST, *recorded_files(folder)} if is_recording(folder) else set()
+    ours = recorded_files(folder)
     kinds = (".episode_*.partial", f".{MANIFEST}.*.partial")
     unfinished = {path.name for kind in kinds for path in folder.glob(kind)}
     others = {path.name for path in folder.iterdir()} - ours - unfinished - {LOCK}

@@ -88,20 +88,14 @@ def read_manifest(folder: Path, registry: Registry) -> Manifest:
     return manifest
 
 
-def is_recording(folder: Path) -> bool:
-    """Return whether a folder's manifest is that of a recording, of whatever library."""
-    try:
-        _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
-    except (OSError, NtpError):
-        return False
-    return True
-
-
 def recorded_files(folder: Path) -> set[str]:
-    """Return the names of the files that a recording's manifest names."""
-    manifest = _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
+    """Return the manifest of a recording and the files that it names; none where there is no recording."""
+    try:
+        manifest = _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
+    except (OSError, NtpError):
+        return set()
     kept = (row.number for row in manifest.episodes if row.is_kept)
-    return {path.name for number in kept for path in episode_files(folder, number)}
+    return {MANIFEST, *(path.name for number in kept for path in episode_files(folder, number))}
 
 
 def _decoded(text: bytes, path: Path) -> Manifest:

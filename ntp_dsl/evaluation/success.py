@@ -90,10 +90,11 @@ def _shortfall(
 ) -> Shortfall | None:
     now = world.truth()
     state = State(registry, now, JUDGED)
-    for literal in instance.literals(registry, now):
+    facts = instance.literals(registry, now)
+    for literal in facts:
         if not state.holds(literal):
             return Shortfall(ShortfallKind.NOT_ACHIEVED, f"{literal} does not hold")
-    literals = [part for fact in instance.literals(registry, now) for part in _parts(state, fact)]
+    literals = [part for fact in facts for part in _parts(state, fact)]
     for literal in literals:
         if literal.positive and _built_in(registry, literal.predicate) in CONTACT_PREDICATES:
             item, support = map(str, literal.arguments)

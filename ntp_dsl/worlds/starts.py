@@ -135,11 +135,10 @@ def _spread(
             start = starts.get(obj.name, NOWHERE)
             if start.surface in by_name or obj.name in spots:
                 continue
-            others = {name: sizes[name] for name in spots}
             if start.exact:
                 spots[obj.name] = _exact_spot(obj, starts, spots, by_name, rng)
                 continue
-            spot = _free_spot(sizes[obj.name], _region(obj, start), start.spacing, spots, others, starts, rng)
+            spot = _free_spot(sizes[obj.name], _region(obj, start), start.spacing, spots, sizes, starts, rng)
             if spot is None:
                 failed[obj.name] += 1
                 break
@@ -213,7 +212,7 @@ def _aside(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> dict[st
     """Place trays that the scene does not mention, clear of objects with exact positions."""
     taken: list[Footprint] = []
     for obj in items:
-        start = starts.get(obj.name, Start())
+        start = starts.get(obj.name, NOWHERE)
         if start.exact and start.x and start.y:
             taken.append(((start.x[0], start.y[0]), obj.size))
     found: dict[str, Spot] = {}
@@ -238,7 +237,7 @@ def _crowded(
     """Place objects, too many to find room by chance, in the free cells of a jittered grid."""
     shared: dict[Start, list[SceneObject]] = {}
     for obj in items:
-        start = starts.get(obj.name, Start())
+        start = starts.get(obj.name, NOWHERE)
         if start.surface == TABLE:
             shared.setdefault(Start(x=start.x, y=start.y), []).append(obj)
     in_place = list(taken)
@@ -320,8 +319,7 @@ def _beside_each_other(
     sizes = {obj.name: (obj.size[0], obj.size[1]) for obj in items}
     for obj in items:
         region = region_within(surface, at, obj.size)
-        others = {name: sizes[name] for name in found}
-        spot = _free_spot(obj.size, region, starts[obj.name].spacing, found, others, starts, rng)
+        spot = _free_spot(obj.size, region, starts[obj.name].spacing, found, sizes, starts, rng)
         if spot is None:
             break
         found[obj.name] = spot
