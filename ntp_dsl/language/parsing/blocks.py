@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, nearest
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
 from ntp_dsl.language.syntax.nodes import Span
 
 # The namespace in which each keyword declares a name; the first two declare none.
@@ -27,6 +28,11 @@ FOREIGN_KEYWORDS = {
     "proc": "program", "procedure": "program", "method": "program", "routine": "program",
     "problem": "task", "goal": "task", "experiment": "task", "test": "task",
 }  # fmt: skip
+# Those of which each means one thing.
+CERTAIN_KEYWORDS = frozenset(
+    "import include using class struct dataclass enumeration const def fn fun func function proc procedure"
+    " routine".split()
+)
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
 QUOTES = re.compile('"""')  # the only mark within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -145,7 +151,8 @@ def _join(above: Block, below: Block) -> Block:
         name = DECLARES.match(above.text)
         what = f"'{above.keyword} {name.group(2)}'" if name else f"the {above.keyword}"
         message = f"this line is at the margin; what belongs to {what} is indented below it"
-        fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]))
+        is_flat = len({*indents}) <= 1 and not above.text.rstrip().endswith(":")
+        fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]), certain=is_flat)
         diagnostic = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
     text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
     column_maps = {**above.column_maps, **{number: ColumnMap(1, 1, width) for number in numbers}}
@@ -226,8 +233,9 @@ def misspelt_keyword(block: Block) -> Diagnostic:
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
     meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
+        certain = found in CERTAIN_KEYWORDS or is_misspelt(found, meant, KEYWORDS)
         message = f"no declaration begins with '{found}'; did you mean '{meant}'?"
-        return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
+        return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant, certain=certain))
     message = f"no declaration begins with {found or block.text[0]!r}"
     if block.text[0].isspace():
         message = "this line is indented, and there is no declaration above it"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Set
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
 from ntp_dsl.language.parsing.blocks import WORD, Block
-from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS
+from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS, UNCERTAIN
 from ntp_dsl.language.syntax.nodes import Span
 
 LINE_END = "the end of the line"
@@ -79,7 +80,7 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
         span = _next_line(block, line)
     if kind == "_NEWLINE" and "':'" in expected and _opens_block(block, line):
         message = "a ':' is missing at the end of this line"
-        fix = Fix(block.span(line, column, 0), ":")
+        fix = Fix(block.span(line, column, 0), ":", certain=True)
     return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
 
 
@@ -115,16 +116,19 @@ def _misspelt_line(block: Block, line: int, column: int, expected: Set[str]) -> 
     end = start + len(first.group())
     between = row[end - 1 : column - 1].strip()
     allowed = {word.strip("'") for word in expected} & LINE_WORDS if column == start else LINE_WORDS
-    meant = SYNONYMS.get(first.group().lower())
+    word = first.group()
+    meant = SYNONYMS.get(word.lower())
+    certain = word.lower() not in UNCERTAIN
     if meant not in allowed:
-        meant = nearest(first.group(), allowed)
+        meant = nearest(word, allowed)
+        certain = meant is not None and is_misspelt(word, meant, LINE_WORDS)
     if meant is None or between or "(" in row[end - 1 : end]:
         return None
     span = block.span(line, start, len(first.group()))
     message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
     is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
     taken = block.span(line, start, len(first.group()) + is_clause)
-    return Diagnostic("E001", message, span, fix=Fix(taken, meant))
+    return Diagnostic("E001", message, span, fix=Fix(taken, meant, certain=certain))
 
 
 def unreadable(block: Block, line: int, column: int, letter: str) -> Diagnostic:
