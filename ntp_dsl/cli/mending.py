@@ -164,7 +164,8 @@ def _worsened(before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> list
     for each in after:
         known[each.code, each.message] -= 1
         is_mended = each.fix is not None and each.fix.certain
-        if known[each.code, each.message] < 0 and each.code[:2] in TELLING and not is_mended:
+        is_telling = each.code[:2] in TELLING and each.code != "E203"  # a number out of its range
+        if known[each.code, each.message] < 0 and is_telling and not is_mended:
             worse.append(each)
     return worse
 

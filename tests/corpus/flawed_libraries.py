@@ -106,7 +106,7 @@ def judge(flawed: Flawed, folder: Path) -> Result:
     path = folder / "library.ntp"
     path.write_text(flawed.text, encoding="utf-8")
     found = check_files(path).diagnostics
-    mended = mend(lambda texts: check_files(path, {**texts}).diagnostics, None, [path])
+    mended = mend(lambda texts: check_files(path, texts).diagnostics, None, [path])
     text = mended.texts.get(path, flawed.text)
     written = [row for _, sign, row in changed_lines(flawed.text, text) if sign == "+"]
     removed = [row for _, sign, row in changed_lines(flawed.text, text) if sign == "-"]

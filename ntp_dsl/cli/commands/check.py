@@ -14,7 +14,7 @@ from ntp_dsl.cli.report import difference, print_diagnostics, print_lines, summa
 from ntp_dsl.common.files import rewrite
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, NtpError, has_errors
 from ntp_dsl.language.diagnostics.rendering import shown_path
-from ntp_dsl.language.loader import check_files, find, read
+from ntp_dsl.language.loader import Report, check_files, find, read
 from ntp_dsl.language.syntax.nodes import Span
 
 Texts = Mapping[Path, str]  # in place of what is in the files
@@ -92,7 +92,7 @@ class _Checks:
         diagnostics: dict[Diagnostic, None] = {}
         sources: Sources = {}
         for path in self.paths:
-            report = check_files(path, {**texts})
+            report = _report(path, texts)
             diagnostics |= dict.fromkeys(report.diagnostics)
             sources |= report.sources
         return list(diagnostics), sources
@@ -112,13 +112,17 @@ class _Checks:
         diagnostics: dict[Diagnostic, None] = {}
         with progress("simulating", None) as bar:
             for path in self.paths:
-                checked = check_files(path, {**texts}).checked()
+                checked = _report(path, texts).checked()
                 registry = with_python(checked) if self._execute else checked
                 report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
                 diagnostics |= dict.fromkeys(check_dynamically(registry, path, on_step=report))
         spans = [span for each in diagnostics for span in (each.span, *(note.span for note in each.notes))]
         named = [span.path for span in spans if span.path is not None]
         return list(diagnostics), {path: texts[path] if path in texts else read(path) for path in named}
+
+
+def _report(path: Path, texts: Texts) -> Report:
+    return check_files(path, {other: text for other, text in texts.items()})
 
 
 def _show_changes(texts: Texts, taken_back: Sequence[str], format: Format) -> None:

@@ -137,7 +137,7 @@ def _check_number(
 ) -> Iterator[Diagnostic]:
     wanted = len(kind.sources)
     span = leading_span(goal.span, goal.name)
-    help = f"{goal.name}({', '.join(kind.sources)}, ...)"
+    help = f"it is written: {goal.name}({', '.join(kind.sources)}, ...), where each is a group of the scene"
     if not sources:
         message = f"'{goal.name}' draws from the scene; name the groups that it may use"
         yield Diagnostic("E502", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
@@ -193,7 +193,8 @@ def _check_options(
     yield from (found := [*found, *wrong])
     missing = [name for name in kind.needed if name not in options]
     if missing and not found:
-        message = f"'{goal.name}' needs {' and '.join(map(repr, missing))}"
+        options_needed = f"the option{'s' * (len(missing) > 1)} {' and '.join(map(repr, missing))}"
+        message = f"'{goal.name}' needs {options_needed}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
         yield Diagnostic(

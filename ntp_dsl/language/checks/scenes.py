@@ -111,7 +111,11 @@ def _check_detail(
     else:
         readings = [each.name for each in table.predicates.values() if each.result is not None]
         known = [*SHAPES, *PLACING, *readings]
-        yield unknown("E111", "objects have no property", detail.name, span, known)
+        help = (
+            f"there is: {', '.join(known)}; or declare a reading:"
+            f" predicate {detail.name}(o: {group.type.name}) -> ..., with a number type or an enumeration"
+        )
+        yield unknown("E111", "objects have no property", detail.name, span, known, help)
 
 
 def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:

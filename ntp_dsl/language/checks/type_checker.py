@@ -10,9 +10,10 @@ from ntp_dsl.language.diagnostics.checked import Checked, outcome
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import Names, fits, measure, trailing_span, with_article
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, SymbolTable
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.foreign_units import in_our_units
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Expression, TypeName
 
@@ -191,6 +192,9 @@ class TypeChecker:
         members = [member for enum in self._table.enums.values() for member in enum.members]
         known = [*names, *self._table.constants, *members]
         help = ""
+        if name in UNITS or in_our_units(0.0, name) is not None:
+            help = "a unit follows a number; products of units, such as a torque's, are not in the language"
+            return Diagnostic("E101", f"nothing is called '{name}'", node.span, help=help, name=name)
         if name in self._table.types:
             help = f"'{name}' is a type; an object of that type needs a parameter or a loop"
         likely = known if expected is None else self._of_type(expected, names)
@@ -206,11 +210,11 @@ class TypeChecker:
             message = f"nothing is called '{name}'; it is a field: {owner}"
             fix = Fix(node.span, owner, certain=nearest(name, likely) is None)
             return Diagnostic("E101", message, node.span, fix=fix, name=name)
-        fix = self._only(node, names, expected)
-        if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
-            help = help or f"'{fix.replacement}' would fit here"
+        only = self._only(node, names, expected)
+        if only is not None and nearest(name, likely) is None and nearest(name, known) is None:
+            help = help or f"'{only.replacement}' would fit here"
             message = f"nothing is called '{name}'"
-            return Diagnostic("E101", message, node.span, help=help, fix=fix, name=name)
+            return Diagnostic("E101", message, node.span, help=help, fix=only, name=name)
         return unknown("E101", "nothing is called", name, node.span, known, help, likely)
 
     def _field_called(self, node: Expression, name: str, names: Names) -> str | None:

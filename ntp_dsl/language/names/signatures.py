@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
-from ntp_dsl.language.syntax.foreign_units import PRODUCTS, in_our_units
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable, check_type
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.foreign_units import PRODUCTS, in_our_units
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Span, TypeName
 
@@ -42,8 +42,8 @@ def are_given(number: int) -> str:
 
 
 def si(number: nodes.Number | None) -> float | None:
-    """Return the number in SI units."""
-    if number is None:
+    """Return the number in SI units; None where there is no such unit."""
+    if number is None or number.unit not in ("", *UNITS):
         return None
     return number.value * UNITS.get(number.unit, ("", 1.0))[1]
 

@@ -104,7 +104,7 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
      rf" (?P<list>{NAME})(?P<if> if [^:]+?)?\s*[:,|.)]\s*(?P<body>.+)$", _quantified),
     (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|exists|some)\s*\(?(?P<loops>{NAME} in {NAME}"
      rf"(?:\s*,\s*{NAME} in {NAME})+)\s*[:|.)]\s*(?P<body>.+)$", _quantified_twice),
-    (rf"^((?:program|api)\s.*\))\s*->\s*(?:None|void|\(\))(.*)$", r"\1\2"),
+    (r"^((?:program|api)\s.*\))\s*->\s*(?:None|void|\(\))(.*)$", r"\1\2"),
     (rf"^(task\s+{NAME})\s*\(\s*\)\s*:?$", r"\1:"),
     (r"^(\s*)(?:if|when)\b\s*(.+?)\s*\b(?:then|do)\s*:?$", r"\1when \2:"),
     (r"^(\s*)(?:post|effects?)\s*:\s*(.+)$", r"\1achieves \2"),
@@ -114,7 +114,7 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (r"\bList\s*\[", "list["),
     (r"^(\s*(?:requires|achieves))\s*:\s*(.+)$", r"\1 \2"),
     (r"^(\s*(?:scene|goal|run|success))\s+([^\s:=].*)$", r"\1: \2"),
-    (rf"^constant\s+([A-Z]\w*)\s+([a-z]\w*)$", r"constant \2: \1"),
+    (r"^constant\s+([A-Z]\w*)\s+([a-z]\w*)$", r"constant \2: \1"),
     (r"(?<=[(,])(\s*)([A-Z]\w*)\s+([a-z]\w*)(?=\s*[,)])", r"\1\3: \2"),
     (r"(=\s*\d+)\s*(?:-|–|\bto\b|\bthrough\b)\s*(\d+)", r"\1..\2"),
     (rf"\b(?!list\b)({NAME})\[({NAME}[^\[\]]*)\]", r"\1(\2)"),

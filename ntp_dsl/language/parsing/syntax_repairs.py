@@ -14,6 +14,7 @@ from itertools import chain
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
+from ntp_dsl.language.parsing import parse_messages
 from ntp_dsl.language.parsing.blocks import PARTNERS, Block
 from ntp_dsl.language.parsing.foreign_syntax import (
     FILLERS,
@@ -38,12 +39,14 @@ APART = re.compile(
     r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|\b(?:and|or|not) (?:in|on|is|with)\b(?!\s*\()"
 )
 UNFINISHED = re.compile(r"(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
+DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two characters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
          "requires", "achieves")  # fmt: skip
 MARKS: Mapping[str, str] = {
-    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": ">=", "=<": "<=", "<>": "!=", "=": "==", "!": "not ",
+    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": ">=", "=<": "<=", "<>": "!=", "=": "==",
+    "!": "not ",
     "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
     "–": "-", "×": "*", ">": "->", "..": "=", "--": "#", "…": "..", ":=": "==",
@@ -70,7 +73,6 @@ CERTAIN_MARKS = (
 )
 MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ", " on table ", " on ", " is ",
            "..", "=", " and ", " == ")  # fmt: skip
-FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
 def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnostic:
@@ -79,12 +81,8 @@ def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnost
     rows = block.text.rstrip("\n").split("\n")
     if block.column_maps or not 0 <= row < len(rows):
         return diagnostic
-    if (
-        diagnostic.code == "E001"
-        and row
-        and (word := WORD.match(rows[row].strip()))
-        and word.group() in FOREIGN
-    ):
+    word = WORD.match(rows[row].strip())
+    if diagnostic.code == "E001" and row and word and word.group() in parse_messages.FOREIGN:
         return _foreign(diagnostic, block, rows, row, word.group(), attempt)
     if diagnostic.fix is not None or diagnostic.code not in {"E001", "E003", "E004"}:
         return diagnostic
@@ -145,14 +143,14 @@ def _foreign(
         others = _with(rows, (row, rows[row][: column - 1] + rest))
         if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
             fix = Fix(block.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
-    message = f"there is no '{word}' in the language"
-    help = "a body consists of calls, 'for' and 'when'"
-    return replace(diagnostic, message=message, span=span, help=help, fix=fix)
+    return parse_messages.foreign(word, span, fix)
 
 
 def _repeats(guess: Guess, rows: Sequence[str]) -> bool:
-    """Return whether the guess repeats a word, or joins two that never follow one another."""
+    """Return whether the guess repeats a word, or joins words or digits that never follow one another."""
     index, new = guess
+    if DECIMAL_COMMA.sub("", rows[index]) == new:
+        return True  # `1500` for `1,500`, which may be a thousand and a half
     return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART, UNFINISHED))
 
 
@@ -262,11 +260,15 @@ def _certain_words(found: str, is_first: bool) -> Iterator[str]:
 
 
 def _shifted(rows: list[str], row: int) -> Iterator[Guess]:
-    """Yield the line one column further left or right, where others begin."""
+    """Yield the line one column further left or right, where others begin; or with blanks for its tabs."""
     indent = len(rows[row]) - len(rows[row].lstrip())
-    others = {len(each) - len(each.lstrip()) for each in rows[1:row] if each.strip()}
+    above = [each for each in rows[1:row] if each.strip()]
+    others = {len(each) - len(each.lstrip()) for each in above}
     for other in {indent - 1, indent + 1} & others:
         yield row, " " * other + rows[row].lstrip()
+    if rows[row].startswith("\t"):
+        blank = [len(each) - len(each.lstrip()) for each in above if each.startswith(" ")]
+        yield row, rows[row].expandtabs(min(blank, default=4))
 
 
 def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
@@ -321,7 +323,7 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
                 if mark in {"-", ":"}:
                     yield text[:start] + "->" + rest
                     yield text[:start].rstrip() + ":" + rest
-                if mark == ";":
+                if mark == ";" and not text[:start].strip():
                     yield text[:start] + "#" + rest
                 if mark == "!":
                     yield text[:start] + ours + rest.lstrip()

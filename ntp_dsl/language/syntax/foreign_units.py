@@ -52,9 +52,7 @@ def in_our_units(value: float, unit: str) -> Number | None:
         own = next((each for each in SPELLINGS if word == each.lower() and len(each) > 1), None)
     if own is not None:
         return Number(value, own)
-    size, own = (
-        SIZES.get(unit)
-        or SIZES.get(unit.lower() if len(unit) > 2 else "")
-        or SIZES.get(word if len(word) > 2 else "", ("", ""))
-    )
+    # "Grad" is a degree, in German.
+    known = [unit, *(each for each in (unit.lower(), word) if len(each) > 2 and each != "grad")]
+    size, own = next((SIZES[each] for each in known if each in SIZES), ("", ""))
     return Number(float(Decimal(repr(value)) * Decimal(size)), own) if size else None
