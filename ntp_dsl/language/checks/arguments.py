@@ -95,7 +95,7 @@ class ArgumentChecker:
         fix = argument_repairs.decimal_points(node.arguments, wanted)
         if fix is None and meant is not None:
             fields = [each.name for each in meant if isinstance(each, nodes.Field)]
-            is_whole = found == 1 and fields == [each.name for each in parameters]
+            is_whole = found == 1 and bool(fields) and fields == [each.name for each in parameters]
             fix = argument_repairs.as_call(node, declared.name, meant, certain=is_whole)
         listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
         help = f"it is declared: {declared.name}({listing})"

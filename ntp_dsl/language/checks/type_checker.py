@@ -120,7 +120,8 @@ class TypeChecker:
                 return TypeName("")
         if found is None and domain.id not in self._table.constants:
             what, known = "no list or type is called", [*lists, *self._table.types]
-            yield unknown("E101", what, domain.id, domain.span, known)
+            likely = self._table.types if domain.id[0].isupper() else known  # `Fruit` is no list `fruit`
+            yield unknown("E101", what, domain.id, domain.span, known, likely=likely)
         elif found is None or found.name:
             one = found or self._table.constants[domain.id].type
             message = f"'{domain.id}' is one {one.name}, not a list to iterate over"

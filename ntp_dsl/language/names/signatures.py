@@ -67,11 +67,11 @@ def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[T
     if number.unit in UNITS:
         return TypeName(UNITS[number.unit][0])
     span = trailing_span(number.span, number.unit)
+    kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
     meant = in_our_units(number.value, number.unit)
-    if meant is not None:
+    if meant is not None and meant.unit in (kinds or UNITS):
         yield _foreign_unit(number, meant, span)
         return TypeName(UNITS[meant.unit][0])
-    kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
     help = f"there is: {', '.join(kinds or UNITS)}"
     if number.unit in PRODUCTS:
         help = f"it measures {PRODUCTS[number.unit]}, for which the language has no unit"

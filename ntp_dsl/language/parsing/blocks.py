@@ -141,7 +141,9 @@ def _join(above: Block, below: Block) -> Block:
     indents = [len(row) - len(row.lstrip()) for row in rows[1:] if row.strip()]
     width = min(indents, default=0) or 4
     added = below.text.rstrip("\n").split("\n")
-    numbers = [len(rows) + index for index, row in enumerate(added, start=1) if row.strip()]
+    opens = added[0].split("#")[0].rstrip().endswith(":")  # then what is below it moves with it
+    moved = [index for index, row in enumerate(added) if row.strip() and (opens or not row[0].isspace())]
+    numbers = [len(rows) + index + 1 for index in moved]
     edits = [Edit(above.stretch(number, 1, number, 1), " " * width) for number in numbers]
     if above.diagnostics:
         first = above.diagnostics[0]
@@ -154,7 +156,8 @@ def _join(above: Block, below: Block) -> Block:
         is_flat = len({*indents}) <= 1 and not above.text.rstrip().endswith(":")
         fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]), certain=is_flat)
         diagnostic = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
-    text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
+    shifted = [" " * width + row if index in moved else row for index, row in enumerate(added)]
+    text = "\n".join([*rows, *shifted]) + "\n"
     column_maps = {**above.column_maps, **{number: ColumnMap(1, 1, width) for number in numbers}}
     return replace(above, text=text, column_maps=column_maps, diagnostics=(diagnostic,))
 
@@ -231,6 +234,10 @@ def misspelt_keyword(block: Block) -> Diagnostic:
     found = block.keyword
     span = block.at(0, max(1, len(found)))
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
+    if (imported := re.match(r"from[ \t]+(\w+)[ \t]+import[ \t]*\*", block.text)) is not None:
+        whole = block.at(0, imported.end())
+        fix = Fix(whole, f"use {imported.group(1)}", certain=True)
+        return Diagnostic("E002", "a library is used with 'use'", span, help=help, fix=fix)
     meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
         certain = found in CERTAIN_KEYWORDS or is_misspelt(found, meant, KEYWORDS)

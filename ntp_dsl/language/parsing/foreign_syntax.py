@@ -79,26 +79,26 @@ def _methods(match: re.Match[str]) -> str:
 # What has one translation; each rewrites a whole line.
 CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (rf"^type\s+({NAME})\s*(?:[(:<=-]|<:)\s*({NAME})\s*[)>]?\s*:?\s*$", r"type \1 is \2"),
-    (rf"^enum\s+(?P<name>{NAME})\s*[:=({{\[]*\s*(?P<rest>{NAME}.*?)\s*[)}}\]]*$", _membered),
+    (rf"^enum\s+(?P<name>{NAME})(?:\s+|\s*[:=({{\[]+\s*)(?P<rest>{NAME}.*?)\s*[)}}\]]*$", _membered),
     (rf"^record\s+({NAME})\s*[:=({{\[]+\s*({NAME}\s*:.*?)\s*[)}}\]]*:?$", r"record \1(\2)"),
-    (rf"^constant\s+([a-z_]\w*)\s*(?:is|=|as|of|->|\s)\s*({NAME})$", r"constant \1: \2"),
+    (rf"^constant\s+([a-z_]\w*)(?:\s*(?:=|->)\s*|\s+(?:(?:is|as|of)\s+)?)({NAME})$", r"constant \1: \2"),
     (rf"^(predicate\s+{NAME}\s*\(.*\))\s*(?::|=>|=|>|returns?\b|is\b|as\b)\s*({NAME})\s*:?$",
      r"\1 -> \2"),
     (r"^(predicate\s.*\))\s*->\s*(?:bool|boolean|Bool)\b", r"\1"),
-    (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})\s*(?:in\b|of\b|:|<-|=)\s*({NAME})\s*\)?"
+    (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})(?:\s+(?:in|of)\b|\s*(?::|<-|=))\s*({NAME})\s*\)?"
      r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
     (r"^(\s*)unless\b\s*(.+?)\s*:?$", r"\1when not (\2):"),
     (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
     (rf"^(.*?)({VALUE}(?: \w+)?)\s*([<>]=?)\s*({VALUE}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
      r"\1\2 \3 \4 and \4 \5 \6"),
-    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})\s*[x*:×,(]?\s*(\d+)\)?\s+on\b", r"\1\3 \2 on"),
+    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})(?:\s+x\s*|\s*[*:×,(]\s*|\s+)(\d+)\)?\s+on\b", r"\1\3 \2 on"),
     (rf"^(\s*)[-*•]\s+({NAME}.*)$", r"\1\2"),
     (rf"(?P<thing>{NAME}\([^()]*\)|{VALUE})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
     (rf"\bfor ([A-Z]\w*) ((?!in\b){NAME})\b", r"for \2 in \1"),
     (rf"(?<=[:>])\s*\[\s*({NAME})\s*\]", r" list[\1]"),
     (rf"\blist\s*(?:of\b\s*|<|\()\s*({NAME})\s*[>)]?", r"list[\1]"),
     (r"->(?=\w)", "."),
-    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)\s*[x*×]\s*({NAME})\s+on\b", r"\1 \2 on"),
+    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)(?:\s*x\s+|\s*[*×]\s*)({NAME})\s+on\b", r"\1 \2 on"),
     (r"^(\s*)(?:'''|\"|')([^\"']+?)(?:'''|\"|')$", r'\1"""\2"""'),
     (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|each|exists|some)\s*\(?(?P<name>{NAME}) in"
      rf" (?P<list>{NAME})(?P<if> if [^:]+?)?\s*[:,|.)]\s*(?P<body>.+)$", _quantified),
@@ -107,6 +107,7 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (r"^((?:program|api)\s.*\))\s*->\s*(?:None|void|\(\))(.*)$", r"\1\2"),
     (rf"^(task\s+{NAME})\s*\(\s*\)\s*:?$", r"\1:"),
     (r"^(\s*)(?:if|when)\b\s*(.+?)\s*\b(?:then|do)\s*:?$", r"\1when \2:"),
+    (rf"^(\s*)(?:if|when)\b\s*(.+?)\s*\bthen\s+({NAME}\(.+)$", r"\1when \2: \3"),
     (r"^(\s*)(?:post|effects?)\s*:\s*(.+)$", r"\1achieves \2"),
     (r"^(.*?)\bany\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1some \2\3"),
     (rf"^(\s*)({NAME}\([^()]*\))\s*(?:\bthen\b|;)\s*({NAME}\(.*)$", r"\1\2\n\1\3"),
@@ -122,6 +123,7 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
 )  # fmt: skip
 # Guesses, in the order in which they are tried.
 LIKELY: Sequence[tuple[str, Rewrite]] = (
+    (rf"^(\s+)({NAME}\([^()]*\)\s+(?:and|or)\s.+)$", r"\1requires \2"),
     (rf"^use\s+({NAME})[.:/].*$", r"use \1"),
     (rf"^use\s+({NAME})\s+(?:import|as|from)\b.*$", r"use \1"),
     (rf"^((?:program|api)\s.*\))\s*->\s*{NAME}(.*)$", r"\1\2"),
@@ -153,8 +155,14 @@ def _measured(match: re.Match[str]) -> str:
     return match.group() if meant is None else format_expression(meant)
 
 
-# Notations of numbers; not `1,500 kg`, which may be a thousand and a half, and not `height=2,4`.
-NUMBERS: Sequence[tuple[re.Pattern[str], Rewrite]] = (
+# Signs and notations of numbers; not `1,500 kg`, which may be a thousand and a half, and not `height=2,4`.
+NOTATIONS: Sequence[tuple[re.Pattern[str], Rewrite]] = (
+    (re.compile("≤"), "<="),
+    (re.compile("≥"), ">="),
+    (re.compile("≠|<>"), "!="),
+    (re.compile(r"\s*(?:∧|&&)\s*"), " and "),
+    (re.compile(r"\s*(?:∨|\|\|)\s*"), " or "),
+    (re.compile(r"(?:¬|!(?!=))\s*"), "not "),
     (re.compile(r"(?<![\w.,=\]])(?<!=\s)(0|\d+(?!,\d{3}(?!\d))),(\d+)(?![\w]*[,.]\d)"), r"\1.\2"),
     (re.compile(r"(?<![\w.)\]])\.(\d+)"), r"0.\1"),
     (re.compile(r"(?<![\w.])(\d+)\.(?![\w.])"), r"\1"),
@@ -176,18 +184,17 @@ def certain_rewrites(text: str) -> Iterator[str]:
     """Yield what a line of another language, or with other notations of numbers, is in this one."""
     if len(text) > MAX_LENGTH or GAP in text.strip():
         return
-    code, comment = _without_comment(text)
+    whole, comment = _without_comment(text)
+    code = whole.rstrip("; ") if whole.endswith(";") else whole
     for pattern, rewrite in [*COMPILED.items()][: len(CERTAIN)]:
         found = pattern.sub(rewrite, code)
         if found != code:
             yield found + comment
-    numbers = code
-    for pattern, notation in NUMBERS:
-        numbers = pattern.sub(notation, numbers)
-    if numbers != code:
-        yield numbers + comment
-    if code.endswith(";"):
-        yield code.rstrip("; ") + comment
+    ours = code
+    for pattern, notation in NOTATIONS:
+        ours = pattern.sub(notation, ours)
+    if ours != code:
+        yield ours + comment
     if code + comment != text:
         yield code + comment
 

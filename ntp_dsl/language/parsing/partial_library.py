@@ -52,7 +52,7 @@ def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
         frozenset(_incomplete(found)),
         frozenset(key for parsed in found for key in parsed.unreadable),
         frozenset(line for parsed in found for line in parsed.guessed),
-        any(parsed.block.keyword == "use" and parsed.item is None for parsed in found),
+        any(parsed.block.keyword in {"library", "use"} and not parsed.is_whole for parsed in found),
     )
 
 

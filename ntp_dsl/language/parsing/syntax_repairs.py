@@ -51,26 +51,7 @@ MARKS: Mapping[str, str] = {
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
     "–": "-", "×": "*", ">": "->", "..": "=", "--": "#", "…": "..", ":=": "==",
 }  # fmt: skip
-CERTAIN_MARKS = (
-    "&&",
-    "&",
-    "||",
-    "|",
-    "<>",
-    "=",
-    "!",
-    "≤",
-    "≥",
-    "≠",
-    "¬",
-    "∧",
-    "∨",
-    "–",
-    "×",
-    "...",
-    "…",
-    "//",
-)
+CERTAIN_MARKS = ("&", "|", "=", "–", "×", "...", "…")
 MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ", " on table ", " on ", " is ",
            "..", "=", " and ", " == ")  # fmt: skip
 
@@ -89,6 +70,9 @@ def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnost
     certain = _only_certain(rows, row, diagnostic.span.column - 1, block, attempt)
     if certain is not None:
         return _fixed(diagnostic, block, rows, certain, certain=True)
+    if (comma := DECIMAL_COMMA.search(rows[row])) and abs(comma.start() - diagnostic.span.column + 1) <= 1:
+        help = "decimals follow a '.', and the digits of thousands are written without a mark"
+        return replace(diagnostic, help=help)
     better: tuple[int, str] | None = None
     tried: set[tuple[int, str]] = set()
     for guess in _guesses(rows, row, diagnostic.span.column - 1):
@@ -147,11 +131,10 @@ def _foreign(
 
 
 def _repeats(guess: Guess, rows: Sequence[str]) -> bool:
-    """Return whether the guess repeats a word, or joins words or digits that never follow one another."""
+    """Return whether the guess repeats a word, or joins two that never follow one another."""
     index, new = guess
-    if DECIMAL_COMMA.sub("", rows[index]) == new:
-        return True  # `1500` for `1,500`, which may be a thousand and a half
-    return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART, UNFINISHED))
+    is_repeated = any(each.search(new) and not each.search(rows[index]) for each in (TWICE, UNFINISHED))
+    return is_repeated or APART.search(new) is not None
 
 
 def replaces_word(diagnostic: Diagnostic) -> bool:
@@ -237,17 +220,30 @@ def _certain_guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
         for start in {column, column - 1}:
             if start >= 0 and text.startswith(mark, start):
                 rest = text[start + len(mark) :]
-                yield row, text[:start] + MARKS[mark] + (rest.lstrip() if mark == "!" else rest)
+                yield row, text[:start] + MARKS[mark] + rest
     if text[column : column + 1] in PARTNERS:
-        for match in re.finditer(r"[\w)\]](?!\w)", text[column:]):
+        for match in reversed([*re.finditer(r"[\w)\]](?!\w)", text[column:])]):
             yield row, _put(text, column + match.end(), PARTNERS[text[column]])
     elif text[column : column + 1] in PARTNERS.values():
-        for match in re.finditer(re.escape(text[column]), text):
-            yield row, text[: match.start()] + text[match.end() :]
+        yield from ((row, each) for each in _without_bracket(text, column))
     comma = re.match(r"(\s*\w+\s*:)", text[column:])
     if comma and re.search(r"[(,]\s*\w+\s*:\s*[\w\[\]]+\s*$", text[:column]):  # (a: Block b: Block)
         yield row, text[:column].rstrip() + ", " + text[column:].lstrip()
     yield from _shifted(rows, row)
+
+
+def _without_bracket(text: str, column: int) -> Iterator[str]:
+    """Yield the line without a bracket that is too many, or with the right kind in place of another."""
+    found = text[column]
+    if sum(map(text.count, PARTNERS)) < sum(map(text.count, PARTNERS.values())):
+        yield from (text[: each.start()] + text[each.end() :] for each in re.finditer(re.escape(found), text))
+        return
+    for opening, closing in PARTNERS.items():
+        place = text.rfind(opening, 0, column)
+        if closing != found and place >= 0:
+            partner = next(each for each, other in PARTNERS.items() if other == found)
+            yield text[:place] + partner + text[place + 1 :]
+            yield text[:column] + closing + text[column + 1 :]
 
 
 def _certain_words(found: str, is_first: bool) -> Iterator[str]:

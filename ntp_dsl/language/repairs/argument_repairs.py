@@ -66,7 +66,14 @@ def repair_count(scope: NamesInScope, parameters: Sequence[Parameter], given: Ar
     if max(wanted, found) > MAX_ARGUMENTS:
         return None
     if found > wanted:
-        choices = [each for each in combinations(given, wanted) if scope.takes(parameters, each)]
+        numbers = {
+            each for each in given if isinstance(each, nodes.Number)
+        }  # which nobody writes by accident
+        choices = [
+            each
+            for each in combinations(given, wanted)
+            if numbers <= {*each} and scope.takes(parameters, each)
+        ]
         distinct = [each for each in choices if len(set(each)) == len(each)]
         return next(iter(distinct or choices), None)
     fields = _fields_of(scope, given[0]) if found == 1 else ()
