@@ -4,47 +4,47 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 
-SWAPPED = "E202"
 PROSE = re.compile(r'''"""[\s\S]*?"""|#[^\n]*''')
 
 
 def doubt_repeated(diagnostics: Iterable[Diagnostic], sources: Mapping[Path | None, str]) -> list[Diagnostic]:
     """Return the diagnostics, with offers in place of fixes of what is written so again and again.
 
-    A name that occurs more often than the one it is near to is probably right, and so are two calls of which
-    the arguments are in another order than in the declaration.
+    A name that is used so more often than the one it is near to is probably right, and so are two calls with
+    their arguments in another order than in the declaration.
     """
     found = list(diagnostics)
-    swaps = Counter(each.notes for each in found if _is_swap(each))
+    counts = Counter(map(_mistake, found))
     return [
         replace(each, fix=replace(each.fix, certain=False))
-        if each.fix is not None
-        and each.fix.certain
-        and (swaps[each.notes] > 1 if _is_swap(each) else _is_usual(each, sources.get(each.span.path, "")))
+        if each.fix is not None and _is_usual(each, counts[_mistake(each)], sources.get(each.span.path, ""))
         else each
         for each in found
     ]
 
 
-def _is_swap(diagnostic: Diagnostic) -> bool:
-    """Return whether the fix is a call with its arguments in another order."""
+def _mistake(diagnostic: Diagnostic) -> Hashable:
+    """Return what is the same in mistakes that one wrong declaration explains."""
     fix = diagnostic.fix
-    is_call = fix is not None and fix.certain and fix.replacement.endswith(")")
-    return diagnostic.code == SWAPPED and is_call and bool(diagnostic.notes)
+    if fix is None or not fix.certain:
+        return None
+    if diagnostic.name:
+        return diagnostic.name, fix.replacement
+    return (
+        ("order", diagnostic.notes) if diagnostic.code == "E202" and fix.replacement.endswith(")") else None
+    )
 
 
-def _is_usual(diagnostic: Diagnostic, text: str) -> bool:
+def _is_usual(diagnostic: Diagnostic, count: int, text: str) -> bool:
     fix = diagnostic.fix
-    if not diagnostic.name or fix is None or not fix.replacement.isidentifier():
+    if fix is None or _mistake(diagnostic) is None or count < 2 or not text:
         return False
-    if diagnostic.name == fix.replacement.lower():
-        return False  # `mug` for `Mug`: in its other places, it is another kind of name
-    code = PROSE.sub("", text)
-    written, meant = (len(re.findall(rf"\b{word}\b", code)) for word in (diagnostic.name, fix.replacement))
-    return written > meant > 0
+    if not diagnostic.name or diagnostic.name.lower() == fix.replacement.lower():
+        return True
+    return count >= len(re.findall(rf"\b{re.escape(fix.replacement)}\b", PROSE.sub("", text)))

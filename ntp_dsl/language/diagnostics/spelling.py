@@ -67,7 +67,7 @@ def is_misspelt(name: str, meant: str, known: Iterable[str]) -> bool:
     others = [each for each in known if each != meant]
     if _folded(name) == _folded(meant):
         return all(_folded(each) != _folded(name) for each in others)
-    distance = _edit_distance(name.lower(), meant.lower(), most)
+    distance = _edit_distance(name, meant, most)
     if distance is None or any(
         _edit_distance(name.lower(), each.lower(), distance) is not None for each in others
     ):

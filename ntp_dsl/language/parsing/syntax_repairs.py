@@ -103,11 +103,17 @@ def _only_certain(rows: list[str], row: int, column: int, block: Block, attempt:
         item, left = attempt(replace(block, text="\n".join(_with(rows, guess)) + "\n"))
         if not left:
             whole.append((item, guess))
-        elif min(each.span.line for each in left) - block.line > max(row, guess[0]):
+        elif _brackets(guess[1]) == _brackets(rows[guess[0]]) and (
+            min(each.span.line for each in left) - block.line > max(row, guess[0])
+        ):
             further.append(guess)
     if whole:
         return whole[0][1] if all(item == whole[0][0] for item, _ in whole) else None
     return further[0] if len(further) == 1 else None
+
+
+def _brackets(text: str) -> str:
+    return re.sub(r"[^()\[\]]", "", text)
 
 
 def _foreign(
