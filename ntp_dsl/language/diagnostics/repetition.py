@@ -36,9 +36,8 @@ def _mistake(diagnostic: Diagnostic) -> Hashable:
         return None
     if diagnostic.name:
         return diagnostic.name, fix.replacement
-    return (
-        ("order", diagnostic.notes) if diagnostic.code == "E202" and fix.replacement.endswith(")") else None
-    )
+    is_order = diagnostic.code == "E202" and fix.replacement.endswith(")")
+    return ("order", diagnostic.notes) if is_order else None
 
 
 def _is_usual(diagnostic: Diagnostic, count: int, text: str) -> bool:
