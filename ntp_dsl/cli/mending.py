@@ -59,8 +59,11 @@ class _Mending:
         found = self._examine(self.texts)
         fixes = [fix for fix in dict.fromkeys(each.fix for each in found) if fix and self._may_apply(fix)]
         after = self._with(fixes)
-        if _worsened(found, self._examine(after)):
-            fixes = [fix for fix in fixes if not self._refuse(fix, found)]
+        is_worse = bool(_worsened(found, self._examine(after)))
+        suspects = [fix for fix in fixes if is_worse or _is_of_form(fix, found)]
+        refused = [fix for fix in suspects if self._refuse(fix, found)]
+        if refused:
+            fixes = [fix for fix in fixes if fix not in refused]
             after = self._with(fixes)
         state = tuple(sorted(after.items()))
         if after == self.texts or state in self._seen:
@@ -111,10 +114,13 @@ class _Mending:
     def _refuse(self, fix: Fix, found: Sequence[Diagnostic]) -> bool:
         """Return whether the fix by itself makes the library worse."""
         after = self._with([fix])
-        worse = _worsened(found, self._examine(after))
-        if all(each.code.startswith("E0") for each in found if each.fix == fix):
-            changed = self._changed(after)  # what does not parse hides mistakes of other lines
-            worse = [each for each in worse if (each.span.path, each.span.line) in changed]
+        left = self._examine(after)
+        worse = _worsened(found, left)
+        if _is_of_form(fix, found):  # then mistakes of other lines were hidden, and the line must be read now
+            changed = self._changed(after)
+            unread = [each for each in left if each.code[:2] == "E0" or each.code == "E110"]
+            here = [each for each in [*worse, *unread] if (each.span.path, each.span.line) in changed]
+            worse = [each for each in here if each.fix is None or not each.fix.certain]
         if worse:
             self._refused.add(self._key(fix))
             assert fix.span.path is not None
@@ -168,6 +174,11 @@ def _worsened(before: Sequence[Diagnostic], after: Sequence[Diagnostic]) -> list
         if known[each.code, each.message] < 0 and is_telling and not is_mended:
             worse.append(each)
     return worse
+
+
+def _is_of_form(fix: Fix, found: Sequence[Diagnostic]) -> bool:
+    """Return whether it is the fix of a line that does not parse."""
+    return all(each.code.startswith("E0") for each in found if each.fix == fix)
 
 
 def _places(diagnostic: Diagnostic) -> set[tuple[Path, int]]:

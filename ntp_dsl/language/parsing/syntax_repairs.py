@@ -242,7 +242,8 @@ def _without_bracket(text: str, column: int) -> Iterator[str]:
     """Yield the line without a bracket that is too many, or with the right kind in place of another."""
     found = text[column]
     if sum(map(text.count, PARTNERS)) < sum(map(text.count, PARTNERS.values())):
-        yield from (text[: each.start()] + text[each.end() :] for each in re.finditer(re.escape(found), text))
+        if text[:column].rstrip().endswith(found):  # doubled; otherwise one that opens may be missing
+            yield text[:column] + text[column + 1 :]
         return
     for opening, closing in PARTNERS.items():
         place = text.rfind(opening, 0, column)
