@@ -33,6 +33,7 @@ CERTAIN_KEYWORDS = frozenset(
     "import include using class struct dataclass enumeration const def fn fun func function proc procedure"
     " routine".split()
 )
+CALLS = re.compile(r"\n[ \t]+(?:(?:for|when|if|foreach)\b|\w+\()")  # the body of a program, not of an api
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
 QUOTES = re.compile('"""')  # the only mark within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -240,7 +241,8 @@ def misspelt_keyword(block: Block) -> Diagnostic:
         return Diagnostic("E002", "a library is used with 'use'", span, help=help, fix=fix)
     meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
-        certain = found in CERTAIN_KEYWORDS or is_misspelt(found, meant, KEYWORDS)
+        is_clear = found in CERTAIN_KEYWORDS and (meant != "program" or CALLS.search(block.text) is not None)
+        certain = is_clear or is_misspelt(found, meant, KEYWORDS)
         message = f"no declaration begins with '{found}'; did you mean '{meant}'?"
         return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant, certain=certain))
     message = f"no declaration begins with {found or block.text[0]!r}"
