@@ -44,7 +44,7 @@ test-pythons:
 		OMP_NUM_THREADS=1 $$venv/bin/pytest -q --leave-out-missing || exit 1; \
 	done; test -n "$$tested" || { echo "no Python from 3.11 was found: say where with make test-pythons PYTHONS=PATH"; exit 1; }
 
-# How much of the flawed corpus is caught, located and fixed.
+# How much of the flawed corpus is caught, located and fixed, and what is fixed wrongly.
 score: install
 	@$(BIN)/python tests/corpus/score.py
 

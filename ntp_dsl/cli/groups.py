@@ -14,7 +14,8 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 
 Table = Mapping[str, "str | Table"]
 

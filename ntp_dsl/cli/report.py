@@ -5,10 +5,19 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TextIO
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
-from ntp_dsl.language.diagnostics.rendering import Line, Sources, Style, plain, render
+from ntp_dsl.language.diagnostics.rendering import (
+    Line,
+    Sources,
+    Style,
+    changed_lines,
+    plain,
+    render,
+    shown_path,
+)
 
 COLOURS = {
     Style.STRONG: "bold",
@@ -61,3 +70,15 @@ def summary(diagnostics: Sequence[Diagnostic]) -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def difference(path: Path, before: str, after: str) -> list[Line]:
+    """Return the lines of a file that differ, with their numbers."""
+    changes = list(changed_lines(before, after))
+    margin = max(len(str(number)) for number, _, _ in changes)
+    lines: list[Line] = [((f"{shown_path(path)}:", Style.STRONG),)]
+    for number, sign, row in changes:
+        style = Style.ADDED if sign == "+" else Style.REMOVED
+        text = row.rstrip("\r")
+        lines.append(((f" {number:>{margin}} ", Style.FRAME), (f"{sign} {text}", style)))
+    return [*lines, ()]

@@ -86,11 +86,13 @@ def _fix(fix: Fix) -> Json:
     for edit in fix.edits:
         if edit.span.path is not None:
             changes.setdefault(edit.span.path, []).append(edit)
+    text = "This is meant." if fix.certain else "This may be meant; ntp check --fix leaves it to you."
     return {
+        "description": {"text": text},
         "artifactChanges": [
             {"artifactLocation": _artifact(path), "replacements": [*map(_replacement, edits)]}
             for path, edits in changes.items()
-        ]
+        ],
     }
 
 

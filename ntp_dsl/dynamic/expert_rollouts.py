@@ -222,7 +222,7 @@ def _livelock(
     notes.append(Note(f"{len(lines) + 1}. {call.callee}({_given(call.arguments)}) again, and so on"))
     for program, arguments, reason in dict.fromkeys(livelock.unfinished):
         notes.append(Note(f"{program}({_given(arguments)}) returns unfinished: {reason}"))
-    help = "one statement undoes what another achieves: require it, or change the order of statements"
+    help = "one of these calls undoes what another achieves: write it before that one, or under a 'when'"
     return Diagnostic(code, message, span, tuple(notes), help)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.registry import Api, Callable, Parameter, Program, Registry
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Call, For, Statement, TaskDeclaration

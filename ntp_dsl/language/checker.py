@@ -11,6 +11,7 @@ from ntp_dsl.language.checks.build_registry import build_registry
 from ntp_dsl.language.checks.check_library import examine
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError, has_errors, in_order
 from ntp_dsl.language.diagnostics.rendering import plain, render
+from ntp_dsl.language.diagnostics.repetition import doubt_repeated
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.names.unknown_names import AvailableNames, standard_names
 from ntp_dsl.language.names.use_statements import unknown_library
@@ -95,7 +96,7 @@ def check_units(
         cache: of earlier checks.
     """
     table, wrong = examine(units, available, cache)
-    diagnostics = in_order([*found, *wrong])
+    diagnostics = in_order(doubt_repeated([*found, *wrong], sources))
     is_sound = not has_errors(diagnostics)
     build = partial(build_registry, units[0].library.name, table) if is_sound else None
     return Report(diagnostics, sources, build)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import with_article
 from ntp_dsl.language.registry import Api, Callable, Parameter, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span, TypeName

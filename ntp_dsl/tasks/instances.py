@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ntp_dsl.language.checks.scenes import GOAL
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
 from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration

@@ -107,10 +107,10 @@ def test_an_exception_of_a_command_becomes_a_status_and_a_line(
     error: BaseException,
     status: int,
 ) -> None:
-    def examined(path: Path) -> None:
+    def examined(path: Path, texts: object) -> None:
         raise error
 
-    monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
+    monkeypatch.setattr("ntp_dsl.cli.commands.check.check_files", examined)
     found, out, err = output(capsys, "check", "block_stacking")
     assert (found, out, len(err.splitlines())) == (status, "", 1)
     assert str(error) in err
@@ -120,10 +120,10 @@ def test_an_exception_of_a_command_becomes_a_status_and_a_line(
 def test_an_unforeseen_error_is_a_sentence_that_asks_for_a_report(
     debug: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def examined(path: Path) -> None:
+    def examined(path: Path, texts: object) -> None:
         raise ZeroDivisionError("a\x1b[2J")
 
-    monkeypatch.setattr("ntp_dsl.cli.commands.check.diagnose", examined)
+    monkeypatch.setattr("ntp_dsl.cli.commands.check.check_files", examined)
     monkeypatch.setenv(app.DEBUG, "1" if debug else "")
     status = run(["check", "block_stacking"])
     told = capsys.readouterr()

@@ -60,7 +60,7 @@ def test_related_places_are_shown_with_their_own_lines() -> None:
 
 
 def test_a_fix_of_several_edits_is_shown_as_the_lines_that_it_changes() -> None:
-    fix = Fix(at(3, 5, 1), "go", also=(Edit(at(1, 10, 0), "(x: T)"),))
+    fix = Fix(at(3, 5, 1), "go", also=(Edit(at(1, 10, 0), "(x: T)"),), certain=True)
     lines = picture(Diagnostic("E104", "nothing", at(3, 5, 1), fix=fix), a="program f:\n    #\n    g()\n")
     assert lines[-5:] == [
         "   = fix: `ntp check --fix` would write",
@@ -69,6 +69,13 @@ def test_a_fix_of_several_edits_is_shown_as_the_lines_that_it_changes() -> None:
         " 3 -     g()",
         " 3 +     go()",
     ]
+
+
+def test_an_offer_says_that_it_is_left_to_the_user() -> None:
+    mistake = Diagnostic("E104", "nothing", at(1, 1, 1), fix=Fix(at(1, 1, 1), "go"))
+    assert "   = offer: perhaps this is meant; `ntp check --fix` leaves it to you" in picture(
+        mistake, a="g\n"
+    )
 
 
 def test_a_fix_that_the_message_names_is_not_shown_again() -> None:

@@ -9,7 +9,8 @@ import typer
 
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json, Seed
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 
 COUNTS = {"ik": 1000, "plan": 1000, "sim": 50}
 

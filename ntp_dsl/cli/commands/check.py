@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from ntp_dsl.cli.report import print_diagnostics, print_lines, summary
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, NtpError
+from ntp_dsl.cli.report import difference, print_diagnostics, print_lines, summary
+from ntp_dsl.common.files import rewrite
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, NtpError, has_errors
 from ntp_dsl.language.diagnostics.rendering import shown_path
-from ntp_dsl.language.loader import diagnose, find, read
+from ntp_dsl.language.loader import Report, check_files, find, read
 from ntp_dsl.language.syntax.nodes import Span
 
-if TYPE_CHECKING:
-    from ntp_dsl.cli.apply_fixes import Texts
-
+Texts = Mapping[Path, str]  # in place of what is in the files
 Sources = dict[Path | None, str]
+Found = tuple[list[Diagnostic], Sources]  # diagnostics, and the texts that they refer to
 
 
 class Format(StrEnum):
@@ -35,17 +35,21 @@ def command(
         bool, typer.Option("--execute", help="Import and run the libraries' own Python functions.")
     ] = False,
     format: Annotated[Format, typer.Option(help="Output as text, JSON, or SARIF 2.1.0.")] = Format.TEXT,
-    fix: Annotated[bool, typer.Option("--fix", help="Apply all safe fixes, and check again.")] = False,
+    fix: Annotated[
+        bool, typer.Option("--fix", help="Apply the fixes that are certain; offers are left to you.")
+    ] = False,
     diff: Annotated[
-        bool, typer.Option("--diff", help="Show what --fix would change first; write nothing.")
+        bool, typer.Option("--diff", help="Show exactly what --fix would write; write nothing.")
     ] = False,
 ) -> int:
     """Check libraries, and report every error with its location.
 
     The text is checked first. If it has no errors, the library is simulated in the kinematic world, to
     find apis that violate their contract, goals that hold from the start or are never reached, and
-    experts that never end. Exit status: 0 no errors (warnings and notes do not count), 1 errors, 2 there
-    is no such file.
+    experts that never end. A fix is certain if you would surely have written just that, as for a misspelt
+    name or a foreign unit; every other one is an offer. With --fix, a fix with which the library is worse
+    is taken back. Exit status: 0 no errors (warnings and notes do not count), 1 errors, 2 there is no
+    such file.
 
     Example: ntp check examples/block_stacking --static
     """
@@ -53,74 +57,88 @@ def command(
         raise NtpError("--static simulates nothing and --execute everything: choose one")
     if fix and diff:
         raise NtpError("--fix writes files and --diff only shows changes: choose one")
-    paths = [find(file) for file in files]
-    if fix:
-        from ntp_dsl.cli.apply_fixes import fix_files
+    checks = _Checks([find(file) for file in files], execute)
+    texts: Texts = {}
+    if fix or diff:
+        from ntp_dsl.cli.mending import mend
 
-        before = fix_files(lambda: _diagnose(paths)[0], paths)
-        _show_changes(before, {path: read(path) for path in before}, format)
-    diagnostics, sources = _diagnose(paths)
-    if not static and not diff and not _has_errors(diagnostics):
-        simulated, more = _simulate(paths, execute)
+        simulate = None if static else lambda texts: checks.simulate(texts)[0]
+        mended = mend(lambda texts: checks.diagnose(texts)[0], simulate, checks.paths)
+        _show_changes(mended.texts, mended.taken_back, format)
+        texts = mended.texts if fix else {}
+        for path, text in texts.items():
+            rewrite(path, text)
+    diagnostics, sources = checks.diagnose(texts)
+    if not static and not has_errors(diagnostics):
+        simulated, more = checks.simulate(texts)
         diagnostics, sources = [*diagnostics, *simulated], {**sources, **more}
-    if diff:
-        from ntp_dsl.cli.apply_fixes import fixed_texts
-
-        after = fixed_texts(diagnostics, paths)
-        _show_changes({path: read(path) for path in after}, after, format)
     if format is Format.TEXT:
-        _print_text(paths, diagnostics, sources)
+        _print_text(checks.paths, diagnostics, sources)
     else:
         _print_document(diagnostics, format)
-    return int(_has_errors(diagnostics))
+    return int(has_errors(diagnostics))
 
 
-def _has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
-    return any(each.severity == "error" for each in diagnostics)
+class _Checks:
+    """The checks of some libraries, with other texts in place of those of files; each is made once."""
+
+    def __init__(self, paths: list[Path], execute: bool) -> None:
+        self.paths = paths
+        self._execute = execute
+        self._simulated: dict[tuple[tuple[Path, str], ...], Found] = {}
+
+    def diagnose(self, texts: Texts) -> Found:
+        """Return the diagnostics of all libraries; those of shared libraries occur once."""
+        diagnostics: dict[Diagnostic, None] = {}
+        sources: Sources = {}
+        for path in self.paths:
+            report = _report(path, texts)
+            diagnostics |= dict.fromkeys(report.diagnostics)
+            sources |= report.sources
+        return list(diagnostics), sources
+
+    def simulate(self, texts: Texts) -> Found:
+        """Return the diagnostics of the dynamic check."""
+        key = tuple(sorted(texts.items()))
+        if key not in self._simulated:
+            self._simulated[key] = self._simulate(texts)
+        return self._simulated[key]
+
+    def _simulate(self, texts: Texts) -> Found:
+        from ntp_dsl.cli.display import progress
+        from ntp_dsl.dynamic.check import check_dynamically
+        from ntp_dsl.user_code.loading import with_python
+
+        diagnostics: dict[Diagnostic, None] = {}
+        with progress("simulating", None) as bar:
+            for path in self.paths:
+                checked = _report(path, texts).checked()
+                registry = with_python(checked) if self._execute else checked
+                report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
+                diagnostics |= dict.fromkeys(check_dynamically(registry, path, on_step=report))
+        spans = [span for each in diagnostics for span in (each.span, *(note.span for note in each.notes))]
+        named = [span.path for span in spans if span.path is not None]
+        return list(diagnostics), {path: texts[path] if path in texts else read(path) for path in named}
 
 
-def _simulate(paths: list[Path], execute: bool) -> tuple[list[Diagnostic], Sources]:
-    """Return the diagnostics of the dynamic check, and the texts that they refer to."""
-    from ntp_dsl.cli.display import progress
-    from ntp_dsl.dynamic.check import check_dynamically
-    from ntp_dsl.language.loader import load
-    from ntp_dsl.user_code.loading import with_python
-
-    diagnostics: dict[Diagnostic, None] = {}
-    with progress("simulating", None) as bar:
-        for path in paths:
-            registry = with_python(load(path)) if execute else load(path)
-            report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
-            diagnostics |= dict.fromkeys(check_dynamically(registry, path, on_step=report))
-    places = [note.span for each in diagnostics for note in each.notes] + [each.span for each in diagnostics]
-    texts: Sources = {span.path: read(span.path) for span in places if span.path is not None}
-    return list(diagnostics), texts
+def _report(path: Path, texts: Texts) -> Report:
+    return check_files(path, {other: text for other, text in texts.items()})
 
 
-def _diagnose(paths: list[Path]) -> tuple[list[Diagnostic], Sources]:
-    """Return the diagnostics of all libraries; those of shared libraries occur once."""
-    diagnostics: dict[Diagnostic, None] = {}
-    sources: Sources = {}
-    for path in paths:
-        report = diagnose(path)
-        diagnostics |= dict.fromkeys(report.diagnostics)
-        sources |= report.sources
-    return list(diagnostics), sources
-
-
-def _show_changes(before: Texts, after: Texts, format: Format) -> None:
-    from ntp_dsl.cli.apply_fixes import difference
-
+def _show_changes(texts: Texts, taken_back: Sequence[str], format: Format) -> None:
+    """Show the lines that change in the files, which are not written yet."""
     stream = sys.stdout if format is Format.TEXT else sys.stderr
-    for path in before:
-        print_lines(difference(path, before[path], after[path]), stream)
+    for path, text in texts.items():
+        print_lines(difference(path, read(path), text), stream)
+    for sentence in taken_back:
+        print(sentence, file=stream)
 
 
 def _print_text(paths: list[Path], diagnostics: Sequence[Diagnostic], sources: Sources) -> None:
     print_diagnostics(diagnostics, sources)
     counts = summary(diagnostics)
-    if _has_errors(diagnostics):
-        fixable = sum(each.fix is not None for each in diagnostics)
+    if has_errors(diagnostics):
+        fixable = sum(each.fix is not None and each.fix.certain for each in diagnostics)
         print(counts + (f" ({fixable} fixable with --fix)" if fixable else ""))
     else:
         libraries = ", ".join(shown_path(path) for path in paths)
@@ -134,7 +152,7 @@ def _print_document(diagnostics: Sequence[Diagnostic], format: Format) -> None:
     if format is Format.SARIF:
         print_json(sarif.document(diagnostics))
     else:
-        sound = not _has_errors(diagnostics)
+        sound = not has_errors(diagnostics)
         print_json({"sound": sound, "diagnostics": [_row(each) for each in diagnostics]})
 
 
@@ -147,7 +165,7 @@ def _row(diagnostic: Diagnostic) -> dict[str, Any]:
         "help": diagnostic.help,
         **_place(diagnostic.span),
         "notes": [{"message": note.message, **_place(note.span)} for note in diagnostic.notes],
-        "fix": fix and {**_edit(fix), "also": [_edit(each) for each in fix.also]},
+        "fix": fix and {**_edit(fix), "also": [_edit(each) for each in fix.also], "certain": fix.certain},
     }
 
 

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.apply_fixes import difference
-from ntp_dsl.cli.report import print_diagnostics, print_lines, summary
+from ntp_dsl.cli.report import difference, print_diagnostics, print_lines, summary
 from ntp_dsl.common.files import rewrite
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, SourceError
 from ntp_dsl.language.diagnostics.rendering import shown_path

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from ntp_dsl.language.checks.arguments import ArgumentChecker, Value
 from ntp_dsl.language.diagnostics.checked import Checked
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note, nearest, unknown
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note, unknown
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import Names, leading_span
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
@@ -61,7 +62,7 @@ class ApplicationChecker:
         yield from self.callee(call.callee, leading_span(call.span, call.callee), likely)
         yield from self.arguments.check_alone(call, names)
 
-    def callee(self, name: str, span: Span, likely: Iterable[str] = ()) -> Iterator[Diagnostic]:
+    def callee(self, name: str, span: Span, likely: Iterable[str] | None = None) -> Iterator[Diagnostic]:
         """Check that something of that name can be called."""
         if self._table.callable(name) is not None:
             return

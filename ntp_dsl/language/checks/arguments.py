@@ -92,7 +92,11 @@ class ArgumentChecker:
         wanted, found = len(parameters), len(node.arguments)
         message = f"'{declared.name}' takes {counted(wanted, 'argument')}, and {are_given(found)}"
         meant = argument_repairs.repair_count(scope, parameters, node.arguments)
-        fix = None if meant is None else argument_repairs.as_call(node, declared.name, meant)
+        fix = argument_repairs.decimal_points(node.arguments, wanted)
+        if fix is None and meant is not None:
+            fields = [each.name for each in meant if isinstance(each, nodes.Field)]
+            is_whole = found == 1 and bool(fields) and fields == [each.name for each in parameters]
+            fix = argument_repairs.as_call(node, declared.name, meant, certain=is_whole)
         listing = ", ".join(f"{each.name}: {format_type(each.type)}" for each in parameters)
         help = f"it is declared: {declared.name}({listing})"
         return Diagnostic("E201", message, leading_span(node.span, declared.name), (note,), help, fix)
@@ -116,13 +120,14 @@ class ArgumentChecker:
             fix: Fix | None = field
             help = f"did you mean the field: {field.replacement}?"
         elif order is not None:
-            fix = argument_repairs.as_call(node, declared.name, order)
+            fix = argument_repairs.as_call(node, declared.name, order, certain=True)
             help = f"in this order they fit: {fix.replacement}" if fix else help
         elif isinstance(wrong, nodes.Number) and parameter.type.name in NUMBER_TYPES:
-            fix = _in_its_unit(parameter, wrong)
-            help = f"did you mean {fix.replacement}?" if fix else help
+            fix = None
+            help = _in_its_unit(parameter, wrong) or help
         elif meant is not None:
-            fix = Fix(wrong.span, format_expression(meant))
+            certain = argument_repairs.is_only_part(scope, parameter, wrong, meant)
+            fix = Fix(wrong.span, format_expression(meant), certain=certain)
             help = help or f"did you mean '{fix.replacement}'?"
         else:
             fix = argument_repairs.narrower(scope, parameter, wrong)
@@ -141,9 +146,7 @@ def _check_range(parameter: Parameter, number: nodes.Number, note: Note) -> Iter
         return
     unit = _unit(parameter)
     message = f"'{parameter.name}' must be in {low:g} .. {high:g}{unit}, and this is {value:g}{unit}"
-    fix = _other_unit(parameter, number, value, low, high)
-    help = f"did you mean {fix.replacement}?" if fix else ""
-    yield Diagnostic("E203", message, number.span, (note,), help, fix)
+    yield Diagnostic("E203", message, number.span, (note,), _other_unit(parameter, number, value, low, high))
 
 
 def _unit(parameter: Parameter) -> str:
@@ -151,25 +154,26 @@ def _unit(parameter: Parameter) -> str:
     return f" {kinds[0]}" if kinds else ""
 
 
-def _in_its_unit(parameter: Parameter, number: nodes.Number) -> Fix | None:
-    """Write `30 s` for 30 cm where a time is meant: the only unit there is, or that the range allows."""
+def _in_its_unit(parameter: Parameter, number: nodes.Number) -> str:
+    """Ask for `30 s` in place of 30 cm where a time is meant: the only unit, or the only one in the range."""
     low, high = si(parameter.low), si(parameter.high)
     kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
     if low is not None and high is not None:
         kinds = [(size, unit) for size, unit in kinds if low <= number.value * size <= high]
-    if len(kinds) != 1:
-        return None
-    return Fix(number.span, format_expression(nodes.Number(number.value, kinds[0][1])))
+    return _did_you_mean(number, kinds[0][1]) if len(kinds) == 1 else ""
 
 
-def _other_unit(
-    parameter: Parameter, number: nodes.Number, value: float, low: float, high: float
-) -> Fix | None:
-    """Write 30 cm for 30 where at most 0.3 m are allowed: the largest unit that fits."""
+def _did_you_mean(number: nodes.Number, unit: str) -> str:
+    """Ask for another unit, in words only: a quantity is never guessed."""
+    return f"did you mean {format_expression(nodes.Number(number.value, unit))}?"
+
+
+def _other_unit(parameter: Parameter, number: nodes.Number, value: float, low: float, high: float) -> str:
+    """Ask for 30 cm in place of 30 where at most 0.3 m are allowed: the largest unit that fits."""
     if number.unit and abs(value) < FAR_OUT * max(abs(low), abs(high)):
-        return None
+        return ""
     kinds = [(size, unit) for unit, (kind, size) in UNITS.items() if kind == parameter.type.name]
     for size, unit in sorted(kinds, reverse=True):
         if low <= number.value * size <= high:
-            return Fix(number.span, format_expression(nodes.Number(number.value, unit)))
-    return None
+            return _did_you_mean(number, unit)
+    return ""

@@ -78,7 +78,7 @@ def _no_result(declaration: nodes.PredicateDeclaration) -> Diagnostic:
     start, end = declaration.name_span, body.span
     whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
     meant = replace(declaration, body=None, result=nodes.TypeName(body.id))
-    fix = Fix(whole, format_signature(meant)) if start.line == end.line else None
+    fix = Fix(whole, format_signature(meant), certain=True) if start.line == end.line else None
     message = f"the type of a reading follows '->': {format_signature(meant)}"
     return Diagnostic("E205", message, body.span, fix=fix, name=body.id)
 

@@ -86,7 +86,7 @@ def _check_result(goal: Sampler, table: SymbolTable) -> Checked[RecordDeclaratio
         yield unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
     elif not goal.result.is_list:
         message = f"a goal is a list: list[{record.name}]"
-        fix = Fix(goal.result.span, f"list[{record.name}]")
+        fix = Fix(goal.result.span, f"list[{record.name}]", certain=True)
         yield Diagnostic("E202", message, goal.result.span, fix=fix)
     return record
 
@@ -137,7 +137,7 @@ def _check_number(
 ) -> Iterator[Diagnostic]:
     wanted = len(kind.sources)
     span = leading_span(goal.span, goal.name)
-    help = f"{goal.name}({', '.join(kind.sources)}, ...)"
+    help = f"it is written: {goal.name}({', '.join(kind.sources)}, ...), where each is a group of the scene"
     if not sources:
         message = f"'{goal.name}' draws from the scene; name the groups that it may use"
         yield Diagnostic("E502", message, span, help=help, fix=with_groups(goal, kind, record, task, table))
@@ -171,7 +171,7 @@ def _check_fields(
     is_clear = len(types) == 1 or not kind.many_sources  # which of the groups is wrong
     others = other_groups(goal, kind, index, record, task, table) if is_clear else []
     if not kind.many_sources and fills(kind, types[::-1], record, table):
-        fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])))
+        fix = Fix(goal.span, format_sampler(replace(goal, groups=goal.groups[::-1])), certain=True)
         place = goal.group_spans[0] if goal.group_spans else span
         yield Diagnostic("E202", message, place, (note,), "in the other order they fit", fix)
     elif len(others) == 1 and goal.group_spans:
@@ -193,7 +193,8 @@ def _check_options(
     yield from (found := [*found, *wrong])
     missing = [name for name in kind.needed if name not in options]
     if missing and not found:
-        message = f"'{goal.name}' needs {' and '.join(map(repr, missing))}"
+        options_needed = f"the option{'s' * (len(missing) > 1)} {' and '.join(map(repr, missing))}"
+        message = f"'{goal.name}' needs {options_needed}"
         whole = format_sampler(with_options(goal, kind, [count for _, count in sources or ()]))
         fix = Fix(goal.span, whole)
         yield Diagnostic(

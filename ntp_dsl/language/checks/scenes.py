@@ -17,6 +17,7 @@ from ntp_dsl.language.names.signatures import (
     with_article,
 )
 from ntp_dsl.language.names.symbol_table import UNITS, SymbolTable
+from ntp_dsl.language.repairs.argument_repairs import decimal_points
 from ntp_dsl.language.repairs.task_repairs import reversed_count
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import (
@@ -110,7 +111,11 @@ def _check_detail(
     else:
         readings = [each.name for each in table.predicates.values() if each.result is not None]
         known = [*SHAPES, *PLACING, *readings]
-        yield unknown("E111", "objects have no property", detail.name, span, known)
+        help = (
+            f"there is: {', '.join(known)}; or declare a reading:"
+            f" predicate {detail.name}(o: {group.type.name}) -> ..., with a number type or an enumeration"
+        )
+        yield unknown("E111", "objects have no property", detail.name, span, known, help)
 
 
 def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:
@@ -148,13 +153,13 @@ def _check_settings(
         message = (
             f"'{detail.name}' takes {counted(len(wanted), 'setting')}, and {are_given(len(detail.settings))}"
         )
-        fix = None
+        fix = decimal_points(detail.settings, len(wanted))
         match wanted, detail.settings:
-            case ("region",), (Number() as low, Number() as high):
-                low = low if low.unit or not high.unit else replace(low, unit=high.unit)
+            case ("region",), (Number() as low, Number() as high) if fix is None:
                 start, end = low.span, high.span
                 whole = Span(start.path, start.line, start.column, end.end_line, end.end_column)
-                fix = Fix(whole, f"{format_expression(low)} .. {format_expression(high)}")
+                text = f"{format_expression(low)} .. {format_expression(high)}"
+                fix = Fix(whole, text, certain=low.unit == high.unit)
         yield Diagnostic("E201", message, span, help=f"{detail.name}({', '.join(wanted)})", fix=fix)
         return
     for setting, meaning in zip(detail.settings, wanted, strict=True):
@@ -182,10 +187,9 @@ def _check_length(number: Number, meaning: str, table: SymbolTable) -> Iterator[
     elif number.unit in ("", *UNITS) and (size := si(number)) is not None and not 0 < size <= LARGEST:
         meant = replace(number, unit="cm")
         is_near = number.unit in {"", "m"} and 0 < size <= 100
-        fix = Fix(number.span, format_expression(meant)) if is_near else None
-        help = f"did you mean {fix.replacement}?" if fix else ""
+        help = f"did you mean {format_expression(meant)}?" if is_near else ""
         message = f"{size:g} m is no size for an object in front of an arm"
-        yield Diagnostic("E504", message, number.span, help=help, fix=fix)
+        yield Diagnostic("E504", message, number.span, help=help)
 
 
 def _check_interval(interval: Interval, table: SymbolTable) -> Iterator[Diagnostic]:

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 from ntp_dsl.language.checks.applications import ApplicationChecker
 from ntp_dsl.language.diagnostics.checked import Checked, outcome
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest, unknown
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import Names, fits, measure, trailing_span, with_article
-from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, SymbolTable
+from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable
 from ntp_dsl.language.repairs import argument_repairs
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.foreign_units import in_our_units
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Expression, TypeName
 
@@ -44,7 +46,8 @@ class TypeChecker:
                 yield from self.condition(value, names)
             case nodes.And(values) | nodes.Or(values):
                 for before, value in zip((None, *values), values, strict=False):
-                    without_left = self._without_left(value, before, names)
+                    is_alternative = _is_alternative(expression, before)
+                    without_left = self._without_left(value, before, names, is_alternative)
                     yield from [without_left] if without_left else self.condition(value, names)
             case nodes.Quantified(_, body, generators):
                 inner = names
@@ -58,7 +61,9 @@ class TypeChecker:
                 if found is not None:
                     yield _not_a_truth(expression, found)
 
-    def _without_left(self, value: Expression, before: Expression | None, names: Names) -> Diagnostic | None:
+    def _without_left(
+        self, value: Expression, before: Expression | None, names: Names, is_alternative: bool
+    ) -> Diagnostic | None:
         """Find `zone(c) == north or south`, where what is compared must be written again."""
         if not isinstance(before, nodes.Compare) or not isinstance(value, nodes.Name | nodes.Number):
             return None
@@ -68,7 +73,7 @@ class TypeChecker:
             return None
         meant = format_expression(replace(before, right=value))
         message = f"this is {with_article(found)}, where a condition is expected"
-        fix = Fix(value.span, meant)
+        fix = Fix(value.span, meant, certain=is_alternative)
         return Diagnostic("E205", message, value.span, help=f"did you mean '{meant}'?", fix=fix)
 
     def _bare_predicate(
@@ -78,7 +83,7 @@ class TypeChecker:
         yield from self._applications.arguments.check(atom, declared, declared.parameters, names)
         if not declared.parameters:
             message = f"'{declared.name}' is a predicate and needs brackets"
-            fix = Fix(node.span, f"{declared.name}()")
+            fix = Fix(node.span, f"{declared.name}()", certain=True)
             yield Diagnostic("E201", message, node.span, fix=fix)
 
     def generator(
@@ -115,7 +120,8 @@ class TypeChecker:
                 return TypeName("")
         if found is None and domain.id not in self._table.constants:
             what, known = "no list or type is called", [*lists, *self._table.types]
-            yield unknown("E101", what, domain.id, domain.span, known, likely=lists)
+            likely = self._table.types if domain.id[0].isupper() else known  # `Fruit` is no list `fruit`
+            yield unknown("E101", what, domain.id, domain.span, known, likely=likely)
         elif found is None or found.name:
             one = found or self._table.constants[domain.id].type
             message = f"'{domain.id}' is one {one.name}, not a list to iterate over"
@@ -187,25 +193,29 @@ class TypeChecker:
         members = [member for enum in self._table.enums.values() for member in enum.members]
         known = [*names, *self._table.constants, *members]
         help = ""
+        if name in UNITS or in_our_units(0.0, name) is not None:
+            help = "a unit follows a number; products of units, such as a torque's, are not in the language"
+            return Diagnostic("E101", f"nothing is called '{name}'", node.span, help=help, name=name)
         if name in self._table.types:
             help = f"'{name}' is a type; an object of that type needs a parameter or a loop"
-        likely = [] if expected is None else self._of_type(expected, names)
+        likely = known if expected is None else self._of_type(expected, names)
         if (declared := self._table.predicates.get(name)) is not None:
             scope = self._applications.arguments.scope(names)
             meant = argument_repairs.repair_count(scope, declared.parameters, ())
             text = f"{name}({', '.join(map(format_expression, meant or ()))})"
-            applied = Fix(node.span, text) if meant is not None else None
+            applied = Fix(node.span, text, certain=not meant) if meant is not None else None
             message = f"'{name}' is a predicate and needs brackets"
             help = f"for example: {text}" if applied else ""
             return Diagnostic("E101", message, node.span, help=help, fix=applied)
         if (owner := self._field_called(node, name, names)) is not None:
             message = f"nothing is called '{name}'; it is a field: {owner}"
-            return Diagnostic("E101", message, node.span, fix=Fix(node.span, owner), name=name)
-        fix = self._only(node, names, expected)
-        if fix is not None and nearest(name, likely) is None and nearest(name, known) is None:
-            help = help or f"'{fix.replacement}' would fit here"
+            fix = Fix(node.span, owner, certain=nearest(name, likely) is None)
+            return Diagnostic("E101", message, node.span, fix=fix, name=name)
+        only = self._only(node, names, expected)
+        if only is not None and nearest(name, likely) is None and nearest(name, known) is None:
+            help = help or f"'{only.replacement}' would fit here"
             message = f"nothing is called '{name}'"
-            return Diagnostic("E101", message, node.span, help=help, fix=fix, name=name)
+            return Diagnostic("E101", message, node.span, help=help, fix=only, name=name)
         return unknown("E101", "nothing is called", name, node.span, known, help, likely)
 
     def _field_called(self, node: Expression, name: str, names: Names) -> str | None:
@@ -236,7 +246,7 @@ class TypeChecker:
     def _field(self, node: nodes.Field, names: Names, expected: TypeName | None) -> Checked[TypeName | None]:
         if self._names_member(node, names):
             message = f"a member of an enumeration is written alone: {node.name}"
-            yield Diagnostic("E101", message, node.span, fix=Fix(node.span, node.name))
+            yield Diagnostic("E101", message, node.span, fix=Fix(node.span, node.name, certain=True))
             return None
         type = yield from self._name(node.value, node.value.id, names, None)
         if type is None:
@@ -253,10 +263,12 @@ class TypeChecker:
             what = f"a {record.name} has no field"
             span = trailing_span(node.span, node.name)
             likely = [
-                field for field, each in fields.items() if expected and fits(self._table, each, expected)
+                field
+                for field, each in fields.items()
+                if expected is None or fits(self._table, each, expected)
             ]
             wrong = unknown("E105", what, node.name, span, fields, likely=likely)
-            if wrong.fix is None and len(likely) == 1:
+            if wrong.fix is None and len(likely) == 1 and expected is not None:
                 wrong = replace(wrong, fix=Fix(span, likely[0]))
             yield wrong
         return fields.get(node.name)
@@ -272,7 +284,7 @@ class TypeChecker:
         takes = self._applications.arguments.takes
         if declared is None or not takes(declared.parameters, [node.value], names):
             return None
-        return Fix(node.span, f"{node.name}({node.value.id})")
+        return Fix(node.span, f"{node.name}({node.value.id})", certain=True)
 
     def _owner(self, node: nodes.Field, names: Names) -> Fix | None:
         """Write `p.item` for `goal.item`, if only `p` in scope has such a field."""
@@ -330,6 +342,12 @@ class TypeChecker:
         return isinstance(declared.body, nodes.Name) and declared.body.id in self._table.type_names()
 
 
+def _is_alternative(whole: nodes.And | nodes.Or, compared: Expression | None) -> bool:
+    """Recognise `x == a or b` and `x != a and b`, in which the other values can only be alternatives to a."""
+    sign = "==" if isinstance(whole, nodes.Or) else "!="
+    return isinstance(compared, nodes.Compare) and compared.operator == sign
+
+
 def _not_a_truth(expression: Expression, found: TypeName) -> Diagnostic:
     message = f"this is {with_article(found)}, where a condition is expected"
     help = "a condition is a predicate, a comparison, or several joined with and, or, not"
@@ -356,5 +374,5 @@ def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
     fix = None
     if word is not None and node.operator in {"==", "!="}:
         meant = truth if word == (node.operator == "==") else nodes.Not(truth)
-        fix = Fix(node.span, format_expression(meant))
+        fix = Fix(node.span, format_expression(meant), certain=True)
     return Diagnostic("E205", message, node.span, fix=fix)

@@ -118,8 +118,10 @@ def unused_between(
         if not is_seen and not is_for_unused and not name.startswith("_"):
             word = KINDS[type(declaration)].keyword
             code = "N106" if _is_whole(declaration) else "W106"
-            message = f"no task uses {word} '{name}'"
-            help = f"remove it, or call it '_{name}' if it is for other libraries"
+            message = f"no task of this library uses {word} '{name}', directly or in what it runs"
+            help = (
+                f"remove it, or use it in what a task runs; if it is for other libraries, call it '_{name}'"
+            )
             yield Diagnostic(code, message, declaration.name_span, help=help)
 
 

@@ -1,34 +1,28 @@
-"""From a text and its diagnostics to the text with every fix applied that does not overlap another."""
+"""From a text and fixes to the text with every one applied that does not overlap another."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
+from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix
 
 
-def apply_fixes(text: str, diagnostics: Iterable[Diagnostic], path: Path | None = None) -> str:
-    """Return the text of the file at `path` with the diagnostics' fixes applied.
+def apply_fixes(text: str, fixes: Iterable[Fix], path: Path | None = None) -> str:
+    """Return the text of the file at `path` with the fixes applied.
 
     A fix is applied whole or not at all. Of two that touch the same characters the first is applied; the
     next `check` finds what is left.
     """
     applied: list[tuple[int, int, str]] = []
-    for fix in _fixes(diagnostics, path):
+    for fix in dict.fromkeys(fixes):  # several diagnostics may have the same one (the same missing `use`)
         edits = [_offsets(text, edit) for edit in fix.edits]
-        if not any(_overlap(edit, other) for edit in edits for other in applied):
+        is_here = all(edit.span.path == path for edit in fix.edits)
+        if is_here and not any(_overlap(edit, other) for edit in edits for other in applied):
             applied += edits
     for start, end, replacement in sorted(applied, key=lambda edit: edit[:2], reverse=True):
         text = text[:start] + replacement + text[end:]
     return text
-
-
-def _fixes(diagnostics: Iterable[Diagnostic], path: Path | None) -> list[Fix]:
-    """Return each fix once: several diagnostics may have the same one (the same missing `use`)."""
-    fixes = [each.fix for each in diagnostics if each.fix is not None]
-    here = [fix for fix in fixes if all(edit.span.path == path for edit in fix.edits)]
-    return list(dict.fromkeys(here))
 
 
 def _offsets(text: str, edit: Edit) -> tuple[int, int, str]:

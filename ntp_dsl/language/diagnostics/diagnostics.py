@@ -8,10 +8,10 @@ NtpError                   anything a user did that cannot work; the message is 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from difflib import SequenceMatcher, get_close_matches
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 
 SEVERITIES = {"E": "error", "W": "warning", "N": "note"}
@@ -27,9 +27,15 @@ class Edit:
 
 @dataclass(frozen=True)
 class Fix(Edit):
-    """An edit that corrects a mistake, with those needed elsewhere; apply all `edits` or none."""
+    """An edit that corrects a mistake, with those needed elsewhere; apply all `edits` or none.
+
+    A fix is an offer, for a person to choose, unless it is certain: then `ntp check --fix` applies it. It
+    is certain if the user would surely have written just that. What changes a number's value, an order or
+    the logic, drops words with a meaning, or is one of several possibilities, is an offer.
+    """
 
     also: tuple[Edit, ...] = ()
+    certain: bool = field(default=False, kw_only=True)
 
     @property
     def edits(self) -> tuple[Edit, ...]:
@@ -105,51 +111,6 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(each.severity == "error" for each in diagnostics)
 
 
-def nearest(name: str, candidates: Iterable[str]) -> str | None:
-    """Return what was probably meant, if anything is near: another case, few typing errors, a part of it."""
-    known = sorted(set(candidates))
-    alike = [each for each in known if _folded(each) == _folded(name)]
-    if len(alike) == 1:
-        return alike[0]
-    distances = {
-        each: count
-        for each in known
-        if (count := _edit_distance(name.lower(), each.lower(), max(len(name), len(each)) // 3)) is not None
-    }
-    if distances:
-        return min(distances, key=lambda each: (distances[each], -_ratio(name, each)))
-    found = get_close_matches(name, known, n=1, cutoff=0.6)
-    return found[0] if found else None
-
-
-def _folded(name: str) -> str:
-    return name.lower().replace("_", "")
-
-
-def _ratio(name: str, other: str) -> float:
-    return SequenceMatcher(None, name, other).ratio()
-
-
-def _edit_distance(name: str, other: str, most: int) -> int | None:
-    """Count letters to add, drop, replace, or swap with a neighbour (optimal string alignment).
-
-    None where it takes more than `most`.
-    """
-    if abs(len(name) - len(other)) > most or len(set(name) ^ set(other)) > 2 * most:
-        return None  # the quick answer, for libraries of thousands of names
-    second_last: list[int] = []
-    last = list(range(len(other) + 1))
-    for i, letter in enumerate(name, start=1):
-        row = [i]
-        for j, wanted in enumerate(other, start=1):
-            cost = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (letter != wanted))
-            if i > 1 and j > 1 and letter == other[j - 2] and name[i - 2] == wanted:
-                cost = min(cost, second_last[j - 2] + 1)
-            row.append(cost)
-        second_last, last = last, row
-    return last[-1] if last[-1] <= most else None
-
-
 def unknown(
     code: str,
     what: str,
@@ -157,18 +118,21 @@ def unknown(
     span: Span,
     candidates: Iterable[str],
     help: str = "",
-    likely: Iterable[str] = (),
+    likely: Iterable[str] | None = None,
 ) -> Diagnostic:
     """Return the diagnostic for an unknown name, with the nearest known one as a fix.
 
     Args:
-        likely: the candidates that would fit at the place; a near one among them comes first.
+        likely: the candidates that would fit at the place; a near one among them comes first. None where
+            all would.
     """
     known = sorted(set(candidates))
-    meant = nearest(name, likely) or nearest(name, known)
+    fitting = known if likely is None else [*likely]
+    meant = nearest(name, fitting) or nearest(name, known)
     if meant is not None:
+        certain = meant in fitting and is_misspelt(name, meant, known)
         message = f"{what} '{name}'; did you mean '{meant}'?"
-        return Diagnostic(code, message, span, (), help, Fix(span, meant), name)
+        return Diagnostic(code, message, span, (), help, Fix(span, meant, certain=certain), name)
     listing = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
     help = help or (listing and f"there is: {listing}")
     return Diagnostic(code, f"{what} '{name}'", span, (), help, None, name)

@@ -154,11 +154,14 @@ def _proposal(diagnostic: Diagnostic, sources: Sources, margin: int) -> list[Lin
     source = sources.get(fix.span.path)
     if source is None:
         return []
-    fixed = apply_fixes(source, [diagnostic], fix.span.path)
+    fixed = apply_fixes(source, [fix], fix.span.path)
     changes = list(changed_lines(source, fixed))
     if not changes:
         return []
-    lines = [_remark("fix", Style.HELP, "`ntp check --fix` would write", margin)]
+    word, words = "fix", "`ntp check --fix` would write"
+    if not fix.certain:
+        word, words = "offer", "perhaps this is meant; `ntp check --fix` leaves it to you"
+    lines = [_remark(word, Style.HELP, words, margin)]
     for number, sign, row in changes:
         style = Style.ADDED if sign == "+" else Style.REMOVED
         gutter = f" {number:>{margin}} "

@@ -5,23 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ntp_dsl.language.diagnostics.checked import Checked
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, unknown
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable, check_type
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.foreign_units import PRODUCTS, in_our_units
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Span, TypeName
 
-WRITTEN_OUT: Mapping[str, tuple[str, ...]] = {
-    "m": ("meter", "metre"),
-    "cm": ("centimeter", "centimetre"),
-    "mm": ("millimeter", "millimetre"),
-    "rad": ("radian",),
-    "deg": ("degree", "°"),
-    "s": ("sec", "second"),
-    "ms": ("msec", "millisecond"),
-    "N": ("newton",),
-    "kg": ("kilogram", "kilo"),
-}
 Names = Mapping[str, TypeName]  # parameters and loop variables in scope
 
 
@@ -52,8 +42,8 @@ def are_given(number: int) -> str:
 
 
 def si(number: nodes.Number | None) -> float | None:
-    """Return the number in SI units."""
-    if number is None:
+    """Return the number in SI units; None where there is no such unit."""
+    if number is None or number.unit not in ("", *UNITS):
         return None
     return number.value * UNITS.get(number.unit, ("", 1.0))[1]
 
@@ -77,14 +67,26 @@ def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[T
     if number.unit in UNITS:
         return TypeName(UNITS[number.unit][0])
     span = trailing_span(number.span, number.unit)
-    meant = [each for each, words in WRITTEN_OUT.items() if number.unit.lower().rstrip("s") in words]
-    if meant:
-        message = f"there is no unit '{number.unit}'; it is written '{meant[0]}'"
-        yield Diagnostic("E107", message, span, fix=Fix(span, meant[0]))
-        return TypeName(UNITS[meant[0]][0])
     kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
-    yield unknown("E107", "there is no unit", number.unit, span, kinds or UNITS, likely=kinds)
+    meant = in_our_units(number.value, number.unit)
+    if meant is not None and meant.unit in (kinds or UNITS):
+        yield _foreign_unit(number, meant, span)
+        return TypeName(UNITS[meant.unit][0])
+    help = f"there is: {', '.join(kinds or UNITS)}"
+    if number.unit in PRODUCTS:
+        help = f"it measures {PRODUCTS[number.unit]}, for which the language has no unit"
+    yield Diagnostic("E107", f"there is no unit '{number.unit}'", span, (), help, None, number.unit)
     return None
+
+
+def _foreign_unit(number: nodes.Number, meant: nodes.Number, span: Span) -> Diagnostic:
+    """Write the same quantity in a unit of the language."""
+    if meant.value == number.value:
+        message = f"there is no unit '{number.unit}'; it is written '{meant.unit}'"
+        return Diagnostic("E107", message, span, fix=Fix(span, meant.unit, certain=True))
+    text = format_expression(meant)
+    message = f"there is no unit '{number.unit}'; this is '{text}'"
+    return Diagnostic("E107", message, span, fix=Fix(number.span, text, certain=True))
 
 
 def check_parameters(table: SymbolTable, parameters: Sequence[nodes.Parameter]) -> Checked[Names]:

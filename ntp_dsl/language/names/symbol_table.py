@@ -177,6 +177,8 @@ FOREIGN_TYPES = {
     "duration": "time", "seconds": "time", "degrees": "angle", "radians": "angle", "weight": "mass",
     "newton": "force", "string": "", "str": "", "bool": "", "boolean": "",
 }  # fmt: skip
+# Of these, any number type may be meant.
+UNCERTAIN_TYPES = {"float", "double", "real", "int", "integer", "num", "scalar"}
 
 
 def check_type(table: SymbolTable, name: nodes.TypeName) -> Checked[bool]:
@@ -194,6 +196,7 @@ def check_type(table: SymbolTable, name: nodes.TypeName) -> Checked[bool]:
         "" if meant else "a predicate is a condition without a type, and words are members of an enumeration"
     )
     message = f"there is no type '{name.name}'" + (f"; did you mean '{meant}'?" if meant else "")
-    fix = Fix(name.span, meant) if meant else None
+    certain = name.name.lower() not in UNCERTAIN_TYPES
+    fix = Fix(name.span, meant, certain=certain) if meant else None
     yield Diagnostic("E103", message, name.span, (), help, fix, name.name)
     return False

@@ -86,7 +86,9 @@ def _use(library: str, home: Library) -> Fix | None:
         return None
     first = nodes[0].span
     ending = "\n" if home.uses else "\n\n"
-    return Fix(Span(first.path, first.line, 1, first.line, 1), f"use {library}{ending}")
+    is_standard = library in standard_names().values()  # a library beside it may be there for another purpose
+    place = Span(first.path, first.line, 1, first.line, 1)
+    return Fix(place, f"use {library}{ending}", certain=is_standard)
 
 
 def names_in(paths: Iterable[Path]) -> Mapping[Key, str]:

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix, nearest
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
 from ntp_dsl.language.syntax.nodes import Span
 
 # The namespace in which each keyword declares a name; the first two declare none.
@@ -27,6 +28,12 @@ FOREIGN_KEYWORDS = {
     "proc": "program", "procedure": "program", "method": "program", "routine": "program",
     "problem": "task", "goal": "task", "experiment": "task", "test": "task",
 }  # fmt: skip
+# Those of which each means one thing.
+CERTAIN_KEYWORDS = frozenset(
+    "import include using class struct dataclass enumeration const def fn fun func function proc procedure"
+    " routine".split()
+)
+CALLS = re.compile(r"\n[ \t]+(?:(?:for|when|if|foreach)\b|\w+\()")  # the body of a program, not of an api
 MARKS = re.compile(r'"""|"[^"\n]*"|#|[()\[\]]')
 QUOTES = re.compile('"""')  # the only mark within a docstring
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -135,7 +142,9 @@ def _join(above: Block, below: Block) -> Block:
     indents = [len(row) - len(row.lstrip()) for row in rows[1:] if row.strip()]
     width = min(indents, default=0) or 4
     added = below.text.rstrip("\n").split("\n")
-    numbers = [len(rows) + index for index, row in enumerate(added, start=1) if row.strip()]
+    opens = added[0].split("#")[0].rstrip().endswith(":")  # then what is below it moves with it
+    moved = [index for index, row in enumerate(added) if row.strip() and (opens or not row[0].isspace())]
+    numbers = [len(rows) + index + 1 for index in moved]
     edits = [Edit(above.stretch(number, 1, number, 1), " " * width) for number in numbers]
     if above.diagnostics:
         first = above.diagnostics[0]
@@ -145,9 +154,11 @@ def _join(above: Block, below: Block) -> Block:
         name = DECLARES.match(above.text)
         what = f"'{above.keyword} {name.group(2)}'" if name else f"the {above.keyword}"
         message = f"this line is at the margin; what belongs to {what} is indented below it"
-        fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]))
+        is_flat = len({*indents}) <= 1 and not above.text.rstrip().endswith(":")
+        fix = Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]), certain=is_flat)
         diagnostic = Diagnostic("E002", message, below.at(0, len(below.keyword)), fix=fix)
-    text = "\n".join([*rows, *(" " * width + row if row.strip() else row for row in added)]) + "\n"
+    shifted = [" " * width + row if index in moved else row for index, row in enumerate(added)]
+    text = "\n".join([*rows, *shifted]) + "\n"
     column_maps = {**above.column_maps, **{number: ColumnMap(1, 1, width) for number in numbers}}
     return replace(above, text=text, column_maps=column_maps, diagnostics=(diagnostic,))
 
@@ -224,10 +235,16 @@ def misspelt_keyword(block: Block) -> Diagnostic:
     found = block.keyword
     span = block.at(0, max(1, len(found)))
     help = f"a line at the margin begins with one of: {', '.join(KEYWORDS)}"
+    if (imported := re.match(r"from[ \t]+(\w+)[ \t]+import[ \t]*\*", block.text)) is not None:
+        whole = block.at(0, imported.end())
+        fix = Fix(whole, f"use {imported.group(1)}", certain=True)
+        return Diagnostic("E002", "a library is used with 'use'", span, help=help, fix=fix)
     meant = FOREIGN_KEYWORDS.get(found) or nearest(found, KEYWORDS) if found else None
     if meant:
+        is_clear = found in CERTAIN_KEYWORDS and (meant != "program" or CALLS.search(block.text) is not None)
+        certain = is_clear or is_misspelt(found, meant, KEYWORDS)
         message = f"no declaration begins with '{found}'; did you mean '{meant}'?"
-        return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant))
+        return Diagnostic("E002", message, span, help=help, fix=Fix(span, meant, certain=certain))
     message = f"no declaration begins with {found or block.text[0]!r}"
     if block.text[0].isspace():
         message = "this line is indented, and there is no declaration above it"

@@ -44,7 +44,7 @@ def recover(block: Block, attempt: Attempt) -> Parsed:
     diagnostics = dict.fromkeys(block.diagnostics)
     rounds = min(MAX_ROUNDS, MAX_CHARACTERS // len(block.text))
     while found:
-        with_fixes = [with_fix(each, text.block(), attempt) for each in found]
+        with_fixes = [text.with_fix(each) for each in found]
         diagnostics |= dict.fromkeys(each for each in with_fixes if not text.is_about_stub(each))
         rounds -= 1
         chosen = [
@@ -80,6 +80,13 @@ class _BlockText:
 
     def block(self) -> Block:
         return replace(self._original, text="\n".join(self._rows) + "\n", column_maps=dict(self._column_maps))
+
+    def with_fix(self, diagnostic: Diagnostic) -> Diagnostic:
+        """Return the diagnostic with a fix; only an offer where lines are missing by now."""
+        better = with_fix(diagnostic, self.block(), self._attempt)
+        if better.fix is None or self.is_whole:
+            return better
+        return replace(better, fix=replace(better.fix, certain=False))
 
     def is_about_stub(self, diagnostic: Diagnostic) -> bool:
         """Return whether it is about the placeholder for a body, not about the user's text."""

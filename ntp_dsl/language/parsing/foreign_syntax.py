@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from ntp_dsl.language.syntax.foreign_units import in_our_units
+from ntp_dsl.language.syntax.formatter import format_expression
+
 Rewrite = str | Callable[[re.Match[str]], str]
 NAME = r"[A-Za-z_]\w*"
 VALUE = rf"{NAME}(?:\.{NAME})?"
@@ -21,6 +24,10 @@ OPERATORS: Mapping[str, str] = {
     "eight": "8", "nine": "9", "ten": "10",
 }  # fmt: skip
 
+# Synonyms of several words of the language.
+UNCERTAIN = frozenset(
+    "while from returns objects init program task target done until at using every each of".split()
+)
 SYNONYMS: Mapping[str, str] = {
     "if": "when", "while": "when", "foreach": "for", "forall": "all", "every": "all", "each": "all",
     "exists": "some", "of": "in", "extends": "is", "isa": "is", "inherits": "is", "from": "in",
@@ -69,58 +76,127 @@ def _methods(match: re.Match[str]) -> str:
     return f"{match['name']}({match['thing']}{given})"
 
 
-# In the order in which they are tried; each rewrites a whole line.
-REWRITES: Sequence[tuple[str, Rewrite]] = (
-    (rf"^use\s+({NAME})[.:/].*$", r"use \1"),
-    (rf"^use\s+({NAME})\s+(?:import|as|from)\b.*$", r"use \1"),
-    (rf"^type\s+({NAME})\s*(?:[(:<,=]|<:)\s*({NAME})\s*[)>]?\s*:?\s*$", r"type \1 is \2"),
-    (rf"^enum\s+(?P<name>{NAME})\s*[:=({{\[]*\s*(?P<rest>{NAME}.*?)\s*[)}}\]]*$", _membered),
+# What has one translation; each rewrites a whole line.
+CERTAIN: Sequence[tuple[str, Rewrite]] = (
+    (rf"^type\s+({NAME})\s*(?:[(:<=-]|<:)\s*({NAME})\s*[)>]?\s*:?\s*$", r"type \1 is \2"),
+    (rf"^enum\s+(?P<name>{NAME})(?:\s+|\s*[:=({{\[]+\s*)(?P<rest>{NAME}.*?)\s*[)}}\]]*$", _membered),
     (rf"^record\s+({NAME})\s*[:=({{\[]+\s*({NAME}\s*:.*?)\s*[)}}\]]*:?$", r"record \1(\2)"),
-    (rf"^constant\s+([a-z_]\w*)\s*(?:is|=|as|of|->|\s)\s*({NAME})$", r"constant \1: \2"),
+    (rf"^constant\s+([a-z_]\w*)(?:\s*(?:=|->)\s*|\s+(?:(?:is|as|of)\s+)?)({NAME})$", r"constant \1: \2"),
     (rf"^(predicate\s+{NAME}\s*\(.*\))\s*(?::|=>|=|>|returns?\b|is\b|as\b)\s*({NAME})\s*:?$",
      r"\1 -> \2"),
     (r"^(predicate\s.*\))\s*->\s*(?:bool|boolean|Bool)\b", r"\1"),
+    (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})(?:\s+(?:in|of)\b|\s*(?::|<-|=))\s*({NAME})\s*\)?"
+     r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
+    (r"^(\s*)unless\b\s*(.+?)\s*:?$", r"\1when not (\2):"),
+    (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
+    (rf"^(.*?)({VALUE}(?: \w+)?)\s*([<>]=?)\s*({VALUE}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
+     r"\1\2 \3 \4 and \4 \5 \6"),
+    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})(?:\s+x\s*|\s*[*:×,(]\s*|\s+)(\d+)\)?\s+on\b", r"\1\3 \2 on"),
+    (rf"^(\s*)[-*•]\s+({NAME}.*)$", r"\1\2"),
+    (rf"(?P<thing>{NAME}\([^()]*\)|{VALUE})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
+    (rf"\bfor ([A-Z]\w*) ((?!in\b){NAME})\b", r"for \2 in \1"),
+    (rf"(?<=[:>])\s*\[\s*({NAME})\s*\]", r" list[\1]"),
+    (rf"\blist\s*(?:of\b\s*|<|\()\s*({NAME})\s*[>)]?", r"list[\1]"),
+    (r"->(?=\w)", "."),
+    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)(?:\s*x\s+|\s*[*×]\s*)({NAME})\s+on\b", r"\1 \2 on"),
+    (r"^(\s*)(?:'''|\"|')([^\"']+?)(?:'''|\"|')$", r'\1"""\2"""'),
+    (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|each|exists|some)\s*\(?(?P<name>{NAME}) in"
+     rf" (?P<list>{NAME})(?P<if> if [^:]+?)?\s*[:,|.)]\s*(?P<body>.+)$", _quantified),
+    (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|exists|some)\s*\(?(?P<loops>{NAME} in {NAME}"
+     rf"(?:\s*,\s*{NAME} in {NAME})+)\s*[:|.)]\s*(?P<body>.+)$", _quantified_twice),
+    (r"^((?:program|api)\s.*\))\s*->\s*(?:None|void|\(\))(.*)$", r"\1\2"),
+    (rf"^(task\s+{NAME})\s*\(\s*\)\s*:?$", r"\1:"),
+    (r"^(\s*)(?:if|when)\b\s*(.+?)\s*\b(?:then|do)\s*:?$", r"\1when \2:"),
+    (rf"^(\s*)(?:if|when)\b\s*(.+?)\s*\bthen\s+({NAME}\(.+)$", r"\1when \2: \3"),
+    (r"^(\s*)(?:post|effects?)\s*:\s*(.+)$", r"\1achieves \2"),
+    (r"^(.*?)\bany\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1some \2\3"),
+    (rf"^(\s*)({NAME}\([^()]*\))\s*(?:\bthen\b|;)\s*({NAME}\(.*)$", r"\1\2\n\1\3"),
+    (rf"({NAME})\s*\[\s*\]", r"list[\1]"),
+    (r"\bList\s*\[", "list["),
+    (r"^(\s*(?:requires|achieves))\s*:\s*(.+)$", r"\1 \2"),
+    (r"^(\s*(?:scene|goal|run|success))\s+([^\s:=].*)$", r"\1: \2"),
+    (r"^constant\s+([A-Z]\w*)\s+([a-z]\w*)$", r"constant \2: \1"),
+    (r"(?<=[(,])(\s*)([A-Z]\w*)\s+([a-z]\w*)(?=\s*[,)])", r"\1\3: \2"),
+    (r"(=\s*\d+)\s*(?:-|–|\bto\b|\bthrough\b)\s*(\d+)", r"\1..\2"),
+    (rf"\b(?!list\b)({NAME})\[({NAME}[^\[\]]*)\]", r"\1(\2)"),
+    (rf"^use\s+({NAME})\.ntp$", r"use \1"),
+)  # fmt: skip
+# Guesses, in the order in which they are tried.
+LIKELY: Sequence[tuple[str, Rewrite]] = (
+    (rf"^(\s+)({NAME}\([^()]*\)\s+(?:and|or)\s.+)$", r"\1requires \2"),
+    (rf"^use\s+({NAME})[.:/].*$", r"use \1"),
+    (rf"^use\s+({NAME})\s+(?:import|as|from)\b.*$", r"use \1"),
     (rf"^((?:program|api)\s.*\))\s*->\s*{NAME}(.*)$", r"\1\2"),
     (rf"^(task\s+{NAME})\s*\(.*\)\s*:?$", r"\1:"),
-    (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})\s*(?:in\b|of\b|:|<-|=)\s*({NAME})\s*\)?"
-     r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
     (r"^(\s*)(?:if|when|while)\b\s*(.+?)\s*(?:\bthen|\bdo|\{)\s*:?$", r"\1when \2:"),
     (r"^(\s*)(?:goal|success|post|effects?)\s*:\s*(.+)$", r"\1achieves \2"),
-    (r"^(\s*)unless\b\s*(.+?)\s*:?$", r"\1when not (\2):"),
     (rf"^(\s*)(?:{NAME}\s+)?{NAME}\s*:?=\s*(?:await\s+)?({NAME}\(.*)$", r"\1\2"),
     (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|each|exists|some|any)\s*\(?(?P<name>{NAME}) in"
      rf" (?P<list>{NAME})(?P<if> if [^:]+?)?\s*[:,|.)]\s*(?P<body>.+)$", _quantified),
     (rf"^(?P<head>.*?)\b(?P<word>forall|all|every|exists|some)\s*\(?(?P<loops>{NAME} in {NAME}"
      rf"(?:\s*,\s*{NAME} in {NAME})+)\s*[:|.)]\s*(?P<body>.+)$", _quantified_twice),
-    (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
     (r"^(.*?)\bany\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1some \2\3"),
     (r"^(.*?)\bany\s+(.+\bfor\b.+)$", r"\1some \2"),
     (r"^(.*?)\b(?:no|none|never)\s+(.+\bfor\b.+)$", r"\1all not \2"),
     (rf"^(\s*{CLAUSE}\s*)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
     (r"^(predicate[^:]*\((?:[^()]*)\):?\s+)((?!.*\b(?:all|some)\b).+\sfor\s.+)$", r"\1all \2"),
-    (rf"^(.*?)({VALUE}(?: \w+)?)\s*([<>]=?)\s*({VALUE}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",
-     r"\1\2 \3 \4 and \4 \5 \6"),
     (r"^(.*=\s*)(?:range\s*)?[\[(]\s*(\d+)\s*,\s*(\d+)\s*[\])](.*)$", r"\1\2..\3\4"),
-    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*)({NAME})\s*[x*:×,(]?\s*(\d+)\)?\s+on\b", r"\1\3 \2 on"),
     (r"^(?P<margin>\s*)(?P<count>\d+(?:\s*\.\.\s*\d+)?)\s+(?P<type>[A-Z]\w*)\s+on\b", _grouped),
-    (rf"^(\s*)[-*•]\s+({NAME}.*)$", r"\1\2"),
     (rf"^(\s*)({NAME}\([^()]*\))\s*(?:\band\b|\bthen\b|&&|,|;)\s*({NAME}\(.*)$", r"\1\2\n\1\3"),
-    (rf"(?P<thing>{NAME}\([^()]*\)|{VALUE})\s+in\s+[(\[{{](?P<members>[\w,\s]+)[)\]}}]", _among),
     (rf"\bfor (?P<names>{NAME}(?:\s*,\s*{NAME})+) in (?P<list>{NAME})", _looped),
-    (rf"\bfor ([A-Z]\w*) ((?!in\b){NAME})\b", r"for \2 in \1"),
-    (rf"(?<=[:>])\s*\[\s*({NAME})\s*\]", r" list[\1]"),
-    (rf"\blist\s*(?:of\b\s*|<|\()\s*({NAME})\s*[>)]?", r"list[\1]"),
-    (r"->(?=\w)", "."),
-    (rf"^(\s*(?:scene:)?\s*{NAME}:\s*\d+)\s*[x*×]\s*({NAME})\s+on\b", r"\1 \2 on"),
-    (r"^(\s*)(?:'''|\"|')([^\"']+?)(?:'''|\"|')$", r'\1"""\2"""'),
+    (rf"^type\s+({NAME})\s*,\s*({NAME})$", r"type \1 is \2"),
 )  # fmt: skip
-COMPILED = [(re.compile(pattern), rewrite) for pattern, rewrite in REWRITES]
+COMPILED = {re.compile(pattern): rewrite for table in (CERTAIN, LIKELY) for pattern, rewrite in table}
+
+
+def _measured(match: re.Match[str]) -> str:
+    """Write `5.08 cm` for `2 in`, and `0.002 mm` for `2 µm`."""
+    meant = in_our_units(float(match["value"]), match["unit"])
+    return match.group() if meant is None else format_expression(meant)
+
+
+# Signs and notations of numbers; not `1,500 kg`, which may be a thousand and a half, and not `height=2,4`.
+NOTATIONS: Sequence[tuple[re.Pattern[str], Rewrite]] = (
+    (re.compile("≤"), "<="),
+    (re.compile("≥"), ">="),
+    (re.compile("≠|<>"), "!="),
+    (re.compile(r"\s*(?:∧|&&)\s*"), " and "),
+    (re.compile(r"\s*(?:∨|\|\|)\s*"), " or "),
+    (re.compile(r"(?:¬|!(?!=))\s*"), "not "),
+    (re.compile(r"(?<![\w.,=\]])(?<!=\s)(0|\d+(?!,\d{3}(?!\d))),(\d+)(?![\w]*[,.]\d)"), r"\1.\2"),
+    (re.compile(r"(?<![\w.)\]])\.(\d+)"), r"0.\1"),
+    (re.compile(r"(?<![\w.])(\d+)\.(?![\w.])"), r"\1"),
+    (re.compile(r"(?<![\w)\].])(?<![\w)\].]\s)\+\s*(?=\d)"), ""),
+    (re.compile(r"−(?=\s*\d)"), "-"),
+    (re.compile(r"(?<=\d)\s*°(?!\s*[A-Z])"), " deg"),
+    (re.compile(r"(?<![\w.])(?P<value>\d+(?:\.\d+)?)\s*(?P<unit>[µμ](?:m|s)\b|in(?=\s*(?:[,):]|\.\.|and\b|or\b|$)))"),
+     _measured),
+)  # fmt: skip
 METHOD = re.compile(rf"(?P<thing>{VALUE})\.(?P<name>{NAME})\((?P<rest>[^()]*)\)")
 INFIX = re.compile(rf"(?P<left>{VALUE})\s+(?P<name>{NAME})\s+(?P<right>{VALUE})")
 NAMED = re.compile(rf"(?<=[(,])\s*{NAME}\s*[:=]\s*(?!=)")
 WORD = re.compile(NAME)
 LIST = re.compile(rf"({NAME})\s*:\s*list\b")
 ELEMENT = re.compile(rf"({NAME})\.{NAME}")
+
+
+def certain_rewrites(text: str) -> Iterator[str]:
+    """Yield what a line of another language, or with other notations of numbers, is in this one."""
+    if len(text) > MAX_LENGTH or GAP in text.strip():
+        return
+    whole, comment = _without_comment(text)
+    code = whole.rstrip("; ") if whole.endswith(";") else whole
+    for pattern, rewrite in [*COMPILED.items()][: len(CERTAIN)]:
+        found = pattern.sub(rewrite, code)
+        if found != code:
+            yield found + comment
+    ours = code
+    for pattern, notation in NOTATIONS:
+        ours = pattern.sub(notation, ours)
+    if ours != code:
+        yield ours + comment
+    if code + comment != text:
+        yield code + comment
 
 
 def rewrites(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
@@ -132,8 +208,7 @@ def rewrites(rows: Sequence[str], row: int, column: int) -> Iterator[str]:
     if len(rows[row]) > MAX_LENGTH or GAP in rows[row].strip():
         return
     text, comment = _without_comment(rows[row])
-    yield re.sub(r"\bList\s*\[", "list[", text) + comment
-    for pattern, rewrite in COMPILED:
+    for pattern, rewrite in COMPILED.items():
         found = pattern.sub(rewrite, text)
         if found != text:
             yield found + comment
@@ -173,7 +248,6 @@ def _brackets(text: str, column: int) -> Iterator[str]:
         yield found
     if (found := NAMED.sub(lambda each: " " if each.group().startswith(" ") else "", text)) != text:
         yield found
-    yield re.sub(rf"({NAME})\s*\[\s*\]", r"list[\1]", text)
     for place in (column, column - 1):
         if place < 0 or text[place : place + 1] not in OPENED:
             continue

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Set
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
 from ntp_dsl.language.parsing.blocks import WORD, Block
-from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS
+from ntp_dsl.language.parsing.foreign_syntax import SYNONYMS, UNCERTAIN
 from ntp_dsl.language.syntax.nodes import Span
 
 LINE_END = "the end of the line"
@@ -31,6 +32,7 @@ TERMINALS = {
 }
 # The beginning of an expression is one idea for the reader, and eight terminals for the parser.
 EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'"}
+FOREIGN = frozenset("else elif return pass break continue while try let var".split())
 LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "goal", "run", "success"}
 
 
@@ -64,6 +66,12 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
     """Report a word where the grammar has no place for it."""
     visible = not kind.startswith(("_", "$")) and "\n" not in text
     span = block.span(line, column, len(text) if visible else 1)
+    row = block.text.split("\n")[line - 1]
+    first = WORD.match(row.strip())
+    if line > 1 and first and first.group() in FOREIGN:
+        return foreign(first.group(), block.span(line, row.index(first.group()) + 1, len(first.group())))
+    if text in FOREIGN:
+        return foreign(text, span)
     misspelt_keyword = _misspelt_line(block, line, column, expected)
     if misspelt_keyword is not None:
         return misspelt_keyword
@@ -75,12 +83,24 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
         message = f"'{name}' has no type"
         return Diagnostic("E001", message, span, help=f"for example: {name}: Object")
     if kind == "_INDENT":
-        message = "this line is indented further than the one above, which has no body"
+        message = "this line is indented further than the one above, which opens no block"
         span = _next_line(block, line)
+        if block.text.split("\n")[span.line - block.line].startswith("\t"):
+            message = (
+                "this line is indented by a tab, which counts as eight blanks: further than the one above"
+            )
     if kind == "_NEWLINE" and "':'" in expected and _opens_block(block, line):
         message = "a ':' is missing at the end of this line"
-        fix = Fix(block.span(line, column, 0), ":")
+        fix = Fix(block.span(line, column, 0), ":", certain=True)
     return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
+
+
+def foreign(word: str, span: Span, fix: Fix | None = None) -> Diagnostic:
+    """Report a word such as `return` or `else`."""
+    help = "a body consists of calls, 'for' and 'when'"
+    if word in {"else", "elif"}:
+        help = "write another 'when' with the opposite condition: when not ..."
+    return Diagnostic("E001", f"there is no '{word}' in the language", span, help=help, fix=fix)
 
 
 def _next_line(block: Block, line: int) -> Span:
@@ -96,7 +116,7 @@ def _advice(kind: str, expected: Set[str]) -> str:
     if kind in {"_DEDENT", "$END", "_NEWLINE"} and INDENTED in expected:
         return "what belongs to this declaration is indented below it"
     if kind == "_INDENT":
-        return "only expressions in brackets continue over several lines"
+        return "indent it as the one above; only expressions in brackets continue over several lines"
     return ""
 
 
@@ -115,16 +135,20 @@ def _misspelt_line(block: Block, line: int, column: int, expected: Set[str]) -> 
     end = start + len(first.group())
     between = row[end - 1 : column - 1].strip()
     allowed = {word.strip("'") for word in expected} & LINE_WORDS if column == start else LINE_WORDS
-    meant = SYNONYMS.get(first.group().lower())
+    word = first.group()
+    meant = SYNONYMS.get(word.lower())
+    certain = word.lower() not in UNCERTAIN
     if meant not in allowed:
-        meant = nearest(first.group(), allowed)
+        meant = nearest(word, allowed)
+        certain = meant is not None and is_misspelt(word, meant, LINE_WORDS)
     if meant is None or between or "(" in row[end - 1 : end]:
         return None
     span = block.span(line, start, len(first.group()))
     message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
     is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
     taken = block.span(line, start, len(first.group()) + is_clause)
-    return Diagnostic("E001", message, span, fix=Fix(taken, meant))
+    help = "there is no 'else': write another 'when not ...'" if word.lower() == "if" else ""
+    return Diagnostic("E001", message, span, help=help, fix=Fix(taken, meant, certain=certain))
 
 
 def unreadable(block: Block, line: int, column: int, letter: str) -> Diagnostic:

@@ -52,7 +52,7 @@ def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
         frozenset(_incomplete(found)),
         frozenset(key for parsed in found for key in parsed.unreadable),
         frozenset(line for parsed in found for line in parsed.guessed),
-        any(parsed.block.keyword == "use" and parsed.item is None for parsed in found),
+        any(parsed.block.keyword in {"library", "use"} and not parsed.is_whole for parsed in found),
     )
 
 
@@ -72,7 +72,7 @@ def _check_header(
     top = Span(path, 1, 1, 1, 1)
     if not headers and not any(parsed.item is None for parsed in found):
         help = f"write 'library {stem}' above everything else"
-        fix = Fix(top, f"library {stem}\n\n")
+        fix = Fix(top, f"library {stem}\n\n", certain=stem != UNNAMED)
         message = "the text does not name its library"
         yield Diagnostic("E005", message, top, help=help, fix=fix)
     for header in headers[1:]:

@@ -1,7 +1,8 @@
-"""Fixes for a block that does not parse: the first guess with which the parser gets further is offered.
+"""Fixes for a block that does not parse: guesses, of which one is proposed if the parser then gets further.
 
 Guesses are words of other languages, typing errors, and marks that are missing, superfluous or foreign. A
-guess is offered only if the text then parses as far as the next line at least.
+guess is proposed only if the text then parses as far as the next line at least. First come those that are
+certain if no other of their kind parses, too; then the first of the others is an offer.
 """
 
 from __future__ import annotations
@@ -11,9 +12,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, nearest
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
+from ntp_dsl.language.diagnostics.spelling import is_misspelt, nearest
+from ntp_dsl.language.parsing import parse_messages
 from ntp_dsl.language.parsing.blocks import PARTNERS, Block
-from ntp_dsl.language.parsing.foreign_syntax import FILLERS, SYNONYMS, bracketed, rewrites
+from ntp_dsl.language.parsing.foreign_syntax import (
+    FILLERS,
+    SYNONYMS,
+    UNCERTAIN,
+    bracketed,
+    certain_rewrites,
+    rewrites,
+)
 from ntp_dsl.language.syntax.nodes import Span
 
 Attempt = Callable[[Block], tuple[object, Sequence[Diagnostic]]]
@@ -24,20 +34,26 @@ MAX_TRIES = 60
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BEFORE = re.compile(r"[A-Z][A-Za-z0-9_]*$")
 TWICE = re.compile(r"\b(?P<word>\w+)(\s+)(?P=word)\b")
-APART = re.compile(r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
+# Words that never follow one another, and what no line ends with.
+APART = re.compile(
+    r"\bon with\b|\b(?:and|or|not|in) (?:and|or|in)\b|\b(?:and|or|not) (?:in|on|is|with)\b(?!\s*\()"
+)
+UNFINISHED = re.compile(r"(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
+DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two characters of one word or sign
 OPENING = ("requires", "achieves", "for", "when", "calls", "scene", "goal", "run", "success")
 INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "any", "list",
          "requires", "achieves")  # fmt: skip
 MARKS: Mapping[str, str] = {
-    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": "->", "<>": "!=", "=": "==", "!": "not ",
+    "&&": "and", "&": "and", "||": "or", "|": "or", "=>": ">=", "=<": "<=", "<>": "!=", "=": "==",
+    "!": "not ",
     "//": "#", ";": "", "?": "", "$": "", "@": "", "`": "", ",": "", ":": "", "...": "..",
     "-": "..", "{": "[", "}": "]", "≤": "<=", "≥": ">=", "≠": "!=", "¬": "not ", "∧": "and", "∨": "or",
     "–": "-", "×": "*", ">": "->", "..": "=", "--": "#", "…": "..", ":=": "==",
 }  # fmt: skip
+CERTAIN_MARKS = ("&", "|", "=", "–", "×", "...", "…")
 MISSING = (", ", ":", ")", "]", "(goal)", "()", ".", "(", "[", " in ", " with ", " on table ", " on ", " is ",
            "..", "=", " and ", " == ")  # fmt: skip
-FOREIGN = frozenset("else elif return pass import break continue while try let var".split())
 
 
 def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnostic:
@@ -46,15 +62,17 @@ def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnost
     rows = block.text.rstrip("\n").split("\n")
     if block.column_maps or not 0 <= row < len(rows):
         return diagnostic
-    if (
-        diagnostic.code == "E001"
-        and row
-        and (word := WORD.match(rows[row].strip()))
-        and word.group() in FOREIGN
-    ):
+    word = WORD.match(rows[row].strip())
+    if diagnostic.code == "E001" and row and word and word.group() in parse_messages.FOREIGN:
         return _foreign(diagnostic, block, rows, row, word.group(), attempt)
     if diagnostic.fix is not None or diagnostic.code not in {"E001", "E003", "E004"}:
         return diagnostic
+    certain = _only_certain(rows, row, diagnostic.span.column - 1, block, attempt)
+    if certain is not None:
+        return _fixed(diagnostic, block, rows, certain, certain=True)
+    if (comma := DECIMAL_COMMA.search(rows[row])) and abs(comma.start() - diagnostic.span.column + 1) <= 1:
+        help = "decimals follow a '.', and the digits of thousands are written without a mark"
+        return replace(diagnostic, help=help)
     better: tuple[int, str] | None = None
     tried: set[tuple[int, str]] = set()
     for guess in _guesses(rows, row, diagnostic.span.column - 1):
@@ -71,6 +89,33 @@ def with_fix(diagnostic: Diagnostic, block: Block, attempt: Attempt) -> Diagnost
     return diagnostic if better is None else _fixed(diagnostic, block, rows, better)
 
 
+def _only_certain(rows: list[str], row: int, column: int, block: Block, attempt: Attempt) -> Guess | None:
+    """Return the one certain guess with which the block parses; or else the one that gets further.
+
+    Guesses that mean the same are one.
+    """
+    whole: list[tuple[object, Guess]] = []
+    further: list[Guess] = []
+    guesses = [
+        each for each in dict.fromkeys(_certain_guesses(rows, row, column)) if each[1] != rows[each[0]]
+    ]
+    for guess in guesses[: min(MAX_TRIES, MAX_CHARACTERS // len(block.text))]:
+        item, left = attempt(replace(block, text="\n".join(_with(rows, guess)) + "\n"))
+        if not left:
+            whole.append((item, guess))
+        elif _brackets(guess[1]) == _brackets(rows[guess[0]]) and (
+            min(each.span.line for each in left) - block.line > max(row, guess[0])
+        ):
+            further.append(guess)
+    if whole:
+        return whole[0][1] if all(item == whole[0][0] for item, _ in whole) else None
+    return further[0] if len(further) == 1 else None
+
+
+def _brackets(text: str) -> str:
+    return re.sub(r"[^()\[\]]", "", text)
+
+
 def _foreign(
     diagnostic: Diagnostic, block: Block, rows: list[str], row: int, word: str, attempt: Attempt
 ) -> Diagnostic:
@@ -83,20 +128,19 @@ def _foreign(
         others = [*rows[:row], *rows[row + 1 :]]
         if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
             line = block.line + row
-            fix = Fix(Span(block.path, line, 1, line + 1, 1), "")
+            fix = Fix(Span(block.path, line, 1, line + 1, 1), "", certain=word == "pass")
     else:
         others = _with(rows, (row, rows[row][: column - 1] + rest))
         if not attempt(replace(block, text="\n".join(others) + "\n"))[1]:
             fix = Fix(block.span(row + 1, column, len(rows[row]) - len(rest) - column + 1), "")
-    message = f"there is no '{word}' in the language"
-    help = "a body consists of calls, 'for' and 'when'"
-    return replace(diagnostic, message=message, span=span, help=help, fix=fix)
+    return parse_messages.foreign(word, span, fix)
 
 
 def _repeats(guess: Guess, rows: Sequence[str]) -> bool:
     """Return whether the guess repeats a word, or joins two that never follow one another."""
     index, new = guess
-    return any(each.search(new) and not each.search(rows[index]) for each in (TWICE, APART))
+    is_repeated = any(each.search(new) and not each.search(rows[index]) for each in (TWICE, UNFINISHED))
+    return is_repeated or APART.search(new) is not None
 
 
 def replaces_word(diagnostic: Diagnostic) -> bool:
@@ -109,7 +153,9 @@ def _with(rows: list[str], guess: Guess) -> list[str]:
     return [guess[1] if index == guess[0] else row for index, row in enumerate(rows)]
 
 
-def _fixed(diagnostic: Diagnostic, block: Block, rows: list[str], guess: Guess) -> Diagnostic:
+def _fixed(
+    diagnostic: Diagnostic, block: Block, rows: list[str], guess: Guess, certain: bool = False
+) -> Diagnostic:
     """Return the diagnostic with the smallest edit of whole words that makes the guess."""
     index, new = guess
     old = rows[index]
@@ -121,7 +167,7 @@ def _fixed(diagnostic: Diagnostic, block: Block, rows: list[str], guess: Guess) 
         end -= 1
     span = block.span(index + 1, start + 1, len(old) - end - start)
     replacement = new[start : len(new) - end]
-    fix = Fix(span, replacement)
+    fix = Fix(span, replacement, certain=certain)
     taken = old[start : len(old) - end]
     help = f"did you mean '{new.strip()}'?"
     is_here = WORD.search(taken) is not None and index == diagnostic.span.line - block.line
@@ -153,6 +199,79 @@ def _put(text: str, place: int, mark: str) -> str:
 
 
 # Guesses, the likeliest first ---------------------------------------------------------------------
+
+
+def _certain_guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
+    """Yield what is meant without doubt, if it is only one of these."""
+    text = rows[row]
+    if text.count('"""') == 1:
+        yield row, text.rstrip() + '"""'
+        return
+    for new in certain_rewrites(text):
+        yield row, new
+    words = list(WORD.finditer(text))
+    near = [each for each in words if each.start() <= column < each.end()]
+    near += [each for each in words if each.end() <= column][-1:]
+    for match in dict.fromkeys([*near, *words[:1]]):
+        head, rest, found = text[: match.start()], text[match.end() :], match.group()
+        for meant in _certain_words(found, match is words[0]):
+            yield row, head + meant + rest
+            yield row, head + meant + re.sub(r"^\s*:", "", rest)
+        if found.lower() in FILLERS:
+            yield row, head + rest.lstrip()
+    twice = TWICE.search(text)
+    if twice and twice["word"] in {*OPENING, *INNER}:
+        yield row, text[: twice.end("word")] + text[twice.end() :]
+    for mark in CERTAIN_MARKS:
+        for start in {column, column - 1}:
+            if start >= 0 and text.startswith(mark, start):
+                rest = text[start + len(mark) :]
+                yield row, text[:start] + MARKS[mark] + rest
+    if text[column : column + 1] in PARTNERS:
+        for match in reversed([*re.finditer(r"[\w)\]](?!\w)", text[column:])]):
+            yield row, _put(text, column + match.end(), PARTNERS[text[column]])
+    elif text[column : column + 1] in PARTNERS.values():
+        yield from ((row, each) for each in _without_bracket(text, column))
+    comma = re.match(r"(\s*\w+\s*:)", text[column:])
+    if comma and re.search(r"[(,]\s*\w+\s*:\s*[\w\[\]]+\s*$", text[:column]):  # (a: Block b: Block)
+        yield row, text[:column].rstrip() + ", " + text[column:].lstrip()
+    yield from _shifted(rows, row)
+
+
+def _without_bracket(text: str, column: int) -> Iterator[str]:
+    """Yield the line without a bracket that is too many, or with the right kind in place of another."""
+    found = text[column]
+    if sum(map(text.count, PARTNERS)) < sum(map(text.count, PARTNERS.values())):
+        if text[:column].rstrip().endswith(found):  # doubled; otherwise one that opens may be missing
+            yield text[:column] + text[column + 1 :]
+        return
+    for opening, closing in PARTNERS.items():
+        place = text.rfind(opening, 0, column)
+        if closing != found and place >= 0:
+            partner = next(each for each, other in PARTNERS.items() if other == found)
+            yield text[:place] + partner + text[place + 1 :]
+            yield text[:column] + closing + text[column + 1 :]
+
+
+def _certain_words(found: str, is_first: bool) -> Iterator[str]:
+    known = OPENING if is_first else INNER
+    word = found.lower()
+    if word in SYNONYMS and word not in UNCERTAIN:
+        yield SYNONYMS[word]
+    if found not in known:
+        yield from (each for each in known if is_misspelt(found, each, known))
+
+
+def _shifted(rows: list[str], row: int) -> Iterator[Guess]:
+    """Yield the line one column further left or right, where others begin; or with blanks for its tabs."""
+    indent = len(rows[row]) - len(rows[row].lstrip())
+    above = [each for each in rows[1:row] if each.strip()]
+    others = {len(each) - len(each.lstrip()) for each in above}
+    for other in {indent - 1, indent + 1} & others:
+        yield row, " " * other + rows[row].lstrip()
+    if rows[row].startswith("\t"):
+        blank = [len(each) - len(each.lstrip()) for each in above if each.startswith(" ")]
+        yield row, rows[row].expandtabs(min(blank, default=4))
 
 
 def _guesses(rows: list[str], row: int, column: int) -> Iterator[Guess]:
@@ -207,7 +326,7 @@ def _other_marks(text: str, column: int) -> Iterator[str]:
                 if mark in {"-", ":"}:
                     yield text[:start] + "->" + rest
                     yield text[:start].rstrip() + ":" + rest
-                if mark == ";":
+                if mark == ";" and not text[:start].strip():
                     yield text[:start] + "#" + rest
                 if mark == "!":
                     yield text[:start] + ours + rest.lstrip()

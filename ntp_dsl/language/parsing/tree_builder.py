@@ -217,8 +217,8 @@ class Builder(Terms):
 
     def block(self, span: Span, *statements: nodes.Statement) -> nodes.Statement:
         for extra in statements[1:2]:
-            message = "a 'for' or 'when' holds one call; this is another"
-            help = "move them into a program of their own, or indent this one less"
+            message = "the body of a 'for' or 'when' is one call, and this is a second one"
+            help = "write a program of the two and call that; or, if it comes after the loop, indent it less"
             self.diagnostics.append(Diagnostic("E006", message, extra.span, help=help))
         return statements[0]
 

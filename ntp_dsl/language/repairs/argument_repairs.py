@@ -66,7 +66,14 @@ def repair_count(scope: NamesInScope, parameters: Sequence[Parameter], given: Ar
     if max(wanted, found) > MAX_ARGUMENTS:
         return None
     if found > wanted:
-        choices = [each for each in combinations(given, wanted) if scope.takes(parameters, each)]
+        numbers = {
+            each for each in given if isinstance(each, nodes.Number)
+        }  # which nobody writes by accident
+        choices = [
+            each
+            for each in combinations(given, wanted)
+            if numbers <= {*each} and scope.takes(parameters, each)
+        ]
         distinct = [each for each in choices if len(set(each)) == len(each)]
         return next(iter(distinct or choices), None)
     fields = _fields_of(scope, given[0]) if found == 1 else ()
@@ -74,6 +81,47 @@ def repair_count(scope: NamesInScope, parameters: Sequence[Parameter], given: Ar
         return fields
     filled = (_fill(scope, parameters, given, kept) for kept in combinations(range(wanted), found))
     return next((each for each in filled if each is not None), None)
+
+
+def decimal_points(given: Sequence[nodes.Node], wanted: int) -> Fix | None:
+    """Write `0.5 kg` for `0,5 kg`, which is read as two elements, if that leaves as many as are wanted."""
+    pairs = [
+        (before, after)
+        for before, after in zip(map(_last_number, given), map(_first_number, given[1:]), strict=False)
+        if before is not None and after is not None and _are_one_number(before, after)
+    ]
+    if not pairs or len(given) - len(pairs) != wanted:
+        return None
+    edits = [Edit(_until(before.span, after.span), ".") for before, after in pairs]
+    return Fix(edits[0].span, edits[0].replacement, tuple(edits[1:]), certain=True)
+
+
+def _last_number(node: nodes.Node) -> nodes.Number | None:
+    if isinstance(node, nodes.Interval):
+        return node.high
+    return node if isinstance(node, nodes.Number) else None
+
+
+def _first_number(node: nodes.Node) -> nodes.Number | None:
+    if isinstance(node, nodes.Interval):
+        return node.low
+    return node if isinstance(node, nodes.Number) else None
+
+
+def _are_one_number(before: nodes.Number, after: nodes.Number) -> bool:
+    """Recognise `0,5 kg`; not `1,500 kg`, which may be a thousand and a half."""
+    whole, rest = before.span, after.span
+    is_close = whole.end_line == rest.line and whole.end_column + 1 == rest.column
+    digits = f"{abs(before.value):.0f}"
+    is_whole = whole.end_column - whole.column == len(digits) + (before.value < 0) and not before.unit
+    decimals = rest.end_column - rest.column - len(after.unit)  # perhaps with blanks before the unit
+    is_plain = after.value >= 0 and after.value == int(after.value)
+    may_be_thousands = digits != "0" and len(f"{after.value:.0f}") == 3 or (digits != "0" and decimals == 3)
+    return is_close and is_whole and is_plain and not may_be_thousands
+
+
+def _until(before: Span, after: Span) -> Span:
+    return Span(after.path, before.end_line, before.end_column, after.line, after.column)
 
 
 def _fields_of(scope: NamesInScope, whole: Expression) -> Arguments:
@@ -128,13 +176,24 @@ def repair_argument(
     return scope.only(parameter, given)
 
 
+def is_only_part(scope: NamesInScope, parameter: Parameter, whole: Expression, meant: Expression) -> bool:
+    """Return whether `p.item`, for `p`, is all that fits here: then nothing else can be meant."""
+    constants = [Name(each.name) for each in scope.table.constants.values()]
+    fitting = [
+        *scope.of_type(parameter.type),
+        *(each for each in constants if scope.accepts(parameter, each)),
+    ]
+    is_part = isinstance(meant, Field) and isinstance(whole, Name) and meant.value.id == whole.id
+    return is_part and fitting == [meant]
+
+
 def as_field(scope: NamesInScope, atom: nodes.Node) -> Fix | None:
     """Write `order.drink` for `drink(order)`."""
     match atom:
         case nodes.Atom(name, (Name(id),)) if id in scope.names and not scope.names[id].is_list:
             record = scope.table.records.get(scope.names[id].name)
             if record is not None and name in {each.name for each in record.fields}:
-                return Fix(atom.span, f"{id}.{name}")
+                return Fix(atom.span, f"{id}.{name}", certain=name not in scope.table.predicates)
     return None
 
 
@@ -156,9 +215,9 @@ def narrower(scope: NamesInScope, parameter: Parameter, wrong: Expression) -> Fi
     return Fix(declared.span, parameter.type.name) if wider else None
 
 
-def as_call(node: nodes.Atom | nodes.Call, name: str, arguments: Arguments) -> Fix:
+def as_call(node: nodes.Atom | nodes.Call, name: str, arguments: Arguments, certain: bool = False) -> Fix:
     """Write the call, or predicate, with these arguments instead."""
-    return Fix(node.span, f"{name}({', '.join(map(format_expression, arguments))})")
+    return Fix(node.span, f"{name}({', '.join(map(format_expression, arguments))})", certain=certain)
 
 
 def rename(generator: nodes.Generator, scope: nodes.Quantified | nodes.For, taken: set[str]) -> Fix | None:

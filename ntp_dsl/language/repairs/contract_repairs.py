@@ -1,12 +1,13 @@
-"""Repairs of unmet requirements: another order, a call before, another call, or a requirement of its own.
+"""Offers for unmet requirements: another order, a call before, another call, or a requirement of its own.
 
-Each is tried: only what leaves the program with fewer unmet requirements is proposed.
+Each is tried: only what leaves the program with fewer unmet requirements is offered.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import permutations
 
 from ntp_dsl.language.diagnostics.diagnostics import Edit, Fix
 from ntp_dsl.language.logic.facts import EVERY, facts, implies
@@ -14,18 +15,19 @@ from ntp_dsl.language.logic.preconditions import Contracts, UnmetRequirement
 from ntp_dsl.language.names.signatures import fits
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression, format_statement
-from ntp_dsl.language.syntax.nodes import Atom, Expression, ProgramDeclaration, Span, Statement
+from ntp_dsl.language.syntax.nodes import Atom, Expression, ProgramDeclaration, Span, Statement, TypeName
 from ntp_dsl.language.syntax.visitors import free_names, innermost, loops, walk
 
+MAX_ARGUMENTS = 4  # of which every order is tried
 Proposal = tuple[ProgramDeclaration, Fix, str]  # the program afterwards, the fix, and what to do in words
 
 
 def repair(contracts: Contracts, unmet: UnmetRequirement) -> tuple[Fix, str] | None:
     """Return the fix, and what it does in words."""
     before = sum(1 for _ in contracts.unmet(unmet.program))
-    groups = [_reordered, _preceded, _replaced, _required]
+    groups = [_swapped, _reordered, _preceded, _replaced, _required]
     if not contracts.achievers(unmet.fact):
-        groups = [_required]
+        groups = [_swapped, _required]
     for group in groups:
         good = [
             (fix, words)
@@ -34,6 +36,46 @@ def repair(contracts: Contracts, unmet: UnmetRequirement) -> tuple[Fix, str] | N
         ]
         if len(good) == 1:
             return good[0]
+    return None
+
+
+def _swapped(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposal]:
+    """Propose the call with its arguments in another order, if their types fit in it."""
+    callee = contracts.table.callable(unmet.call.callee)
+    if callee is None or len(unmet.call.arguments) > MAX_ARGUMENTS:
+        return
+    names = _types(contracts, unmet)
+    wanted = [each.type for each in callee.parameters]
+    for arguments in dict.fromkeys(permutations(unmet.call.arguments)):
+        types = [_type_of(each, names, contracts) for each in arguments]
+        fit = all(
+            each and fits(contracts.table, each, type) for each, type in zip(types, wanted, strict=False)
+        )
+        if arguments != unmet.call.arguments and fit:
+            call = nodes.Call(callee.name, arguments)
+            body = list(unmet.program.body)
+            body[unmet.index] = _with_call(body[unmet.index], call)
+            text = format_statement(call)[0]
+            words = f"give its arguments in the other order: {text}"
+            yield replace(unmet.program, body=tuple(body)), Fix(unmet.call.span, text), words
+
+
+def _types(contracts: Contracts, unmet: UnmetRequirement) -> dict[str, TypeName]:
+    """Return the types of the names in scope at the call."""
+    names = {each.name: each.type for each in unmet.program.parameters}
+    for loop in loops(unmet.program.body[unmet.index]):
+        names[loop.variable] = TypeName(names.get(loop.iterable.id, TypeName(loop.iterable.id)).name)
+    return names | {each.name: each.type for each in contracts.table.constants.values()}
+
+
+def _type_of(value: Expression, names: Mapping[str, TypeName], contracts: Contracts) -> TypeName | None:
+    match value:
+        case nodes.Name(id):
+            return names.get(id)
+        case nodes.Field(nodes.Name(id), name) if id in names:
+            record = contracts.table.records.get(names[id].name)
+            fields = {each.name: each.type for each in record.fields} if record else {}
+            return fields.get(name)
     return None
 
 
@@ -174,6 +216,8 @@ def _required(contracts: Contracts, unmet: UnmetRequirement) -> Iterator[Proposa
         old = program.requires
         whole = wanted if old is None else nodes.And((old, wanted), span=old.span)
         words = f"add it to what '{program.name}' requires"
+        if isinstance(program.body[unmet.index], nodes.When):
+            words += ", or to the condition of its 'when'"
         yield replace(program, requires=whole), fix, words
 
 

@@ -15,7 +15,8 @@ from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.trace_folders import summary, traces_in
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.language.diagnostics.diagnostics import NtpError, nearest
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.traces.phrases import format_call, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending
