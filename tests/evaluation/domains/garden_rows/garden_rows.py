@@ -37,5 +37,5 @@ def carry_ahead(world, origin, distance):
 
 @sampler
 def rows(rng, pots, labels, stakes, length, topology, semantics):
-    chosen = zip(semantics.permutation(pots), semantics.permutation(labels), topology.permutation(stakes))
-    return [(*names, float(rng.uniform(0.055, 0.105))) for names in list(chosen)[:length]]
+    columns = semantics.permutation(pots), semantics.permutation(labels), topology.permutation(stakes)
+    return [(*names, float(rng.uniform(0.055, 0.105))) for names in list(zip(*columns, strict=True))[:length]]
