@@ -15,6 +15,7 @@ CHORES = (placing, placing, sorting, stacking)  # placing is the most varied
 
 
 def library_name(seed: int) -> str:
+    """Return what the library of a seed is called."""
     return f"soup_{seed}"
 
 
