@@ -11,6 +11,7 @@ from ntp_dsl.soup.relations import Pair, Relation, ordered
 
 NUMBER = "length in 0 .. 1 m"  # of a limit that calls hand on
 WRAPPED = 0.35  # of deliveries, in a program that calls them
+MOST_WRAPPERS = 2
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Job:
 def delivery(draft: Draft, job: Job) -> Pair:
     """Declare a program that brings an item to a place, with all that it calls."""
     deliver = _deliver(draft, job)
-    for _ in range(2):
+    for _ in range(MOST_WRAPPERS):
         if draft.chance(WRAPPED):
             deliver = _wrapper(draft, job, deliver)
     return deliver
@@ -61,10 +62,12 @@ class _Frame:
 
     @classmethod
     def of(cls, draft: Draft, job: Job) -> _Frame:
+        """Return new names for the parameters of a job's program, in a random order."""
         item, place = draft.names.word(), draft.names.word()
         return cls(draft, job, item, place, *ordered(draft, item, job.items.root, place, job.places.type))
 
     def declare(self, requires: list[str], body: list[str], number: str = "") -> Pair:
+        """Declare a program that achieves the job's relation."""
         fact = self.job.relation.drawn(self.draft)(self.item, self.place)
         parameters = self.parameters + (f", {number}: {NUMBER}" if number else "")
         name = self.draft.program(parameters, requires, fact, body)

@@ -14,16 +14,23 @@ class Form(Enum):
     PAD = auto()  # flat, for one item
     TRAY = auto()  # flat, for several
     BIN = auto()
-    BOWL = auto()
+    BOWL = auto()  # hollow, for one item
     ITEM = auto()  # another item, which can be moved itself
 
     @property
     def hollow(self) -> bool:
+        """Return whether items go into it."""
         return self in (Form.BIN, Form.BOWL)
 
     @property
     def large(self) -> bool:
+        """Return whether it takes a side of the table."""
         return self in (Form.TRAY, Form.BIN, Form.BOWL)
+
+    @property
+    def shared(self) -> bool:
+        """Return whether it takes several items."""
+        return self in (Form.TRAY, Form.BIN)
 
 
 @dataclass(frozen=True)

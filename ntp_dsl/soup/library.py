@@ -5,11 +5,15 @@ from __future__ import annotations
 from random import Random
 
 from ntp_dsl.language.formatting.canonical import format_text
-from ntp_dsl.soup.chores import TaskWriter, Tools, placing, sorting, stacking, vacating
+from ntp_dsl.soup.chores import TaskWriter, Tools
 from ntp_dsl.soup.deliveries import buffer
 from ntp_dsl.soup.draft import Draft
 from ntp_dsl.soup.hands import TABLETOP, own_hand
 from ntp_dsl.soup.names import Names
+from ntp_dsl.soup.placing import placing
+from ntp_dsl.soup.sorting import sorting
+from ntp_dsl.soup.stacking import stacking
+from ntp_dsl.soup.vacating import vacating
 
 CHORES = (placing, placing, sorting, stacking)  # placing is the most varied
 

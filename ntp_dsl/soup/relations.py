@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ntp_dsl.soup.draft import Draft
 from ntp_dsl.soup.hands import Hand
-from ntp_dsl.soup.kinds import Family, Form, Kind
+from ntp_dsl.soup.kinds import Family, Kind
 
 DEEPEST = 3
 
@@ -58,17 +58,13 @@ def ordered(draft: Draft, item: str, item_type: str, place: str, place_type: str
 
 
 def _composed(draft: Draft, hand: Hand, inner: Pair, items: Family, places: Kind) -> Pair:
-    item, place = draft.names.word(), draft.names.word()
+    """Declare a predicate that holds just where another does, of items that are left to themselves.
+
+    None names `present` or `reachable`: what a program achieves counts as a fact that can be provided.
+    """
+    item, place, other = (draft.names.word() for _ in range(3))
     parameters, place_first = ordered(draft, item, items.root, place, places.type)
-    body = draft.pick(_bodies(draft, hand, inner(item, place), inner, item, place, items, places.form))
-    return Pair(draft.predicate(parameters, f": {body}"), place_first)
-
-
-def _bodies(
-    draft: Draft, hand: Hand, fact: str, inner: Pair, item: str, place: str, items: Family, form: Form
-) -> list[str]:
-    """Return conditions that hold just where the fact does, of things that are left to themselves."""
-    other, held = draft.names.word(), f"{hand.holding}({item})"
+    fact, held = inner(item, place), f"{hand.holding}({item})"
     bodies = [
         fact,
         f"{fact} and not {held}",
@@ -77,10 +73,10 @@ def _bodies(
         f"some {inner(other, place)} for {other} in {items.root} if {other} == {item}",
         f"{fact} and ({hand.empty}(gripper) or not {held})",
     ]
-    if form.hollow:
+    if places.form.hollow:
         bodies += [f"{fact} or on({item}, {place})", f"{fact} and hollow({place})"]
     else:
         bodies.append(f"{fact} or in({item}, {place})")
     if items.width:
         bodies.append(f"{fact} and {items.width.reading}({item}) < {draft.between(11, 19)} cm + 1 cm")
-    return bodies
+    return Pair(draft.predicate(parameters, f": {draft.pick(bodies)}"), place_first)
