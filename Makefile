@@ -14,7 +14,7 @@ PYTHONS := $(foreach minor,11 12 13 14,python3.$(minor)) $(wildcard $(HOME)/.pye
 WITHOUT_TORCH := sim,arm,test
 
 .PHONY: demo score test test-pythons lint check-tests install clean \
-	soak soak-diff soak-domains soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot soak-plan
+	soak soak-diff soak-domains soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot soak-plan soak-soup
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -53,7 +53,7 @@ score: install
 NTP_VAT_DATA ?= $(abspath $(wildcard ../shared/data/vat))
 SOAK := NTP_VAT_DATA="$(NTP_VAT_DATA)" $(BIN)/pytest -q --soak
 
-soak: soak-experts soak-domains soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan
+soak: soak-experts soak-domains soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan soak-soup
 
 soak-one-shot: install
 	$(SOAK) -n 2 tests/evaluation/test_one_shot.py tests/tasks tests/core/test_checkpoint.py
@@ -79,6 +79,9 @@ soak-diff: install
 
 soak-kill: install
 	$(SOAK) -n 2 tests/traces/test_kill.py
+
+soak-soup: install
+	$(SOAK) tests/soup
 
 # The stamp holds what was installed by, so that nothing is installed twice.
 install: $(BIN)/python

@@ -29,6 +29,7 @@ COMMANDS: Table = {
     "record": "Record demonstrations and labelled traces from the scripted expert.",
     "train": "Train a core on the recorded traces of a library's expert.",
     "eval": "Run many episodes, and report success and what failures are attributed to.",
+    "soup": "Write random sound libraries, to train on and to test with.",
     "bench": "Benchmark inverse kinematics, planning or execution against other libraries.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
