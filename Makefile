@@ -14,7 +14,7 @@ PYTHONS := $(foreach minor,11 12 13 14,python3.$(minor)) $(wildcard $(HOME)/.pye
 WITHOUT_TORCH := sim,arm,test
 
 .PHONY: demo score test test-pythons lint check-tests install clean \
-	soak soak-diff soak-domains soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot soak-plan soak-soup
+	soak soak-core soak-diff soak-domains soak-experts soak-fuzz soak-grasp soak-kill soak-one-shot soak-plan soak-soup
 .DEFAULT_GOAL := demo
 
 demo: install
@@ -53,10 +53,13 @@ score: install
 NTP_VAT_DATA ?= $(abspath $(wildcard ../shared/data/vat))
 SOAK := NTP_VAT_DATA="$(NTP_VAT_DATA)" $(BIN)/pytest -q --soak
 
-soak: soak-experts soak-domains soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan soak-soup
+soak: soak-core soak-experts soak-domains soak-one-shot soak-diff soak-kill soak-fuzz soak-grasp soak-plan soak-soup
+
+soak-core: install
+	$(SOAK) -n 2 tests/core --ignore tests/core/per_library
 
 soak-one-shot: install
-	$(SOAK) -n 2 tests/evaluation/test_one_shot.py tests/tasks tests/core/test_checkpoint.py
+	$(SOAK) -n 2 tests/evaluation/test_one_shot.py tests/tasks tests/core/per_library/test_checkpoint.py
 
 soak-domains: install
 	$(SOAK) tests/evaluation/test_domain_figures.py tests/evaluation/test_other_domains.py

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ntp_dsl.cli.models import model_for
+from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation import episodes
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
@@ -54,7 +54,7 @@ def recording(arguments: argparse.Namespace) -> dict[str, Any]:
     for name in WRITES:
         setattr(TraceWriter, name, timed(getattr(TraceWriter, name)))
     episodes.write_demonstration = timed(episodes.write_demonstration)
-    model = model_for(LIBRARY, "block_stacking", None)
+    model = model_or_shipped(None)
     shares, sizes = [], []
     with tempfile.TemporaryDirectory() as folder:
         plan = Plan(LIBRARY, "block_stacking", model, arguments.world, traces=Path(folder))

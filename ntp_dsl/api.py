@@ -127,26 +127,18 @@ def learned_policy(
     """Return the learned program of one demonstration.
 
     Args:
-        model: a checkpoint; by default the shipped one that fits.
+        model: a checkpoint, of `ntp pretrain` or `ntp train`; by default the core that ships.
 
-    Raises `NtpError` where no checkpoint has learnt the program, and for a demonstration of other objects.
+    Raises `NtpError` for a checkpoint that has not learnt the program, and for a demonstration of other
+    objects.
     """
-    from ntp_dsl.core.checkpoint import check_fits, load_core
-    from ntp_dsl.core.policy import LearnedPolicy
-    from ntp_dsl.core.shipped import shipped_checkpoint
+    from ntp_dsl.core.models import open_model
+    from ntp_dsl.core.one_core import shipped_core
 
     given = shown.demonstration if isinstance(shown, RecordedDemonstration) else shown
     check_objects(_expected(given, Demonstration, "demonstrate or read_demonstration"), task.objects)
-    program = task.instance.program
-    path = Path(model) if model is not None else shipped_checkpoint(task.registry, program)
-    if path is None:
-        raise NtpError(
-            f"no shipped checkpoint knows '{program}' as '{task.registry.name}' declares it; "
-            "`ntp record` and `ntp train` make one, which `model` then names"
-        )
-    core = load_core(path).core
-    check_fits(core.memory, task.registry, program, path)
-    return LearnedPolicy(core, given)
+    path = Path(model) if model is not None else shipped_core()
+    return open_model(path, task.registry, task.instance.program).shown(given)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.traces.decision import Dispatch
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 
@@ -31,10 +32,17 @@ Workers = Annotated[int, typer.Option(min=1, help="Number of processes; does not
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document to standard output.")]
 Model = Annotated[
     Path | None,
-    typer.Option(help="A checkpoint of `ntp train`; by default a shipped one that fits."),
+    typer.Option(help="A checkpoint of `ntp pretrain` or `ntp train`; by default the core that ships."),
 ]
 Scripted = Annotated[
     bool, typer.Option("--expert", help="Run the scripted expert instead of a learned program.")
+]
+DispatchBy = Annotated[
+    Dispatch | None,
+    typer.Option(
+        "--dispatch",
+        help="How the next call is found: by the language's rule, or by the trained network (the default).",
+    ),
 ]
 Slips = Annotated[
     float, typer.Option(min=0, max=1, callback=number, help="Probability that an object slips while carried.")
@@ -52,6 +60,12 @@ Arm = Annotated[
 ]
 Noise = Annotated[
     float, typer.Option(min=0, max=0.1, callback=number, help="Standard deviation of observed positions [m].")
+]
+DemoNoise = Annotated[
+    float,
+    typer.Option(
+        min=0, max=0.1, callback=number, help="Standard deviation of positions in the demonstration [m]."
+    ),
 ]
 Length = Annotated[
     str, typer.Option(metavar="N..M", help="Number of elements of a goal; overrides the task.")

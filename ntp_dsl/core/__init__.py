@@ -1,4 +1,4 @@
-"""The neural core: Algorithm 1 of Neural Task Programming (Xu et al., ICRA 2018) over a registry.
+"""The neural core: one for every library, and today's per-library core as a baseline.
 
 Nothing in here knows a program, an api or an object by name.
 """

@@ -89,7 +89,7 @@ class EpisodeRecorder:
 
     def _is_left(self, instance: Instance, number: int) -> bool:
         """Return whether there is anything to demonstrate."""
-        start = demonstration_start(instance, derived(self.plan.seed, number))
+        start = demonstration_start(self.registry, instance, derived(self.plan.seed, number))
         return not instance.holds_in(self.registry, start)
 
     def record(self, number: int) -> RecordedEpisode:

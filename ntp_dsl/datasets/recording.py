@@ -15,6 +15,7 @@ from ntp_dsl.common.seeds import derived
 from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.demonstrations.demonstration import Demonstration, Origin, Recorder
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy, demonstrated
@@ -34,6 +35,7 @@ from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
 PERTURBATION_RATE = 0.15  # per primitive: slips, pushes, misses and wrong subprograms
+PLACEMENTS = 20  # of which a demonstration begins from one
 WRONG_PRIMITIVES = 4  # primitives of a wrong program, at most
 
 
@@ -49,16 +51,35 @@ class RecordedDemonstration:
         return DemonstrationReference(file=file, frames=len(self.demonstration), calls=self.calls)
 
 
-def demonstration_start(instance: Instance, seed: int) -> Scene:
-    """Return the placement from which a task is demonstrated."""
-    return instance.nominal_start(np.random.default_rng((seed, 0)))
+def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Scene:
+    """Return the placement from which a task is demonstrated.
+
+    What holds from the start is not shown by bringing it about: of a few placements that is the first from
+    which all elements of the goal are shown, or else the one from which most are.
+    """
+    best, most = None, -1
+    for attempt in range(PLACEMENTS):
+        again = (attempt,) if attempt else ()
+        try:
+            scene = instance.nominal_start(np.random.default_rng((seed, 0, *again)))
+        except NtpError:  # there was no room this time
+            if best is None:
+                raise
+            continue
+        shown = instance.shown_by(registry, scene)
+        if shown > most:
+            best, most = scene, shown
+        if most == len(instance.goal):
+            break
+    assert best is not None
+    return best
 
 
 def demonstrate(
     registry: Registry, expert: Expert, world: World, instance: Instance, seed: int
 ) -> RecordedDemonstration | Run:
     """Record the expert, undisturbed, from a nominal start. Return the failed run instead if it fails."""
-    world.reset(demonstration_start(instance, seed), seed)
+    world.reset(demonstration_start(registry, instance, seed), seed)
     recorder = Recorder(world)
     stream = io.StringIO()
     writer = TraceWriter(stream)

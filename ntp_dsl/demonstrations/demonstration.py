@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -85,6 +85,16 @@ def check_objects(demonstration: Demonstration, objects: Sequence[SceneObject]) 
                 f"the demonstration {verb} {listed}; the scene has "
                 f"{', '.join(sorted(name for name, _ in expected))}"
             )
+
+
+def noisy(demonstration: Demonstration, sigma: float, rng: np.random.Generator) -> Demonstration:
+    """Return the demonstration as a camera of that standard deviation sees it [m]."""
+    shape = demonstration.positions.shape
+    return replace(
+        demonstration,
+        positions=demonstration.positions + rng.normal(0, sigma, shape),
+        deviations=np.full(shape[:2], sigma, dtype=np.float32),
+    )
 
 
 class Recorder:

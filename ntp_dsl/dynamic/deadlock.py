@@ -37,11 +37,13 @@ def find_deadlock(
         return None
     statements = list(reversed(list(expert.read_body(row, scope, set(unmet), state))))
     for _, instance, is_due in statements:
-        if instance and is_due and not instance.lacks and instance.call:
-            callee = expert.registry[instance.call.callee]
+        call = instance and (instance.call or instance.vain)
+        if instance and call and is_due and not instance.lacks:
+            callee = expert.registry[call.callee]
             if isinstance(callee, Api):
                 return None
-            return find_deadlock(expert, callee.name, instance.call.arguments, state)
+            if found := find_deadlock(expert, callee.name, call.arguments, state):
+                return found
     reasons = tuple(_reasons(statements))
     return Deadlock(program, arguments, tuple(unmet), reasons)
 

@@ -38,6 +38,7 @@ class Trial:
     seed: int
     scene: str  # at the start
     goal: str
+    deadlock: Deadlock | None = None  # in which it ended unfinished
 
 
 class ExpertRollouts:
@@ -65,7 +66,7 @@ class ExpertRollouts:
                 except NondeterministicExpert as error:
                     yield _nondeterministic(error, self.registry)
                     return
-        yield from _check_reached(task, trials)
+        yield from _check_reached(self.registry, task, trials)
         if initially_unmet and not any(initially_unmet):
             message = f"the goal of '{task.name}' holds at the start: there is nothing to demonstrate"
             yield Diagnostic("E602", message, _success_span(task))
@@ -106,7 +107,8 @@ class ExpertRollouts:
         interpreter = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch)
         run = interpreter.run(instance.program, instance.arguments)
         goal = ", ".join(map(str, instance.goal))
-        return Trial(start, run, self._unmet(instance), number, scene, goal)
+        deadlock = policy.deadlocks[-1][1] if policy.deadlocks and run.ending is Ending.UNFINISHED else None
+        return Trial(start, run, self._unmet(instance), number, scene, goal, deadlock)
 
     def _facts(self, instance: Instance) -> list[Fact]:
         return instance.literals(self.registry, self.world.truth())
@@ -185,11 +187,18 @@ def _is_of_an_element(fact: Fact, instance: Instance) -> bool:
     return any(len(row & set(fact.arguments)) >= min(2, len(row)) for row in rows)
 
 
-def _check_reached(task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnostic]:
+def _check_reached(
+    registry: Registry, task: TaskDeclaration, trials: Sequence[Trial]
+) -> Iterator[Diagnostic]:
     """Yield an error where the goal is not reached; with a missing object the run need only end."""
     failed = [trial for trial in trials if trial.unmet and trial.start != "missing object"]
     if not failed:
         return
+    for trial in failed:
+        if trial.deadlock is not None:
+            span = registry.programs[trial.deadlock.program].span
+            yield _deadlock(trial.deadlock, task.name, trial.start, span, "E605")
+            return
     tried = sum(trial.start != "missing object" for trial in trials)
     refused = all(trial.run.failures and trial.run.ending is not Ending.UNFINISHED for trial in failed)
     kinds = ", ".join(dict.fromkeys(trial.start for trial in failed))

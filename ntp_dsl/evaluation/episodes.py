@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
+from ntp_dsl.demonstrations.demonstration import noisy
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.episode_parts import (
@@ -28,7 +30,8 @@ from ntp_dsl.execution.interpreter import Watcher
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.tasks.instances import Instance, find_task, from_file
+from ntp_dsl.tasks.instances import Instance, as_told, find_task, from_file
+from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.traces.schema import Attribution, Header, PolicyKind
 from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
@@ -52,6 +55,9 @@ class Plan:
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     gui: bool = False  # a window on the bullet world
     arm: str | None = None  # of the bullet world; None for the Panda
+    dispatch: Dispatch | None = None  # of the one core; learned where None
+    demo_noise: float = 0.0  # standard, of the positions that a demonstration shows [m]
+    goal: Path | None = None  # a file that tells the goal: nothing is demonstrated then
 
 
 @dataclass(frozen=True)
@@ -86,41 +92,49 @@ class Evaluator:
         self.task = find_task(self.registry, plan.task)
         self.world = make_world(plan.world, self.registry, gui=plan.gui, arm=plan.arm)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
-        self._core: Any = None
+        self._model: Any = None  # a `Model` of the core, which needs torch
         if plan.model is not None:
-            from ntp_dsl.core.checkpoint import check_fits, load_core
-            from ntp_dsl.core.training import use_threads
+            from ntp_dsl.core.models import open_model  # the expert needs no torch
+            from ntp_dsl.core.per_library.training import use_threads
 
             use_threads(1)  # a decision is a small computation, and other cores are for other workers
-            self._core = load_core(plan.model).core
+
             assert self.task.run is not None
-            check_fits(self._core.memory, self.registry, self.task.run.callee, plan.model)
+            self._model = open_model(plan.model, self.registry, self.task.run.callee, plan.dispatch)
 
     @property
     def is_learned(self) -> bool:
-        return self._core is not None
+        return self._model is not None
 
     def instance(self, number: int) -> Instance:
-        """Return the instance of an episode: from the task file, cyclically, or drawn until work is left."""
+        """Return the instance of an episode: from the task file, cyclically, or drawn until work is left.
+
+        Where the plan tells a goal, that is in place of the drawn one.
+        """
         if self._file:
             return self._file[number % len(self._file)]
         varied = dict(self.plan.varied)
-        return drawn_instance(self.registry, self.task, self.plan.seed, number, varied)
+        drawn = drawn_instance(self.registry, self.task, self.plan.seed, number, varied)
+        return as_told(self.registry, drawn, self.plan.goal) if self.plan.goal else drawn
 
     def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """Return the expert's demonstration from another placement, and the number of attempts.
 
         Raises `NoDemonstration` where all attempts fail.
         """
-        return demonstration(self.registry, self.expert, self.world, instance, self.plan.seed, number)
+        seed, sigma = self.plan.seed, self.plan.demo_noise
+        found, attempts = demonstration(self.registry, self.expert, self.world, instance, seed, number)
+        if sigma:
+            seen = noisy(found.demonstration, sigma, np.random.default_rng((seed, number, 4)))
+            found = replace(found, demonstration=seen)
+        return found, attempts
 
     def policy(self, recorded: RecordedDemonstration | None) -> Policy:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
-        if recorded is None or self._core is None:
+        if self._model is None:
             return ScriptedPolicy(self.expert, recorded.calls if recorded else None)
-        from ntp_dsl.core.policy import LearnedPolicy
-
-        return LearnedPolicy(self._core, recorded.demonstration)
+        policy: Policy = self._model.shown(recorded.demonstration) if recorded else self._model.told()
+        return policy
 
     def episode(
         self,
@@ -140,7 +154,7 @@ class Evaluator:
         attempts = 0
         if recorded is not None:
             instance = as_demonstrated(self.registry, instance, recorded.demonstration)
-        elif self.is_learned or self.plan.traces is not None:
+        elif self.plan.goal is None and (self.is_learned or self.plan.traces is not None):
             try:
                 recorded, attempts = self.demonstration(instance, number)
             except NoDemonstration as failure:
@@ -194,6 +208,7 @@ class Evaluator:
             world=self.plan.world,
             arm=self.plan.arm,
             model=str(self.plan.model) if self.plan.model else None,
+            dispatch=(self.plan.dispatch or Dispatch.LEARNED) if self.is_learned else None,
             disturbances=self.plan.disturbances,
         )
 

@@ -180,6 +180,7 @@ class Interpreter:
         frame = stack[-1].frame
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
+        read = choice.decision.read
         refused = False
         while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
             refused |= found is not InVain.NEEDLESS
@@ -192,7 +193,13 @@ class Interpreter:
         self._check(choice)
         source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
         return replace(
-            choice, decision=with_fields(choice.decision, source=source, seconds=round(seconds, 5))
+            choice,
+            decision=with_fields(
+                choice.decision,
+                source=source,
+                seconds=round(seconds, 5),
+                read=choice.decision.read or read,
+            ),
         )
 
     def _check(self, choice: Choice) -> None:

@@ -7,7 +7,7 @@ from typing import cast
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.policies.protocol import Barred, Frame, Policy
+from ntp_dsl.policies.protocol import Barred, Frame, Policy, Tracking
 from ntp_dsl.policies.scripted import ScriptedPolicy, counterpart
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.traces.decision import NO_DECISION, Answer, Decision
@@ -94,8 +94,11 @@ class Replay:
             return Decision(source=followed.source)
         frame = Frame(caller.name, arguments, caller.scope, self._matched.get(caller.id))
         barred: Barred = frozenset({None} if is_first else ())
-        world = cast(World, StillWorld(seen))  # a policy looks, and does nothing
-        choice = self.policy.decide(frame, world, barred)
+        if isinstance(self.policy, Tracking):
+            choice = self.policy.choose(frame, seen, barred)
+        else:
+            world = cast(World, StillWorld(seen))  # a policy looks, and does nothing
+            choice = self.policy.decide(frame, world, barred)
         is_api = choice.callee in self.registry.apis
         answer = Answer(choice.callee, is_api, choice.arguments, choice.scope)
         return with_fields(choice.decision, source=followed.source, answer=answer)

@@ -48,6 +48,7 @@ class Instance:
     provides: frozenset[Fact]
     lacks: frozenset[Fact]
     names: frozenset[Fact]
+    vain: NextCall | None = None  # of a loop: the first call that was passed over as it would return at once
 
 
 class Expert:
@@ -62,11 +63,19 @@ class Expert:
         self._functions = dict(functions or {})
 
     def decide(self, program: str, arguments: tuple[Argument, ...], state: State) -> Decision:
-        """Return the first due call, or a return. Asking twice gives the same answer."""
-        row = self.registry.programs[program]
-        answer = self._step(row, arguments, state)
+        """Return the first due call, or a return. Asking twice gives the same answer.
+
+        A call is not made where it would return at once, however many calls it would make before.
+        """
+        known = state.memo.get((self, program, arguments))
+        if known is not None:
+            assert isinstance(known, NextCall | Return)
+            return known
+        state.memo[self, program, arguments] = NextCall(program, arguments)  # until it is known: no return
+        answer = self._step(self.registry.programs[program], arguments, state)
         if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
-            return Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
+            answer = Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
+        state.memo[self, program, arguments] = answer
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
@@ -161,7 +170,8 @@ class Expert:
             hopeless = any(not _provides_any(helped, {lack}) for lack in element.lacks)
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
                 return Instance(element.call, False, provides, element.lacks, names)
-        return Instance(None, False, provides, frozenset(), names)
+        vain = next((each.call for each in pending if not each.lacks), None)
+        return Instance(None, False, provides, frozenset(), names, vain)
 
     def _provided_by(
         self, statements: tuple[nodes.Statement, ...], scope: Bindings, state: State
@@ -182,7 +192,7 @@ class Expert:
             inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
             lacking = _first_lacking(callee, inner, state)
             return Return(False, f"{lacking} does not hold") if lacking else None
-        answer = self._step(callee, call.arguments, state)
+        answer = self.decide(callee.name, call.arguments, state)
         return answer if isinstance(answer, Return) else None
 
     def _ask_python(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.semantics.observation import Argument, Observation
@@ -35,6 +35,14 @@ class Choice:
 
 
 Barred = frozenset[str | None]
+
+
+@runtime_checkable
+class Tracking(Protocol):
+    """A policy that estimates states from its observations; what a trace keeps is such an estimate."""
+
+    def choose(self, frame: Frame, seen: Observation, barred: Barred) -> Choice:
+        """Return the next call, or a return, in an estimated state."""
 
 
 class Policy(Protocol):

@@ -78,6 +78,12 @@ def _hull(caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]
     return DemonstratedCall(name=callee, arguments=arguments, scope=scope, done=True, children=calls)
 
 
+def source_of(decision: NextCall) -> str:
+    """Return the place of the statement that makes a call, as `file:line`."""
+    span = decision.span
+    return f"{span.path.name}:{span.line}" if span.path else ""
+
+
 def check_numbers(registry: Registry, decision: NextCall) -> None:
     """Raise `OutOfRange` where an api would be called with a number outside of its range."""
     if decision.callee in registry.apis:
@@ -106,12 +112,11 @@ class ScriptedPolicy:
             return Choice(None, done=decision.done, decision=Decision(reason=decision.reason), seen=seen)
         check_numbers(self.expert.registry, decision)
         shown = counterpart(frame.matched, decision.callee, decision.arguments)
-        span = decision.span
         return Choice(
             decision.callee,
             decision.arguments,
             shown.scope if shown else None,
             matched=shown,
-            decision=Decision(source=f"{span.path.name}:{span.line}" if span.path else ""),
+            decision=Decision(source=source_of(decision)),
             seen=seen,
         )

@@ -122,6 +122,11 @@ def hollow(observation: Observation, item: str) -> bool:
     return item in observation.by_name and observation.by_name[item].cavity is not None
 
 
+def stands_on(observation: Observation, item: str, support: str) -> bool:
+    """Return whether `item` rests on `support` or in it, centred or not."""
+    return covers(observation, item, support) or inside(observation, item, support)
+
+
 def _resting(observation: Observation, item: str, support: str) -> bool:
     both = present(observation, item) and present(observation, support) and item != support
     return both and observation.by_name[item].movable and item != held(observation)
@@ -133,16 +138,20 @@ def _gap(observation: Observation, item: str, support: str) -> float:
     return bottom - (observation.positions[support][2] + observation.by_name[support].size[2] / 2)
 
 
+class MissingTrait(NtpError):
+    """The scene gives an object no such trait."""
+
+
 def trait(name: str) -> Callable[[Observation, str], str | float]:
     """Return a reading of a trait that the task's scene gives its objects.
 
-    The reading raises `NtpError` for an object without that trait.
+    The reading raises `MissingTrait` for an object without that trait.
     """
 
     def read(observation: Observation, obj: str) -> str | float:
         traits = dict(observation.by_name[obj].traits) if obj in observation.by_name else {}
         if name not in traits:
-            raise NtpError(f"the scene gives '{obj}' no {name}; write: ... with {name}(...)")
+            raise MissingTrait(f"the scene gives '{obj}' no {name}; write: ... with {name}(...)")
         return traits[name]
 
     return read

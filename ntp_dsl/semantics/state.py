@@ -64,6 +64,7 @@ class Condition:
     text: str
     expression: nodes.Expression = field(compare=False, repr=False)
     scope: Bindings = field(compare=False, repr=False)
+    bindings: tuple[tuple[str, Argument], ...] = ()  # of the names in it
 
     def provides(self, other: Fact) -> bool:
         return self == other
@@ -87,6 +88,7 @@ class State:
         self.registry = registry
         self.observation = observation
         self._built_in = built_in
+        self.memo: dict[Any, Any] = {}  # what follows from this moment alone, for who computes it
         self._known: dict[tuple[str, tuple[Argument, ...]], Any] = {}
 
     def holds(self, fact: Fact) -> bool:
@@ -150,7 +152,7 @@ class State:
         named = {name: scope[name] for name in sorted(free_names(expression)) if name in scope}
         given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
         text = format_expression(expression)
-        return Condition(f"{text} with {given}" if given else text, expression, scope)
+        return Condition(f"{text} with {given}" if given else text, expression, scope, tuple(named.items()))
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
         """Yield a scope for each element of a list, or object of a type, that meets the condition."""

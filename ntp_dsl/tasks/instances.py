@@ -19,6 +19,7 @@ from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Recor
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
+from ntp_dsl.tasks.goal_text import read_lists
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
 from ntp_dsl.worlds.perturbed_starts import STRAIGHT, perturbed_start
 from ntp_dsl.worlds.protocol import Scene
@@ -53,6 +54,17 @@ class Instance:
         state = State(registry, seen)
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
+    def shown_by(self, registry: Registry, scene: Scene) -> int:
+        """Return how many elements of the goal a demonstration from a scene shows: they do not hold yet."""
+        seen = Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False)
+        state = State(registry, seen)
+        others = set(state.literals(self.task.success, {**self.bindings, GOAL: ()}))
+        count = 0
+        for row in self.goal:
+            facts = state.literals(self.task.success, {**self.bindings, GOAL: (row,)})
+            count += any(not state.holds(fact) for fact in facts if fact not in others)
+        return count
+
     def with_goal(self, goal: Goal) -> Instance:
         """Return the same scene with another goal, which the root call gets as well."""
         arguments = tuple(goal if each is self.goal else each for each in self.arguments)
@@ -73,6 +85,27 @@ class Instance:
 def enough_primitives(instance: Instance) -> int:
     """Return a limit for runs: several times the primitives that any of the examples needs."""
     return max(400, 20 * len(instance.objects))
+
+
+def as_told(registry: Registry, instance: Instance, path: Path) -> Instance:
+    """Return an instance that runs with the lists of a file. Raises `NtpError` for what it does not take."""
+    program = registry.programs[instance.program]
+    lists = read_lists(path, registry, program, instance.objects)
+    told = tuple(
+        lists[parameter.name] if parameter.is_list else value
+        for parameter, value in zip(program.parameters, instance.arguments, strict=True)
+    )
+    for before, value in zip(instance.arguments, told, strict=True):
+        if before is instance.goal:
+            assert isinstance(value, tuple)
+            goal = tuple(each for each in value if isinstance(each, Record))
+            if not goal:
+                raise NtpError(f"{path}: the goal is empty, so there is nothing to do")
+            if goal[0].type == PLACEMENT:
+                _check_rows(goal, str(path))
+                _check_no_circle(goal, str(path))
+            instance = instance.with_goal(goal)
+    return replace(instance, arguments=told)
 
 
 def find_task(registry: Registry, name: str) -> TaskDeclaration:

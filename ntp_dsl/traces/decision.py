@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated, Generic, TypeVar
 
 from msgspec import Meta, Struct
@@ -33,6 +34,47 @@ class FactProbability(Struct, frozen=True, omit_defaults=True):
     truth: bool | None = None  # None where unknown
 
 
+class Dispatch(StrEnum):
+    """How the one core finds the next call: by the language's rule, or by what was learnt under doubt."""
+
+    RULE = "rule"
+    LEARNED = "learned"
+
+
+class Status(StrEnum):
+    """What became of a statement when its program decided."""
+
+    DUE = "due"
+    ACHIEVED = "achieved"
+    PASSED = "passed over"  # nothing that is needed comes of it
+    ABSENT = "absent"  # its `when` is false
+
+
+class StatementStatus(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """A statement of a program's body at a decision: the call that it stood for, and what that lacked."""
+
+    line: Count
+    status: Status
+    callee: str = ""
+    arguments: tuple[Argument, ...] = ()
+    lacks: tuple[str, ...] = ()
+
+
+class ReadList(Struct, frozen=True):
+    """A list of a program's arguments, as it was read from the demonstration."""
+
+    parameter: str
+    elements: tuple[Argument, ...]
+
+
+class Reading(Struct, frozen=True):
+    """What a program reads from its scope of the demonstration, and how much that explains."""
+
+    lists: tuple[ReadList, ...]
+    explained: Count  # acts of the hand,
+    acts: Count  # of so many
+
+
 class Answer(Struct, frozen=True, omit_defaults=True):
     """The call that a policy would make in a replay; a callee of None is a return."""
 
@@ -57,6 +99,9 @@ class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     arguments: tuple[Ranking[str | float], ...] = ()  # one for each argument or field of a record
     scopes: Ranking[Frames | None] = ()
     facts: tuple[FactProbability, ...] = ()
+    statements: tuple[StatementStatus, ...] = ()
+    read: Reading | None = None  # at a program's first decision, if it takes lists
+    scripted: bool = False  # by a function in Python that no body or learnt row stands for
     answer: Answer | None = None
 
 

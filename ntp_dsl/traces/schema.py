@@ -12,7 +12,7 @@ from msgspec import Struct
 from ntp_dsl.common.decoding import Count
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Record, SceneObject
-from ntp_dsl.traces.decision import NO_DECISION, Decision, Frames, Seconds
+from ntp_dsl.traces.decision import NO_DECISION, Decision, Dispatch, Frames, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
 FORMAT = "ntp-trace"
@@ -149,6 +149,7 @@ class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults
     arguments: tuple[Argument, ...] = ()
     policy: PolicyKind | None = None
     model: str | None = None
+    dispatch: Dispatch | None = None  # of the one core
     seed: int | None = None
     episode: int | None = None
     world: str | None = None

@@ -16,6 +16,7 @@ import pytest
 import ntp_dsl
 from ntp_dsl.authoring import ACHIEVED, skill
 from ntp_dsl.cli.app import run as command
+from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.demonstrations.demonstration import UNKNOWN
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.schema import PolicyKind
@@ -99,10 +100,10 @@ def test_what_is_asked_for_in_vain_is_told_in_a_sentence() -> None:
         ntp_dsl.make_world("moon", registry)
     with pytest.raises(ntp_dsl.NtpError, match="no camera"):
         ntp_dsl.picture(ntp_dsl.make_world("kinematic", registry))
-    seats = ntp_dsl.load("seating")
-    task = ntp_dsl.draw(seats, "seating")
-    with pytest.raises(ntp_dsl.NtpError, match="no shipped checkpoint knows"):
-        ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(task))
+    task = ntp_dsl.draw(ntp_dsl.load("seating"), "seating")
+    baseline = checkpoints_folder() / "baseline" / "block_stacking.safetensors"
+    with pytest.raises(ntp_dsl.NtpError, match="has not seen seat"):
+        ntp_dsl.learned_policy(task, ntp_dsl.demonstrate(task), baseline)
 
 
 def spin(world: Any, item: str) -> Any:

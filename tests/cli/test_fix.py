@@ -99,7 +99,7 @@ def test_what_changes_the_order_of_calls_is_an_offer(library: Path) -> None:
     "value, unit, meant",
     [
         (500, "g", (0.5, "kg")), (2, "dm", (0.2, "m")), (2, "km", (2000, "m")), (3, "um", (0.003, "mm")),
-        (85, "grad", (76.5, "deg")), (2, "inch", (5.08, "cm")), (3, "min", (180, "s")), (5, "CM", (5, "cm")),
+        (85, "gon", (76.5, "deg")), (2, "inch", (5.08, "cm")), (3, "min", (180, "s")), (5, "CM", (5, "cm")),
         (2, "kgs", (2, "kg")), (2, "t", (2000, "kg")), (0.1, "ft", (0.03048, "m")),
         (3, "Hours", (10800, "s")),
     ],

@@ -160,7 +160,7 @@ task delivering:
 """
 
 
-def test_off_centre_starts_find_a_livelock_of_a_python_expert(tmp_path: Path) -> None:
+def test_off_centre_starts_find_that_a_python_expert_gets_stuck(tmp_path: Path) -> None:
     path = written(tmp_path, LEANING)
     path.with_suffix(".py").write_text(
         """
@@ -172,9 +172,9 @@ def deliver(world, goal):
     return first(call("bring", *pair) for pair in pairs if not world.on(*pair))
 """
     )
-    (livelock,) = check_dynamically(with_python(load(path)), path)
-    assert livelock.code == "E605" and "off-centre start" in livelock.message
-    assert excerpt(path, livelock) == "deliver"
+    (stuck,) = check_dynamically(with_python(load(path)), path)
+    assert stuck.code == "E603" and "(off-centre)" in stuck.message
+    assert excerpt(path, stuck) == "deliver(goal)"
     path.write_text(path.read_text().replace("if on(b, item)", "if covers(b, item)"))
     assert check_dynamically(with_python(load(path)), path) == []
 

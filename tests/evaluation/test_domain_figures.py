@@ -36,22 +36,20 @@ def test_an_expert_does_it_with_the_arm(example: str, task: str, least: float, s
 @pytest.mark.needs("torch")
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_the_lines_of_an_example_work_as_printed(example: str, soak: bool, tmp_path: Path) -> None:
-    """Run the commands; without `--soak` with two demonstrations, three iterations and no arm."""
+    """Run the commands; without `--soak`, without the arm."""
     lines = README_LINE.findall((examples_folder() / example / "README.md").read_text())
     assert {line.split()[0] for line in lines} >= {"check", "run"}
     for line in lines:
         verb = line.split()[0]
         if not soak:
-            line = re.sub(r"-n \d+", "-n 2", line)
-            line += {"train": " --iterations 3", "run": " --world kinematic"}.get(verb, "")
+            line += {"run": " --world kinematic"}.get(verb, "")
         done = ntp(line, tmp_path)
-        may_fail = verb == "run" and "--model" in line and not soak  # after so little training
-        assert done.returncode in ((0, 1) if may_fail else (0,)), (line, done.stderr)
+        assert done.returncode == 0, (line, done.stderr)
 
 
 @pytest.mark.minutes
 @pytest.mark.parametrize("example", TRAINED)
-def test_a_domain_is_learnt_from_fifty_demonstrations(example: str, tmp_path: Path) -> None:
+def test_the_baseline_learns_a_domain_from_fifty_demonstrations(example: str, tmp_path: Path) -> None:
     model = learnt(examples_folder() / example, tmp_path)
     for world, count in (("kinematic", 200), ("bullet", 50)):
         plan = Plan(examples_folder() / example, example, model, world, seed=7)

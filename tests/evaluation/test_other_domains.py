@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from evaluation_lines import learnt
 
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.evaluation.episodes import Plan, run_all
+from ntp_dsl.language.loader import load
 from ntp_dsl.worlds.protocol import Disturbances
 
 FOLDER = Path(__file__).parent / "domains"
+LARGE = {"crowded", "four_and_twenty"}
 DOMAINS = sorted(path.name for path in FOLDER.iterdir())
 
 
@@ -22,8 +25,22 @@ def test_its_expert_succeeds_although_objects_slip(domain: str, world: str, coun
     assert not failed
 
 
-@pytest.mark.minutes
-@pytest.mark.parametrize("domain", DOMAINS)
-def test_it_is_learnt_from_fifty_demonstrations(domain: str, tmp_path: Path) -> None:
-    plan = Plan(FOLDER / domain, domain, learnt(FOLDER / domain, tmp_path), seed=7)
-    assert sum(episode.success for episode in run_all(plan, 200, workers=2)) >= 0.85 * 200
+def tasks() -> list[tuple[Path, str]]:
+    folders = [*examples_folder().iterdir(), *FOLDER.iterdir()]
+    return [(each, task) for each in sorted(folders) if each.is_dir() for task in load(each).tasks]
+
+
+@pytest.mark.parametrize("library, task", tasks(), ids=lambda value: getattr(value, "name", value))
+def test_a_task_is_done_from_one_demonstration_without_training(library: Path, task: str, soak: bool) -> None:
+    if task in LARGE and not soak:
+        pytest.skip("a hundred objects take a minute")
+    count = 100 if soak and task not in LARGE else 3
+    plan = Plan(library, task, shipped_core(), seed=5)
+    assert sum(bool(each.success) for each in run_all(plan, count, workers=1)) >= 0.95 * count
+
+
+@pytest.mark.parametrize("task", ["block_stacking", "seating", "table_cleanup", "object_sorting"])
+def test_noise_of_twelve_millimetres_is_seen_through(task: str, soak: bool) -> None:
+    count = 100 if soak else 3
+    plan = Plan(Path(task), task, shipped_core(), seed=5, disturbances=Disturbances(noise=0.012))
+    assert sum(bool(each.success) for each in run_all(plan, count, workers=1)) >= 0.95 * count

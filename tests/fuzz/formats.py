@@ -16,10 +16,10 @@ from old_files import VERSION_2
 from pyarrow import parquet
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.core.checkpoint import load_core, save_core
-from ntp_dsl.core.config import CoreConfig
-from ntp_dsl.core.memory import Memory
-from ntp_dsl.core.model import Core
+from ntp_dsl.core.per_library.checkpoint import load_core, save_core
+from ntp_dsl.core.per_library.config import CoreConfig
+from ntp_dsl.core.per_library.memory import Memory
+from ntp_dsl.core.per_library.model import Core
 from ntp_dsl.datasets.manifest import MANIFEST, read_manifest, recorded_files
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.registry import Registry

@@ -26,7 +26,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.demonstrations": ("ntp_dsl.worlds",),
     "ntp_dsl.traces": ("ntp_dsl.demonstrations", "ntp_dsl.extras"),
     "ntp_dsl.policies": ("ntp_dsl.traces",),
-    "ntp_dsl.core": ("ntp_dsl.policies", "ntp_dsl.tasks"),
+    "ntp_dsl.core": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.soup"),
     "ntp_dsl.authoring": ("ntp_dsl.policies",),
     "ntp_dsl.user_code": ("ntp_dsl.authoring",),
     "ntp_dsl.execution": ("ntp_dsl.policies",),

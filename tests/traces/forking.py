@@ -9,7 +9,7 @@ import os
 import shlex
 import sys
 
-import ntp_dsl.core.policy
+import ntp_dsl.core.per_library.policy
 import ntp_dsl.datasets.dataset
 import ntp_dsl.evaluation.episodes
 import ntp_dsl.worlds.bullet  # noqa: F401

@@ -115,7 +115,6 @@ def test_misuse_says_what_is_missing(folder: Path, capsys: pytest.CaptureFixture
         ({"demonstration": None}, "give --demo FILE"),
         ({"registry": "other"}, "another version of library 'block_stacking'"),
         ({"library": "nowhere"}, "give its path with --library"),
-        ({"task": "juggling"}, "no task is called 'juggling'"),
         ({"demonstration": {"file": "gone.parquet", "frames": 3}}, "gone.parquet: no such demonstration"),
     ]:
         changed = folder / "changed.jsonl"

@@ -9,7 +9,7 @@ import typer
 
 from ntp_dsl.cli.commands.run import run_episode
 from ntp_dsl.cli.display import answers
-from ntp_dsl.cli.models import model_for
+from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import Gui, Json
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
@@ -32,7 +32,7 @@ def command(
     Example: ntp demo --seed 7
     """
     out.mkdir(parents=True, exist_ok=True)
-    plan = Plan(LIBRARY, TASK, model_for(LIBRARY, TASK, None), "bullet", seed, traces=out, gui=gui)
+    plan = Plan(LIBRARY, TASK, model_or_shipped(None), "bullet", seed, traces=out, gui=gui)
     evaluator = Evaluator(plan)
     instance = evaluator.instance(0)
     if not json:

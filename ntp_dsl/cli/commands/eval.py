@@ -12,6 +12,8 @@ from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    DemoNoise,
+    DispatchBy,
     Json,
     Length,
     Library,
@@ -39,6 +41,7 @@ def command(
     library: Library,
     task: Task,
     model: Model = None,
+    dispatch: DispatchBy = None,
     expert: Scripted = False,
     world: WorldName = "kinematic",
     arm: Arm = None,
@@ -48,6 +51,7 @@ def command(
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    demo_noise: DemoNoise = 0.0,
     tasks: Annotated[
         Path | None,
         typer.Option(
@@ -68,12 +72,25 @@ def command(
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
-    path = model_or_expert(library, task, model, expert)
+    path = model_or_expert(model, expert, dispatch)
     disturbances = Disturbances(slips, pushes, noise)
     ranges = varied(length, topology, semantics)
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
-    plan = Plan(library, task, path, world, seed, disturbances, tasks, out, ranges, arm=arm)
+    plan = Plan(
+        library,
+        task,
+        path,
+        world,
+        seed,
+        disturbances,
+        tasks,
+        out,
+        ranges,
+        arm=arm,
+        demo_noise=demo_noise,
+        dispatch=dispatch,
+    )
     done: list[Episode] = []
     stopped: BaseException | None = None
     try:

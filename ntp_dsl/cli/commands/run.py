@@ -12,6 +12,8 @@ from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    DemoNoise,
+    DispatchBy,
     Gui,
     Json,
     Length,
@@ -46,12 +48,18 @@ def command(
         Path | None,
         typer.Option(help="A demonstration file; by default the expert records one from the seed."),
     ] = None,
+    goal: Annotated[
+        Path | None,
+        typer.Option(help="A file with the goal, as `ntp read` prints it; nothing is demonstrated then."),
+    ] = None,
+    dispatch: DispatchBy = None,
     expert: Scripted = False,
     world: WorldName = "bullet",
     seed: Seed = 0,
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    demo_noise: DemoNoise = 0.0,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -62,22 +70,43 @@ def command(
 ) -> int:
     """Run a task: learned from one demonstration, or by the scripted expert.
 
-    With --demo the goal is that of the demonstration, not one drawn from the seed. Exit status: 0 done, 1 the
+    Any sound library runs, without training. With --demo the goal is that of the demonstration, with --goal
+    that of a file, else one drawn from the seed. Exit status: 0 done, 1 the
     task failed, 2 misuse.
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
     if expert and demo:
         raise NtpError("--expert needs no --demo: the scripted expert decides")
-    path = model_or_expert(library, task, model, expert)
+    if demo_noise and (demo or goal):
+        raise NtpError(
+            "--demo-noise is for a demonstration that the expert records: omit it"
+        )
+    if goal and demo:
+        raise NtpError("--goal says what --demo shows: choose one")
+    path = model_or_expert(model, expert, dispatch)
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
-    plan = Plan(library, task, path, world, seed, disturbances, traces=out, varied=ranges, gui=gui, arm=arm)
+    plan = Plan(
+        library,
+        task,
+        path,
+        world,
+        seed,
+        disturbances,
+        traces=out,
+        varied=ranges,
+        gui=gui,
+        arm=arm,
+        demo_noise=demo_noise,
+        dispatch=dispatch,
+        goal=goal,
+    )
     evaluator = Evaluator(plan)
     recorded = (
         RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     )
-    if recorded is None and not expert:
+    if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
     run_episode(evaluator, recorded, out, json)
     return 0

@@ -15,12 +15,12 @@ import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
 from ntp_dsl.cli.options import Json, Library, Seed
-from ntp_dsl.core.checkpoint import resume_training, save_core, save_training
-from ntp_dsl.core.config import TrainingConfig
-from ntp_dsl.core.corpus import Corpus
-from ntp_dsl.core.memory import Memory
-from ntp_dsl.core.sizing import sized
-from ntp_dsl.core.training import Trainer, use_threads
+from ntp_dsl.core.per_library.checkpoint import resume_training, save_core, save_training
+from ntp_dsl.core.per_library.config import TrainingConfig
+from ntp_dsl.core.per_library.corpus import Corpus
+from ntp_dsl.core.per_library.memory import Memory
+from ntp_dsl.core.per_library.sizing import sized
+from ntp_dsl.core.per_library.training import Trainer, use_threads
 from ntp_dsl.datasets.dataset import samples
 from ntp_dsl.datasets.labels import LabelConfig
 from ntp_dsl.datasets.manifest import Manifest, read_manifest

@@ -8,7 +8,7 @@ from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS, SymbolTable, check_type
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.foreign_units import PRODUCTS, in_our_units
+from ntp_dsl.language.syntax.foreign_units import AMBIGUOUS, PRODUCTS, in_our_units
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import Span, TypeName
 
@@ -73,7 +73,9 @@ def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[T
         yield _foreign_unit(number, meant, span)
         return TypeName(UNITS[meant.unit][0])
     help = f"there is: {', '.join(kinds or UNITS)}"
-    if number.unit in PRODUCTS:
+    if number.unit in AMBIGUOUS:
+        help = f"it is {AMBIGUOUS[number.unit]}: write the number in one of the language's units"
+    elif number.unit in PRODUCTS:
         help = f"it measures {PRODUCTS[number.unit]}, for which the language has no unit"
     yield Diagnostic("E107", f"there is no unit '{number.unit}'", span, (), help, None, number.unit)
     return None

@@ -32,9 +32,12 @@ SIZES: Mapping[str, tuple[str, str]] = {  # unit -> its size
     "min": ("60", "s"), "minute": ("60", "s"), "h": ("3600", "s"), "hr": ("3600", "s"), "hour": ("3600", "s"),
     "us": ("0.001", "ms"), "µs": ("0.001", "ms"), "μs": ("0.001", "ms"), "ns": ("0.000001", "ms"),
     "microsecond": ("0.001", "ms"),
-    "grad": ("0.9", "deg"), "gon": ("0.9", "deg"), "mrad": ("0.001", "rad"), "turn": ("360", "deg"),
+    "gon": ("0.9", "deg"), "mrad": ("0.001", "rad"), "turn": ("360", "deg"),
     "revolution": ("360", "deg"),
     "kN": ("1000", "N"), "mN": ("0.001", "N"), "kilonewton": ("1000", "N"),
+}  # fmt: skip
+AMBIGUOUS: Mapping[str, str] = {  # what each may mean
+    "grad": "a degree or a gon", "grads": "a degree or a gon", "Grad": "a degree or a gon",
 }  # fmt: skip
 PRODUCTS: Mapping[str, str] = {  # what no number of the language measures
     "Nm": "a torque", "Nmm": "a torque", "Pa": "a pressure", "bar": "a pressure", "Hz": "a frequency",
@@ -52,7 +55,6 @@ def in_our_units(value: float, unit: str) -> Number | None:
         own = next((each for each in SPELLINGS if word == each.lower() and len(each) > 1), None)
     if own is not None:
         return Number(value, own)
-    # "Grad" is a degree, in German.
-    known = [unit, *(each for each in (unit.lower(), word) if len(each) > 2 and each != "grad")]
+    known = [unit, *(each for each in (unit.lower(), word) if len(each) > 2)]
     size, own = next((SIZES[each] for each in known if each in SIZES), ("", ""))
     return Number(float(Decimal(repr(value)) * Decimal(size)), own) if size else None

@@ -12,7 +12,7 @@ import typer
 
 from ntp_dsl.cli.commands.trace.diff import DIFFERENT, SAME, document, report
 from ntp_dsl.cli.display import answers, messages, print_json
-from ntp_dsl.cli.models import model_for
+from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
@@ -58,11 +58,9 @@ def command(
     trace = read_trace(file)
     registry = _registry(trace, library, file)
     _check(registry, trace, file)
-    if expert and model is not None:
-        raise NtpError("--expert needs no --model: the scripted expert answers")
     demo = demo or _beside(trace, file)
     check_no_input(out, [file, demo])
-    path = None if expert else model_for(library or registry_path(trace), trace.header.task, model)
+    path = model_or_expert(model, expert)
     policy = _policy(registry, trace, path, demo)
     replayed = _replay(Replay(registry, policy, trace), path, out)
     comparison = compare(trace, replayed)
@@ -129,12 +127,11 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
             "the trace names no demonstration, and a learned program needs one: give --demo FILE, "
             "or record the trace with --out"
         )
-    from ntp_dsl.core.checkpoint import load_core
-    from ntp_dsl.core.policy import LearnedPolicy
+    from ntp_dsl.core.models import open_model
 
     demonstration = read_demonstration(demo, trace.header.objects)
     check_shown(trace, demonstration)
-    return LearnedPolicy(load_core(model).core, demonstration)
+    return open_model(model, registry, trace.header.program, trace.header.dispatch).shown(demonstration)
 
 
 def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:

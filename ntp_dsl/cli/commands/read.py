@@ -1,0 +1,70 @@
+"""`ntp read`: what a demonstration says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ntp_dsl.cli.display import answers, messages, print_json
+from ntp_dsl.cli.models import model_or_shipped
+from ntp_dsl.cli.options import Json, Library, Model, Seed, Task
+from ntp_dsl.common.text import counted, printable
+from ntp_dsl.demonstrations.demonstration import check_objects
+from ntp_dsl.demonstrations.demonstration_files import read_demonstration
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.tasks.goal_text import format_lists
+
+
+def command(
+    library: Library,
+    task: Task,
+    demo: Annotated[
+        Path | None,
+        typer.Option(help="A demonstration file; by default the expert records one from the seed."),
+    ] = None,
+    model: Model = None,
+    seed: Seed = 0,
+    json: Json = False,
+) -> int:
+    """Print what a demonstration says: the lists that the task's program is to be called with.
+
+    The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
+    is explained by it. Exit status: 0 all of it, 1 some of it is not.
+
+    Example: ntp read block_stacking block_stacking --demo runs/data/episode_00000.demo.parquet > goal.txt
+    """
+    from ntp_dsl.core.models import OneCoreModel, open_model
+
+    evaluator = Evaluator(Plan(library, task, None, seed=seed))
+    registry, instance = evaluator.registry, evaluator.instance(0)
+    found = open_model(model_or_shipped(model), registry, instance.program)
+    if not isinstance(found, OneCoreModel):
+        raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: leave out --model")
+    if demo is None:
+        messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
+        demonstration = evaluator.demonstration(instance, 0)[0].demonstration
+    else:
+        demonstration = read_demonstration(demo, instance.objects)
+        check_objects(demonstration, instance.objects)
+    source = found.read(demonstration)
+    scope = source.scope()
+    assert scope is not None
+    reading = source.reading(instance.program, instance.arguments, scope)
+    program = registry.programs[instance.program]
+    text = format_lists(registry, program, reading.arguments)
+    if json:
+        lists = {
+            parameter.name: [dict(each.fields) if hasattr(each, "fields") else each for each in value]
+            for parameter, value in zip(program.parameters, reading.arguments, strict=True)
+            if isinstance(value, tuple)
+        }
+        print_json({"lists": lists, "text": text, "explained": reading.explained, "acts": reading.acts})
+    else:
+        acts = counted(reading.acts, "act")
+        answers.print(f"# {reading.explained} of {acts} of the hand explained, by {program.name}")
+        for row in text.splitlines():
+            answers.print(printable(row))
+    return int(not reading.is_whole)

@@ -1,0 +1,1 @@
+"""The next call of a running program, from its declaration and what is probably the case."""

@@ -1,0 +1,50 @@
+"""What a decision rests on, for traces: facts with their probabilities, and what became of each statement."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import Fact
+from ntp_dsl.traces.decision import FactProbability, StatementStatus, Status
+
+MOST = 200  # facts that a decision reports
+
+
+def evidence(
+    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: Believed
+) -> tuple[tuple[FactProbability, ...], tuple[StatementStatus, ...]]:
+    """Return the literals of the contract and the statements, and what the rule makes of each statement."""
+    scope = dict(zip((each.name for each in row.parameters), arguments, strict=True))
+    achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
+    found = dict.fromkeys([*achieves, *requires])
+    statements: list[StatementStatus] = []
+    needed = {fact for fact in achieves if not state.holds(fact)}
+    if needed and all(state.holds(fact) for fact in requires):
+        for statement, instance, is_due in expert.read_body(row, scope, needed, state):
+            status = Status.ABSENT
+            lacks: frozenset[Fact] = frozenset()
+            if instance is not None:
+                status = Status.ACHIEVED if instance.achieved else Status.DUE if is_due else Status.PASSED
+                lacks = instance.lacks
+                found |= dict.fromkeys(sorted([*instance.provides, *instance.names], key=str))
+            call = instance.call if instance is not None else None
+            statements.append(
+                StatementStatus(
+                    line=statement.span.line,
+                    status=status,
+                    callee=call.callee if call else "",
+                    arguments=call.arguments if call else (),
+                    lacks=tuple(sorted(map(str, lacks))),
+                )
+            )
+    facts = tuple(FactProbability(str(fact), rounded(state.probability(fact))) for fact in list(found)[:MOST])
+    return facts, tuple(reversed(statements))
+
+
+def rounded(probability: Any) -> float:
+    """Return a probability as a trace keeps it."""
+    return round(min(1.0, max(0.0, float(probability))), 4)

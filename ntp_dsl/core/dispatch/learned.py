@@ -1,0 +1,94 @@
+"""The learnt dispatcher: a query over keys of calls, trained where the truth is uncertain."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from typing import TypeVar
+
+import torch
+from msgspec.structs import replace
+
+from ntp_dsl.core.dispatch.dispatcher import Dispatched
+from ntp_dsl.core.dispatch.evidence import evidence
+from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
+from ntp_dsl.core.dispatch.rows import Row, unrolled
+from ntp_dsl.core.dispatch.rule import RuleDispatcher
+from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.protocol import Barred
+from ntp_dsl.policies.scripted import source_of
+from ntp_dsl.semantics.observation import Argument, without_lists
+from ntp_dsl.traces.decision import Alternative, Decision, Ranking
+
+Value = TypeVar("Value", bound=str | float)
+
+TOP = 5  # alternatives that a decision reports
+
+
+class LearnedDispatcher:
+    """Decides by a network over a program's row; what has no row is left to the rule.
+
+    Where a return is barred, as at a program's first step, the most probable call is made, however improbable:
+    its caller made sure that there is something to do.
+    """
+
+    def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
+        self._expert, self._network, self._rule = expert, network, RuleDispatcher(expert)
+
+    def dispatch(
+        self, program: str, arguments: tuple[Argument, ...], state: Believed, barred: Barred
+    ) -> Dispatched:
+        program_row = self._expert.registry.programs[program]
+        if program_row.in_python:
+            return self._rule.dispatch(program, arguments, state, barred)
+        row = unrolled(self._expert.registry, program_row, arguments, state)
+        chances, end = self._chances(row)
+        allowed = [
+            0.0 if call.callee in barred else chance for call, chance in zip(row.calls, chances, strict=True)
+        ]
+        best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
+        ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in barred)
+        chance = end if ends or best is None else chances[best]
+        facts, statements = evidence(self._expert, program_row, arguments, state)
+        decision = Decision(
+            probability=round(min(1.0, chance), 4),
+            end_probability=round(min(1.0, end), 4),
+            callees=_ranked([call.callee for call in row.calls], chances),
+            facts=facts,
+            statements=statements,
+        )
+        if ends or best is None:
+            done = all(float(row.probabilities[at]) > 0.5 for at in row.achieved)
+            return Dispatched(Return(done), decision)
+        call = row.calls[best]
+        return Dispatched(call, _with_call(decision, call, row, chances))
+
+    @torch.inference_mode()
+    def _chances(self, row: Row) -> tuple[list[float], float]:
+        """Return the probability of each call, and of the end."""
+        if not row.calls:
+            return [], 1.0
+        calls, end = self._network(batched([row]))
+        return calls[0].exp().tolist(), float(end[0].exp())
+
+
+def _with_call(decision: Decision, call: NextCall, row: Row, chances: list[float]) -> Decision:
+    same = [(each, c) for each, c in zip(row.calls, chances, strict=True) if each.callee == call.callee]
+    given = [without_lists(each.arguments) for each, _ in same]
+    arguments = tuple(
+        _ranked([values[place] for values in given], [c for _, c in same])
+        for place in range(len(without_lists(call.arguments)))
+    )
+    return replace(decision, source=source_of(call), arguments=arguments)
+
+
+def _ranked(values: Sequence[Value], chances: Sequence[float]) -> Ranking[Value]:
+    """Return the most probable values first, each with all of its probability."""
+    total: dict[Value, float] = {}
+    for value, chance in zip(values, chances, strict=True):
+        total[value] = total.get(value, 0.0) + chance
+    best = heapq.nlargest(TOP, total.items(), key=lambda each: each[1])
+    return tuple(
+        Alternative(value, min(1.0, round(chance, 4))) for value, chance in best if chance >= 0.00005
+    )

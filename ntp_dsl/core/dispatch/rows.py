@@ -1,0 +1,111 @@
+"""A program's row (M_prog): its declaration unrolled in the present.
+
+A node for each call that its body may stand for, and one for each ground fact that contracts name; an edge
+where a call provides a fact or requires it. No name enters, and no size hangs on a library.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.policies.expert import NextCall
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.predicates import ANY
+from ntp_dsl.semantics.state import Bindings, Fact, Literal
+
+POSSIBLE = 0.02  # a guard that holds less probably than this makes no call
+
+Edge = tuple[int, int]  # a call and a fact
+
+
+@dataclass(frozen=True)
+class Row:
+    """A program in the present."""
+
+    calls: tuple[NextCall, ...]  # in the order of the body, and of the elements of its loops
+    statements: tuple[int, ...]  # of each call
+    guards: tuple[Any, ...]  # how probably the conditions around each call hold
+    facts: tuple[Fact, ...]
+    probabilities: tuple[Any, ...]  # of the facts
+    achieved: tuple[int, ...]  # facts that the program achieves
+    required: tuple[int, ...]  # and that it requires
+    provides: tuple[Edge, ...]
+    requires: tuple[Edge, ...]
+
+
+def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:
+    """Return a running program's row."""
+    scope = dict(zip((each.name for each in program.parameters), arguments, strict=True))
+    facts: dict[Fact, int] = {}
+
+    def number(fact: Fact) -> int:
+        return facts.setdefault(fact, len(facts))
+
+    achieved = tuple(number(fact) for fact in state.literals(program.achieves, scope))
+    required = tuple(number(fact) for fact in state.literals(program.requires, scope))
+    calls: list[NextCall] = []
+    statements: list[int] = []
+    guards: list[Any] = []
+    provided: list[list[Fact]] = []
+    requires: list[Edge] = []
+    for index, statement in enumerate(program.body):
+        for call, inner, guard in _calls(statement, scope, 1.0, state):
+            callee = registry[call.callee]
+            given = tuple(state.value(term, inner) for term in call.arguments)
+            bound = dict(zip((each.name for each in callee.parameters), given, strict=True))
+            requires += [(len(calls), number(fact)) for fact in state.literals(callee.requires, bound)]
+            provided.append(state.literals(callee.achieves, bound))
+            calls.append(NextCall(call.callee, given, call.span))
+            statements.append(index)
+            guards.append(guard)
+    for each in provided:
+        for fact in each:
+            number(fact)
+    vague = [(fact, at) for fact, at in facts.items() if isinstance(fact, Literal) and ANY in fact.arguments]
+    provides = [
+        (call, at)
+        for call, given_facts in enumerate(provided)
+        for at in sorted({facts[each] for each in given_facts} | _implied(given_facts, vague))
+    ]
+    return Row(
+        tuple(calls),
+        tuple(statements),
+        tuple(guards),
+        tuple(facts),
+        tuple(state.probability(fact) for fact in facts),
+        achieved,
+        required,
+        tuple(provides),
+        tuple(requires),
+    )
+
+
+def _implied(given: Sequence[Fact], vague: Sequence[tuple[Fact, int]]) -> set[int]:
+    """Return the facts of any object that facts of one imply."""
+    return {at for fact, at in vague if any(each.provides(fact) for each in given)}
+
+
+def _calls(
+    statement: nodes.Statement, scope: Bindings, guard: Any, state: Believed
+) -> Iterator[tuple[nodes.Call, Bindings, Any]]:
+    """Yield the calls that a statement may stand for, with their bindings, and how probably it does."""
+    if guard < POSSIBLE:
+        return
+    match statement:
+        case nodes.Call():
+            yield statement, scope, guard
+        case nodes.When(condition=condition, body=body):
+            yield from _calls(body, scope, min(guard, state.likely(condition, scope)), state)
+        case nodes.For(generator=generator, body=body):
+            iterable = generator.iterable.id
+            source = scope[iterable] if iterable in scope else tuple(state.objects(iterable))
+            assert isinstance(source, tuple)
+            for element in source:
+                inner: Bindings = {**scope, generator.variable: element}
+                likely = min(guard, state.likely(generator.condition, inner))
+                yield from _calls(body, inner, likely, state)

@@ -1,0 +1,56 @@
+"""The exact rule of the language, over facts that probably hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ntp_dsl.core.dispatch.dispatcher import Dispatched
+from ntp_dsl.core.dispatch.evidence import evidence, rounded
+from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.protocol import Barred
+from ntp_dsl.policies.scripted import source_of
+from ntp_dsl.semantics.observation import Argument, without_lists
+from ntp_dsl.traces.decision import Alternative, Decision, Ranking
+
+
+class RuleDispatcher:
+    """Decides as an expert does. How sure that is, is how sure the facts are that it rests on."""
+
+    def __init__(self, expert: Expert) -> None:
+        self.expert = expert
+
+    def dispatch(
+        self, program: str, arguments: tuple[Argument, ...], state: Believed, barred: Barred
+    ) -> Dispatched:
+        answer = self.expert.decide(program, arguments, state)
+        if isinstance(answer, NextCall) and answer.callee in barred:
+            answer = Return(False, f"{answer.callee} was of no use")
+        row = self.expert.registry.programs[program]
+        facts, statements = evidence(self.expert, row, arguments, state)
+        sure = round(min((max(each.probability, 1 - each.probability) for each in facts), default=1.0), 4)
+        return Dispatched(
+            answer,
+            Decision(
+                source=source_of(answer) if isinstance(answer, NextCall) else "",
+                reason=answer.reason if isinstance(answer, Return) else "",
+                scripted=row.in_python,
+                callees=(Alternative(answer.callee, sure),) if isinstance(answer, NextCall) else (),
+                arguments=_certain(answer, sure) if isinstance(answer, NextCall) else (),
+                end_probability=rounded(self._end_probability(row, arguments, state)),
+                probability=sure,
+                facts=facts,
+                statements=statements,
+            ),
+        )
+
+    def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
+        """Return how probably all that a program achieves holds."""
+        scope = dict(zip((each.name for each in row.parameters), arguments, strict=True))
+        return min((state.probability(fact) for fact in state.literals(row.achieves, scope)), default=1.0)
+
+
+def _certain(call: NextCall, sure: float) -> tuple[Ranking[str | float], ...]:
+    """Return the arguments as rankings of one: the statement binds them."""
+    return tuple((Alternative(value, sure),) for value in without_lists(call.arguments))

@@ -1,0 +1,93 @@
+"""From a file of weights to policies: the one core's, or the per-library baseline's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from ntp_dsl.core.default_bodies import with_default_bodies
+from ntp_dsl.core.dispatch.dispatcher import Dispatcher
+from ntp_dsl.core.dispatch.learned import LearnedDispatcher
+from ntp_dsl.core.dispatch.rule import RuleDispatcher
+from ntp_dsl.core.one_core import FORMAT, MADE_BY, OneCore, one_core
+from ntp_dsl.core.per_library.checkpoint import check_fits, core_of
+from ntp_dsl.core.per_library.model import Core
+from ntp_dsl.core.per_library.policy import LearnedPolicy
+from ntp_dsl.core.policy import OneShotPolicy
+from ntp_dsl.core.shown import Shown, Told
+from ntp_dsl.core.weights import read_weights
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.protocol import Policy
+from ntp_dsl.traces.decision import Dispatch
+
+
+class Model(Protocol):
+    """What was learnt, for one library."""
+
+    def shown(self, demonstration: Demonstration) -> Policy:
+        """Return the policy that does what a demonstration shows."""
+
+    def told(self) -> Policy:
+        """Return the policy that does what the lists among its arguments say."""
+
+
+@dataclass(frozen=True)
+class OneCoreModel:
+    """The one core: it needs no training on the library."""
+
+    core: OneCore
+    registry: Registry
+    dispatch: Dispatch
+
+    def read(self, demonstration: Demonstration) -> Shown:
+        """Return a demonstration as it is read."""
+        return Shown(self.registry, demonstration, self.core.grounding)
+
+    def shown(self, demonstration: Demonstration) -> OneShotPolicy:
+        return OneShotPolicy(self.read(demonstration), self._dispatcher())
+
+    def told(self) -> OneShotPolicy:
+        return OneShotPolicy(Told(self.registry, self.core.grounding), self._dispatcher())
+
+    def _dispatcher(self) -> Dispatcher:
+        expert = Expert(self.registry)
+        if self.dispatch is Dispatch.RULE:
+            return RuleDispatcher(expert)
+        return LearnedDispatcher(expert, self.core.dispatch)
+
+
+@dataclass(frozen=True)
+class BaselineModel:
+    """A core that was trained on the library's own traces."""
+
+    core: Core
+
+    def shown(self, demonstration: Demonstration) -> Policy:
+        return LearnedPolicy(self.core, demonstration)
+
+    def told(self) -> Policy:
+        raise NtpError("a checkpoint of `ntp train` needs a demonstration: omit --model, or --goal")
+
+
+def open_model(path: Path, registry: Registry, program: str, dispatch: Dispatch | None = None) -> Model:
+    """Return what a file of weights can do with a library.
+
+    Args:
+        program: the one that will be run.
+        dispatch: how the one core finds the next call, learned by default; the baseline has its own way.
+
+    Raises `NtpError` for what is no checkpoint, and for a baseline's that was trained on other declarations.
+    """
+    weights = read_weights(path, MADE_BY)
+    if weights.format[0] == FORMAT:
+        core = one_core(weights, path)
+        return OneCoreModel(core, with_default_bodies(registry), dispatch or Dispatch.LEARNED)
+    if dispatch is not None:
+        raise NtpError(f"{path}: is a checkpoint of `ntp train`, which has its own way: omit --dispatch")
+    baseline = core_of(weights, path).core
+    check_fits(baseline.memory, registry, program, path)
+    return BaselineModel(baseline)

@@ -1,0 +1,186 @@
+"""What the grounding network is told of two objects, and of the hand and one: lengths at several scales.
+
+A length is told as it is, and squashed at scales from millimetres to a decimetre and at that of its
+doubt, so that a network of few weights can place a threshold anywhere. No type, name or trait is among them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation
+
+SCALES = (0.003, 0.01, 0.03, 0.1)  # [m]
+LEAST_DOUBT = 0.0005  # [m]
+NEAR = 0.04  # of two objects seen from above, beyond which no fact of contact is asked [m]
+SURELY = 4.0  # deviations
+OVERLAP = 0.75  # of a height, by which one that leans on another may be lower, or higher
+
+Array = NDArray[np.float64]
+
+PAIR_LENGTHS, GRIP_LENGTHS, HOVER_LENGTHS = 14, 4, 14
+TOLD_OF_ONE = 9  # of each object: size, reach, shape
+PAIR_FEATURES = PAIR_LENGTHS * (len(SCALES) + 2) + 2 * TOLD_OF_ONE + 3
+GRIP_FEATURES = GRIP_LENGTHS * (len(SCALES) + 2) + TOLD_OF_ONE + 3
+HOVER_FEATURES = HOVER_LENGTHS * (len(SCALES) + 2) + 2 * TOLD_OF_ONE + 5
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The objects of an observation that have a position, as arrays."""
+
+    names: tuple[str, ...]
+    at: Array  # (N, 3) centres [m]
+    size: Array  # (N, 3) as they lie [m]
+    deviation: Array  # (N,) [m]
+    told: Array  # (N, TOLD_OF_ONE)
+    cavity: Array  # (N, 2) half of a hollow's extent; -1 where there is none [m]
+    floor: Array  # (N,) of the hollow, above the bottom [m]
+    movable: NDArray[np.bool_]
+    roomy: NDArray[np.bool_]
+    flat: NDArray[np.bool_]
+    wide: NDArray[np.bool_]  # a table: nothing to bump into
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def bodies(seen: Observation) -> Bodies:
+    objects = [obj for obj in seen.by_name.values() if obj.name in seen.positions]
+    names = tuple(obj.name for obj in objects)
+    cavities = [obj.cavity for obj in objects]
+    size = np.array([obj.size for obj in objects]).reshape(-1, 3)
+    reach = np.array([obj.reach for obj in objects])
+    flags = [
+        (obj.movable, obj.roomy, cavity is not None, obj.shape in ("cylinder", "bowl"), obj.shape == "bowl")
+        for obj, cavity in zip(objects, cavities, strict=True)
+    ]
+    told = np.concatenate(
+        [10 * np.minimum(size, 0.3), 10 * np.minimum(reach, 0.3)[:, None], np.array(flags).reshape(-1, 5)], 1
+    )
+    return Bodies(
+        names,
+        np.array([seen.positions[name] for name in names]).reshape(-1, 3),
+        size,
+        np.array([seen.deviations.get(name, 0.0) for name in names]),
+        told,
+        np.array([(c.half_x, c.half_y) if c else (-1.0, -1.0) for c in cavities]).reshape(-1, 2),
+        np.array([c.floor if c else 0.0 for c in cavities]),
+        np.array([obj.movable for obj in objects], dtype=bool),
+        np.array([obj.roomy for obj in objects], dtype=bool),
+        np.array([obj.flat for obj in objects], dtype=bool),
+        np.array([obj.size[0] > TOO_WIDE for obj in objects], dtype=bool),
+    )
+
+
+def near_pairs(b: Bodies) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the pairs, an object and what it may lie on or in, that may touch."""
+    if not len(b):
+        nothing = np.zeros(0, dtype=np.intp)
+        return nothing, nothing
+    doubt = NEAR + SURELY * np.hypot(b.deviation[:, None], b.deviation)
+    apart = np.abs(b.at[:, None, :2] - b.at[None, :, :2]) - (b.size[:, None, :2] + b.size[None, :, :2]) / 2
+    tall, hollow = b.size[:, 2], b.cavity[:, 0] > 0
+    gap = (b.at[:, 2] - tall / 2)[:, None] - (b.at[:, 2] + tall / 2)[None, :]  # from the one's top up
+    lower = -OVERLAP * np.minimum(tall[:, None], tall) - doubt
+    level = (gap > lower) & (gap < OVERLAP * tall[:, None] + doubt) | hollow[None, :]
+    near = (apart.max(axis=-1) < doubt) & level & b.movable[:, None]
+    np.fill_diagonal(near, False)
+    return np.nonzero(near)  # type: ignore[return-value]
+
+
+def pair_features(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> Array:
+    """(pairs, PAIR_FEATURES): an object over, on, in or beside another."""
+    dx, dy, dz = _apart(b, item, below)
+    aside = np.hypot(dx, dy)
+    half, under = b.size[item] / 2, b.size[below] / 2
+    cavity = b.cavity[below]
+    lengths = np.stack(
+        [
+            dx,
+            dy,
+            aside,
+            dz - half[:, 2] - under[:, 2],  # the gap from the one's top to the other's bottom
+            dz + under[:, 2],  # of the centre, from the bottom of the one below
+            dz - under[:, 2],  # and from its rim
+            dx - 0.9 * (half[:, 0] + under[:, 0]),
+            dy - 0.9 * (half[:, 1] + under[:, 1]),
+            dx - under[:, 0],
+            dy - under[:, 1],
+            aside - under[:, 0],
+            dx - cavity[:, 0],
+            dy - cavity[:, 1],
+            np.minimum(half[:, 2], under[:, 2]),
+        ],
+        axis=1,
+    )
+    doubt = np.hypot(b.deviation[item], b.deviation[below])
+    return np.concatenate([_told(lengths, doubt), b.told[item], b.told[below], _doubts(doubt)], axis=1)
+
+
+def grip_features(b: Bodies, seen: Observation) -> Array:
+    """(objects, GRIP_FEATURES): an object between the fingers, or not."""
+    way = b.at - np.array(seen.gripper)
+    aside, rise = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
+    rim = np.abs(np.hypot(aside, way[:, 2]) - np.hypot(b.size[:, 0], b.size[:, 2]) / 2)
+    lengths = np.stack([aside, rise, rise - b.size[:, 2] / 2, rim], axis=1)
+    return np.concatenate([_told(lengths, b.deviation), b.told, _doubts(b.deviation)], axis=1)
+
+
+def hover_features(b: Bodies, seen: Observation, carried: int | None) -> Array:
+    """(objects, HOVER_FEATURES): what is carried, or else the hand, over an object, or beside it."""
+    point = np.array(seen.gripper) if carried is None else b.at[carried]
+    size = np.zeros(3) if carried is None else b.size[carried]
+    told = np.zeros(TOLD_OF_ONE) if carried is None else b.told[carried]
+    doubt = b.deviation if carried is None else np.hypot(b.deviation, b.deviation[carried])
+    dx, dy = np.abs(b.at[:, :2] - point[:2]).T
+    aside = np.hypot(dx, dy)
+    half = b.size / 2
+    rise = seen.gripper[2] - b.at[:, 2] - half[:, 2]
+    gap_x, gap_y = dx - half[:, 0] - size[0] / 2, dy - half[:, 1] - size[1] / 2
+    lengths = np.stack(
+        [
+            dx,
+            dy,
+            aside,
+            rise,
+            rise - 0.2,
+            point[2] - b.at[:, 2],
+            np.abs(aside - half[:, 0]),
+            dx - half[:, 0],
+            dy - half[:, 1],
+            dx - b.cavity[:, 0],
+            dy - b.cavity[:, 1],
+            gap_x,
+            gap_y,
+            np.maximum(gap_x, gap_y),
+        ],
+        axis=1,
+    )
+    flags = np.tile([float(carried is not None), float(seen.closed)], (len(b), 1))
+    others = np.tile(told, (len(b), 1))
+    return np.concatenate([_told(lengths, doubt), b.told, others, _doubts(doubt), flags], axis=1)
+
+
+def _apart(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+    way = b.at[item] - b.at[below]
+    return np.abs(way[:, 0]), np.abs(way[:, 1]), way[:, 2]
+
+
+def _told(lengths: Array, doubt: Array) -> Array:
+    """(rows, lengths × (scales + 2)): as they are, squashed at each scale, and at that of their doubt."""
+    own = (2 * doubt + LEAST_DOUBT)[:, None]
+    squashed = [np.tanh(lengths / scale) for scale in SCALES]
+    return np.concatenate([np.clip(5 * lengths, -2, 2), *squashed, np.tanh(lengths / own)], axis=1)
+
+
+def _doubts(doubt: Array) -> Array:
+    return np.stack([50 * doubt, np.tanh(doubt / 0.003), np.tanh(doubt / 0.01)], axis=1)
+
+
+def as_float32(rows: Array) -> NDArray[Any]:
+    return rows.astype(np.float32)

@@ -1,0 +1,107 @@
+"""The grounding network (f_ENC): probabilities of the worlds' own facts, from an observation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import nn
+
+from ntp_dsl.core.perception import features
+from ntp_dsl.core.perception.features import Array, Bodies, bodies
+from ntp_dsl.semantics.graded import NO_CONTACT, Graded
+from ntp_dsl.semantics.observation import Observation
+
+WIDTH = 64
+
+Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+
+class Grounding(nn.Module):
+    """Three small networks: of two objects, of the fingers and one, of what is carried and one."""
+
+    def __init__(self, width: int = WIDTH) -> None:
+        super().__init__()
+        self.pairs = _network(features.PAIR_FEATURES, 3, width)  # on, covers, in
+        self.grip = _network(features.GRIP_FEATURES, 1, width)  # holding
+        self.hover = _network(features.HOVER_FEATURES, 2, width)  # over, crowding
+
+
+def _network(inputs: int, outputs: int, width: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Linear(inputs, width), nn.SiLU(), nn.Linear(width, width), nn.SiLU(), nn.Linear(width, outputs)
+    )
+
+
+def ground(network: Grounding, seen: Observation) -> Graded:
+    """Return what is probably the case."""
+    return ground_all(network, [seen])[0]
+
+
+@torch.inference_mode()
+def ground_all(network: Grounding, seen: Sequence[Observation]) -> list[Graded]:
+    """Return what is probably the case in each of several moments; each network is run once for all."""
+    scenes = [bodies(each) for each in seen]
+    grips = _chances(
+        network.grip, [features.grip_features(b, each) for b, each in zip(scenes, seen, strict=True)]
+    )
+    held = [
+        np.where(b.movable & each.closed, chances[:, 0], 0.0)
+        for b, each, chances in zip(scenes, seen, grips, strict=True)
+    ]
+    carried = [int(each.argmax()) if len(each) and each.max() > 0.5 else None for each in held]
+    near = [features.near_pairs(b) for b in scenes]
+    touching = _chances(
+        network.pairs, [features.pair_features(b, *pairs) for b, pairs in zip(scenes, near, strict=True)]
+    )
+    hovering = _chances(
+        network.hover,
+        [features.hover_features(b, each, c) for b, each, c in zip(scenes, seen, carried, strict=True)],
+    )
+    return [_graded(*each) for each in zip(scenes, held, carried, near, touching, hovering, strict=True)]
+
+
+def _graded(
+    b: Bodies, held: Array, carried: int | None, near: Pairs, touching: Array, hovering: Array
+) -> Graded:
+    holding = dict.fromkeys(b.names, 0.0)
+    if len(held):
+        best = int(held.argmax())
+        holding[b.names[best]] = float(held[best])  # a hand holds one thing
+    contacts: dict[tuple[str, str], tuple[float, float, float]] = {}
+    covered = dict.fromkeys(b.names, 0.0)
+    for item, below, (on, covers, inside) in zip(*(each.tolist() for each in (*near, touching)), strict=True):
+        a, c = b.names[item], b.names[below]
+        free = 1 - holding[a]
+        contacts[a, c] = min(on, free), min(covers, free), min(inside, free)
+        covered[c] = max(covered[c], contacts[a, c][1])
+    hovered = _hovered(b, carried, contacts, hovering)
+    return Graded(contacts, holding, hovered, covered, max(holding.values(), default=0.0))
+
+
+def _hovered(
+    b: Bodies,
+    carried: int | None,
+    contacts: Mapping[tuple[str, str], tuple[float, float, float]],
+    hovering: Array,
+) -> dict[str, float]:
+    """Return what the hand is over: over flat surfaces, only where nothing is in the way."""
+    over, crowding = hovering[:, 0].copy(), np.where(b.wide, 0.0, hovering[:, 1])
+    if carried is not None:
+        over[carried] = crowding[carried] = 0.0
+        for index, name in enumerate(b.names):  # what lies in it moves along
+            crowding[index] *= 1 - contacts.get((name, b.names[carried]), NO_CONTACT)[2]
+    highest = np.argsort(-crowding)[:2]
+    for index in np.flatnonzero(b.flat).tolist():
+        others = [crowding[each] for each in highest if each != index]
+        over[index] = min(over[index], 1 - max(others, default=0.0))
+    return dict(zip(b.names, over.tolist(), strict=True))
+
+
+def _chances(network: nn.Module, rows: Sequence[Array]) -> list[Array]:
+    """Return the probabilities of each part of the rows."""
+    joined = torch.from_numpy(features.as_float32(np.concatenate(rows)))
+    chances = torch.sigmoid(network(joined)).numpy().astype(float)
+    return np.split(chances, np.cumsum([len(each) for each in rows])[:-1])

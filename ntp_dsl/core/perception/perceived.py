@@ -1,0 +1,88 @@
+"""The state of a scene as it is perceived: each fact with its probability; above one half, it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+from ntp_dsl.core.perception.grounding import Grounding, ground
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.semantics.graded import Graded, graded_predicates
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State
+
+
+class Believed(State):
+    """A moment of whose facts only the probabilities are known.
+
+    Predicates and readings in Python are part of the declaration: they run on the observation.
+
+    Args:
+        chances: the probability of each predicate that is neither composed nor in Python, by name.
+    """
+
+    def __init__(
+        self, registry: Registry, observation: Observation, chances: Mapping[str, Callable[..., Any]]
+    ) -> None:
+        self._chances = chances
+        super().__init__(registry, observation, {name: self._threshold(name) for name in chances})
+        self._probabilities: dict[Fact, Any] = {}
+
+    def probability(self, fact: Fact) -> Any:
+        """Return how probably a fact holds: minima, maxima and complements of the perceived ones.
+
+        They are numbers, or tensors that gradients go through where the grounding yields such.
+        """
+        if fact not in self._probabilities:
+            self._probabilities[fact] = self._of_fact(fact)
+        return self._probabilities[fact]
+
+    def likely(self, expression: nodes.Expression | None, scope: Bindings) -> Any:
+        """Return how probably an expression holds; None surely does."""
+        match expression:
+            case None:
+                return 1.0
+            case nodes.Atom(predicate=predicate, arguments=arguments):
+                values = tuple(self.value(term, scope) for term in arguments)
+                return self.probability(Literal(predicate, values))
+            case nodes.Not(value=value):
+                return 1 - self.likely(value, scope)
+            case nodes.And(values=values):
+                return min((self.likely(value, scope) for value in values), default=1.0)
+            case nodes.Or(values=values):
+                return max((self.likely(value, scope) for value in values), default=0.0)
+            case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
+                inner = [self.likely(body, each) for each in self._scopes(generators, scope)]
+                return min(inner, default=1.0) if quantifier == "all" else max(inner, default=0.0)
+        return float(self.true(expression, scope))
+
+    def _of_fact(self, fact: Fact) -> Any:
+        if isinstance(fact, Condition):
+            return self.likely(fact.expression, fact.scope)
+        declared = self.registry.predicates[fact.predicate]
+        provider = declared.by.id if declared.by else declared.name
+        if declared.body is not None:
+            names = (parameter.name for parameter in declared.parameters)
+            chance = self.likely(declared.body, dict(zip(names, fact.arguments, strict=True)))
+        elif provider in self._chances:
+            chance = self._chances[provider](*fact.arguments)
+        else:
+            chance = float(bool(self.reading(fact.predicate, fact.arguments)))
+        return chance if fact.positive else 1 - chance
+
+    def _threshold(self, name: str) -> Callable[..., bool]:
+        return lambda _, *arguments: bool(self._chances[name](*arguments) > 0.5)
+
+
+class Perceived(Believed):
+    """A moment of which the worlds' own facts are perceived by a network."""
+
+    def __init__(self, registry: Registry, observation: Observation, network: Grounding) -> None:
+        super().__init__(registry, observation, graded_predicates(observation, lambda: self.graded))
+        self._network = network
+
+    @cached_property
+    def graded(self) -> Graded:
+        return ground(self._network, self.observation)

@@ -1,0 +1,203 @@
+"""Which elements a list may have: those whose part of the contract comes true in what is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+from ntp_dsl.core.reading.numbers import ANY_NUMBER, ANYWHERE, Ranges, distances, fitting_numbers, lines
+from ntp_dsl.language.logic.facts import bind, substitute
+from ntp_dsl.language.registry import Parameter, Program, Registry
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.visitors import conjuncts, free_names, walk
+from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.semantics.predicates import MissingTrait
+from ntp_dsl.semantics.state import Fact, State
+
+Element = Record | str
+Bound = tuple[tuple[str, str | float], ...]
+COMMON = 0.3  # of the objects of a type
+UNFOLDED = 8  # predicates in one another
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An element that a list may have, and the phase from which on its part of the contract holds."""
+
+    parameter: str
+    element: Element
+    rise: int
+
+
+class ListContract:
+    """What a program's contract says of the elements of one of its lists."""
+
+    def __init__(
+        self, registry: Registry, program: Program, parameter: Parameter, scope: Mapping[str, Argument]
+    ) -> None:
+        self.registry, self.parameter, self._scope = registry, parameter, scope
+        parts = conjuncts(program.achieves) if program.achieves is not None else ()
+        self.parts = tuple(part for part in parts if parameter.name in free_names(part))
+        declared = registry.records.get(parameter.type, (Parameter("", parameter.type),))
+        self._declared = [field.name for field in declared]
+        self.fields = sorted(declared, key=self._is_number)  # numbers last
+        self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
+        self._lines = list(dict.fromkeys(each for _, atom, _ in self._atoms for each in lines(atom)))
+
+    def holds(self, element: Element, state: State) -> bool:
+        """Return whether all that the contract says of an element holds, and whether it says anything."""
+        inner = {**self._scope, self.parameter.name: (element,)}
+        with suppress(MissingTrait):  # which the scene gives to others only
+            return all(state.true(part, inner) for part in self.parts) and self._says_something(inner, state)
+        return False
+
+    def _says_something(self, scope: Mapping[str, Argument], state: State) -> bool:
+        return any(state.literals(part, scope) for part in self.parts)
+
+    def facts(self, element: Element, state: State) -> list[Fact]:
+        """Return what the contract says of an element."""
+        scope = {**self._scope, self.parameter.name: (element,)}
+        return [fact for part in self.parts for fact in state.literals(part, scope)]
+
+    def is_common(self, element: Element, moved: str, state: State) -> bool:
+        """Return whether much the same holds of many other objects: nothing brings it about there."""
+        if not isinstance(element, Record):
+            return False
+        fields = {field.name: field for field in self.fields}
+        others = [
+            Record(
+                element.type,
+                tuple((name, other if value == moved else value) for name, value in element.fields),
+            )
+            for changed, value_of_it in element.fields
+            if value_of_it == moved
+            for other in state.objects(fields[changed].type)
+            if other != moved
+        ]
+        true = sum(self.holds(each, state) for each in others)
+        return bool(others) and true > COMMON * len(others)
+
+    def elements(self, state: State, ranges: Ranges, thorough: bool) -> Iterator[Element]:
+        """Yield the elements for which the contract holds in a state.
+
+        Args:
+            thorough: numbers are sought all over their ranges, where no distance between objects fits.
+        """
+        for bound in self._bindings(state, (), ranges, thorough):
+            element = self._element(bound)
+            if self.holds(element, state):
+                yield element
+
+    def _element(self, bound: Bound) -> Element:
+        if self.parameter.type in self.registry.records:
+            values = dict(bound)
+            return Record(self.parameter.type, tuple((n, values[n]) for n in self._declared if n in values))
+        return str(bound[0][1])
+
+    def _bindings(self, state: State, bound: Bound, ranges: Ranges, thorough: bool) -> Iterator[Bound]:
+        """Yield values for all fields, one field at a time: what the bound ones contradict is left out."""
+        if len(bound) == len(self.fields):
+            yield bound
+            return
+        field = self.fields[len(bound)]
+        values = self._values(field, state)
+        if values is None:
+            yield from self._with_numbers(state, bound, ranges, thorough)
+            return
+        for value in values:
+            longer = (*bound, (field.name, value))
+            if self.agrees(longer, state):
+                yield from self._bindings(state, longer, ranges, thorough)
+
+    def _with_numbers(self, state: State, bound: Bound, ranges: Ranges, thorough: bool) -> Iterator[Bound]:
+        """Yield the bound fields with numbers for all that are left, where there are any that fit."""
+        names = [field.name for field in self.fields[len(bound) :]]
+
+        def with_values(values: tuple[float, ...]) -> Bound:
+            return (*bound, *zip(names, values, strict=True))
+
+        types = {field.name: field.type for field in self.fields}
+        positions = state.observation.positions
+        places = [positions[value] for _, value in bound if isinstance(value, str) and value in positions]
+        found = fitting_numbers(
+            lambda values: self.holds(self._element(with_values(values)), state),
+            [ranges.get(name) or ANYWHERE.get(types[name], ANY_NUMBER) for name in names],
+            [(each - offset) / factor for factor, offset in self._lines for each in distances(places)],
+            thorough,
+        )
+        if found is not None:
+            yield with_values(found)
+
+    def _is_number(self, field: Parameter) -> bool:
+        return field.type not in self.registry.enums and field.type not in self.registry.parents
+
+    def _values(self, field: Parameter, state: State) -> Sequence[str] | None:
+        if self._is_number(field):
+            return None
+        if field.type in self.registry.enums:
+            return self.registry.enums[field.type]
+        constants = [n for n, kind in self.registry.constants.items() if self.registry.is_a(kind, field.type)]
+        return list(dict.fromkeys([*state.objects(field.type), *constants]))
+
+    def agrees(self, bound: Bound, state: State) -> bool:
+        """Return whether the atoms over the last bound field, and others that are bound, hold."""
+        names = {name for name, _ in bound}
+        last = bound[-1][0]
+        element = self._element(bound)
+        with suppress(MissingTrait):
+            return all(
+                state.true(atom, {**self._scope, variable: element})
+                for variable, atom, used in self._atoms
+                if last in used and used <= names
+            )
+        return False
+
+    def _of_the_element(self, part: nodes.Expression) -> Iterator[tuple[str, nodes.Expression, set[str]]]:
+        """Yield the conditions that every element must meet, each with its variable and fields."""
+        match part:
+            case nodes.Quantified("all", body, (generator,)) if generator.condition is None:
+                if generator.iterable.id != self.parameter.name:
+                    return
+                for condition in self._unfolded(body):
+                    used = self._fields_in(condition, generator.variable)
+                    if used is not None:
+                        yield generator.variable, condition, used
+
+    def _unfolded(self, condition: nodes.Expression, depth: int = UNFOLDED) -> Iterator[nodes.Expression]:
+        """Yield what must hold for a condition to, with composed predicates taken apart."""
+        for part in conjuncts(condition):
+            declared = self.registry.predicates.get(part.predicate) if isinstance(part, nodes.Atom) else None
+            body = declared.body if declared is not None and depth else None
+            if body is None or any(isinstance(each, nodes.Quantified) for each in walk(body)):
+                yield part  # names in a quantified body cannot be replaced
+            else:
+                assert isinstance(part, nodes.Atom)
+                assert declared is not None
+                replaced = substitute(body, bind(declared.parameters, part.arguments))
+                yield from self._unfolded(replaced, depth - 1)
+
+    def _fields_in(self, condition: nodes.Expression, variable: str) -> set[str] | None:
+        """Return the fields of the element that a condition is about; None where it is about all of it."""
+        if self.parameter.type not in self.registry.records:
+            return {""} if nodes.Name(variable) in walk(condition) else None
+        found = list(walk(condition))
+        whole = sum(each == nodes.Name(variable) for each in found)
+        fields = [each for each in found if isinstance(each, nodes.Field) and each.value.id == variable]
+        return {each.name for each in fields} if whole == len(fields) else None
+
+
+def candidates(
+    contract: ListContract,
+    ends: Sequence[State],
+    ranges: Ranges,
+    thorough: bool,
+) -> list[Candidate]:
+    """Return the elements that hold in the last state, each with when it began to, in that order."""
+    found = []
+    for element in contract.elements(ends[-1], ranges, thorough):
+        rise = len(ends) - 1
+        while rise > 0 and contract.holds(element, ends[rise - 1]):
+            rise -= 1
+        found.append(Candidate(contract.parameter.name, element, rise))
+    return sorted(found, key=lambda each: each.rise)

@@ -1,0 +1,117 @@
+"""Which calls would have made the hand do what it does: a program that runs along with a demonstration.
+
+At each act of the hand, the program is asked for its next call until it names a primitive; the act is
+explained where that is what has just come true. As in an execution, a call goes on until it returns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from ntp_dsl.core.reading.moments import Act, Moments
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Api
+from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import State
+from ntp_dsl.traces.schema import DemonstratedCall
+
+DECISIONS = 80  # at one look, at most
+
+
+@dataclass(frozen=True)
+class Running:
+    """A call that has not returned, and the one that made it."""
+
+    program: str
+    arguments: tuple[Argument, ...]
+    caller: Running | None = None
+    call: DemonstratedCall | None = field(default=None, compare=False)  # in which what is shown is noted
+
+
+@dataclass
+class Explanation:
+    """How far a program explains a demonstration, with what its lists are said to be."""
+
+    expert: Expert
+    moments: Moments
+
+    def step(self, top: Running, act: Act) -> Running | None:
+        """Return the running call after an act that it explains; None where it does not explain it."""
+        for frame in (act.start, *act.before):
+            state = self.moments.state(frame)
+            found = self._descend(top, state, frame)
+            if found is None:
+                return None
+            top, primitive = found
+            if frame not in act.before:  # the hand is still on its way
+                continue
+            if any(self._came_true(primitive, state, self.moments.state(after)) for after in act.after):
+                self._note_primitive(top, primitive, frame, act.frame)
+                return top
+        return None
+
+    def finish(self, top: Running, frame: int) -> None:
+        """Let the calls that are done in the last state return."""
+        self._descend(top, self.moments.state(frame), frame)
+
+    def _descend(self, top: Running, state: State, frame: int) -> tuple[Running, NextCall] | None:
+        """Return the running call that would call a primitive next, and which; None if none would."""
+        for _ in range(DECISIONS):
+            try:
+                decision = self.expert.decide(top.program, top.arguments, state)
+            except NtpError:
+                return None
+            if isinstance(decision, Return):
+                if top.call is not None:
+                    top.call.scope = top.call.scope[0], frame + 1
+                    top.call.done = decision.done
+                if top.caller is None:
+                    return None
+                top = top.caller
+            elif decision.callee in self.expert.registry.apis:
+                return top, decision
+            else:
+                top = self._enter(top, decision, frame)
+        return None
+
+    def _enter(self, top: Running, decision: NextCall, frame: int) -> Running:
+        call = None
+        if top.call is not None:
+            first, ends = top.call.scope[0], [each.scope[1] for each in top.call.children]
+            begin = max([first, frame, *ends]) if ends or frame > first else first
+            call = DemonstratedCall(
+                name=decision.callee, arguments=decision.arguments, scope=(begin, begin), done=False
+            )
+            call.children = []
+            top.call.children.append(call)
+        return Running(decision.callee, decision.arguments, top, call)
+
+    def _note_primitive(self, top: Running, primitive: NextCall, begin: int, end: int) -> None:
+        if top.call is not None:
+            top.call.children.append(
+                DemonstratedCall(
+                    name=primitive.callee, arguments=primitive.arguments, scope=(begin, end + 1), done=True
+                )
+            )
+
+    def _came_true(self, primitive: NextCall, before: State, after: State) -> bool:
+        """Return whether something that a primitive achieves was missing, and all of it holds afterwards."""
+        api = self.expert.registry[primitive.callee]
+        assert isinstance(api, Api)
+        scope = dict(zip((p.name for p in api.parameters), primitive.arguments, strict=True))
+        facts = before.literals(api.achieves, scope)
+        return not all(before.holds(fact) for fact in facts) and all(
+            after.holds(fact) for fact in after.literals(api.achieves, scope)
+        )
+
+
+def root(program: str, arguments: tuple[Argument, ...], call: DemonstratedCall | None = None) -> Running:
+    """Return a program that begins."""
+    return Running(program, arguments, None, call)
+
+
+def unmarked(top: Running) -> Running:
+    """Return a running call in which nothing of what is shown is noted."""
+    caller = unmarked(top.caller) if top.caller is not None else None
+    return replace(top, caller=caller, call=None)

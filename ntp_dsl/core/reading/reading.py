@@ -1,0 +1,244 @@
+"""What a demonstration says of a program's lists: the fewest elements that explain what the hand does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice, permutations
+
+from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
+from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
+from ntp_dsl.core.reading.moments import Moments
+from ntp_dsl.core.reading.numbers import ranges_of
+from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.semantics.predicates import stands_on
+from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.traces.schema import DemonstratedCall
+
+FEW = 40  # candidates, among which other lists are tried where the first does not explain all
+TRIES = 300  # of other lists, between two improvements
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The arguments of a program as a demonstration shows them, and the calls that it shows."""
+
+    arguments: tuple[Argument, ...]
+    call: DemonstratedCall
+    explained: int  # acts of the hand
+    acts: int
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether all acts are explained."""
+        return self.explained == self.acts
+
+
+class Reader:
+    """Reads the lists of one program from a part of a demonstration."""
+
+    def __init__(
+        self, expert: Expert, program: Program, given: Mapping[str, Argument], moments: Moments
+    ) -> None:
+        self.expert, self.program, self.given, self.moments = expert, program, given, moments
+        self._explanation = Explanation(expert, moments)
+        self._lists = [parameter for parameter in program.parameters if parameter.is_list]
+        empty: dict[str, Argument] = {**given, **{each.name: () for each in self._lists}}
+        self._contracts = {
+            each.name: ListContract(expert.registry, program, each, empty) for each in self._lists
+        }
+
+    def read(self) -> Reading:
+        for thorough in (False, True):
+            found = self._candidates(thorough)
+            risen = [each for each in found if each.rise > 0]
+            held = [each for each in found if each.rise == 0 and self._is_a_pile(each)]
+            chosen = [*held, *self._choose(risen)]
+            reading = self._told(chosen)
+            if not reading.is_whole and len(risen) <= FEW:
+                chosen = self._improved(chosen, risen)
+                reading = self._told(chosen)
+            if reading.is_whole or not self._has_numbers():
+                break
+        return self._with_surprises(chosen, reading, found)
+
+    def _with_surprises(
+        self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
+    ) -> Reading:
+        """Return the reading, with elements that came true by no call's promise, and hardly by chance.
+
+        Where all acts are explained by less, what an element says may come true as if by chance: an object
+        that is put down wherever there is room lies just where it belongs.
+        """
+        for each in found:
+            if each.rise == 0 or each in chosen or not self._is_a_surprise(each, chosen, reading.call):
+                continue
+            more = self._told(self._with(chosen, each))
+            if more.explained >= reading.explained:
+                chosen, reading = self._with(chosen, each), more
+        return reading
+
+    def _is_a_surprise(
+        self, candidate: Candidate, chosen: Sequence[Candidate], root_call: DemonstratedCall
+    ) -> bool:
+        before, after = self.moments.ends[candidate.rise - 1 : candidate.rise + 1]
+        moved = before.observation.held
+        if moved is None or moved not in _values(candidate.element):
+            return False  # it follows from something else that was moved
+        if any(moved in _values(each.element) for each in chosen):
+            return False  # an element that is chosen names that object already
+        contract = self._contracts[candidate.parameter]
+        new = {fact for fact in contract.facts(candidate.element, after) if not before.holds(fact)}
+        promised = {fact for call in root_call.walk() for fact in self._promised(call, after)}
+        return not new & promised and not contract.is_common(candidate.element, moved, self.moments.ends[0])
+
+    def _promised(self, call: DemonstratedCall, state: State) -> Sequence[Fact]:
+        callee = self.expert.registry[call.name]
+        if call.name == self.program.name:
+            return ()
+        scope = dict(zip((each.name for each in callee.parameters), call.arguments, strict=True))
+        return state.literals(callee.achieves, scope)
+
+    def _has_numbers(self) -> bool:
+        registry = self.expert.registry
+        fields = [field for each in self._lists for field in registry.records.get(each.type, ())]
+        return any(
+            field.type not in registry.parents and field.type not in registry.enums for field in fields
+        )
+
+    def _candidates(self, thorough: bool) -> list[Candidate]:
+        found: list[Candidate] = []
+        for parameter in self._lists:
+            contract = self._contracts[parameter.name]
+            ranges = ranges_of(self.expert.registry, self.program, parameter)
+            found += candidates(contract, self.moments.ends, ranges, thorough)
+        return sorted(found, key=lambda each: each.rise)
+
+    def _choose(self, risen: Sequence[Candidate]) -> list[Candidate]:
+        """Add candidates, one at a time, while they explain acts that nothing chosen explains."""
+        chosen: list[Candidate] = []
+        top = self._root(chosen)
+        at = 0
+        acts = self.moments.acts
+        while at < len(acts):
+            after = self._explanation.step(top, acts[at])
+            if after is None:
+                after = self._explanation.step(self._root(chosen), acts[at])
+            if after is not None:
+                top, at = after, at + 1
+                continue
+            best = self._best_addition(chosen, risen, at)
+            if best is None:
+                at += 1
+                top = self._root(chosen)
+            else:
+                chosen = self._with(chosen, best)
+                top = self._root(chosen)
+        return chosen
+
+    def _improved(self, chosen: list[Candidate], risen: Sequence[Candidate]) -> list[Candidate]:
+        """Return a list that explains more, as far as small changes lead to one; of equals the shortest."""
+        best, value = chosen, self._value(chosen)
+        while True:
+            for changed in islice(_changed(best, risen), TRIES):
+                found = self._value(changed)
+                if found > value:
+                    best, value = changed, found
+                    break
+            else:
+                return best
+
+    def _value(self, chosen: Sequence[Candidate]) -> tuple[int, int]:
+        return self._told(chosen).explained, -len(chosen)
+
+    def _best_addition(
+        self, chosen: Sequence[Candidate], risen: Sequence[Candidate], at: int
+    ) -> Candidate | None:
+        """Return the candidate that explains an act, and with it most from there on; of equals the first."""
+        able = [
+            each
+            for each in risen
+            if each.rise > at and each not in chosen and self._explains(self._with(chosen, each), at)
+        ]
+        if len(able) <= 1:
+            return able[0] if able else None
+        return max(able, key=lambda each: self._count_explained(self._with(chosen, each), at))
+
+    def _explains(self, chosen: Sequence[Candidate], at: int) -> bool:
+        return self._explanation.step(self._root(chosen), self.moments.acts[at]) is not None
+
+    def _count_explained(self, chosen: Sequence[Candidate], at: int) -> int:
+        """Return how many acts from one on are explained; after one that is not, the program begins anew."""
+        top: Running | None = self._root(chosen)
+        count = 0
+        for act in self.moments.acts[at:]:
+            after = self._explanation.step(top, act) if top is not None else None
+            if after is None:
+                after = self._explanation.step(self._root(chosen), act)
+            top, count = after, count + (after is not None)
+        return count
+
+    def _with(self, chosen: Sequence[Candidate], more: Candidate) -> list[Candidate]:
+        return sorted([*chosen, more], key=lambda each: each.rise)
+
+    def _is_a_pile(self, candidate: Candidate) -> bool:
+        """Return whether an element that holds all along is of movable objects, on one another.
+
+        What else holds all along may do so by chance.
+        """
+        by_name = self.moments.ends[0].observation.by_name
+        objects = [by_name[value] for value in _values(candidate.element) if value in by_name]
+        return all(each.movable for each in objects) and any(
+            stands_on(self.moments.ends[0].observation, a.name, b.name) for a, b in permutations(objects, 2)
+        )
+
+    def _arguments(self, chosen: Sequence[Candidate]) -> tuple[Argument, ...]:
+        return tuple(
+            tuple(each.element for each in chosen if each.parameter == parameter.name)
+            if parameter.is_list
+            else self.given[parameter.name]
+            for parameter in self.program.parameters
+        )
+
+    def _root(self, chosen: Sequence[Candidate], call: DemonstratedCall | None = None) -> Running:
+        return root(self.program.name, self._arguments(chosen), call)
+
+    def _told(self, chosen: Sequence[Candidate]) -> Reading:
+        """Return the reading, with the calls that the demonstration shows by it."""
+        arguments = self._arguments(chosen)
+        call = DemonstratedCall(
+            name=self.program.name, arguments=arguments, scope=self.moments.scope, done=True
+        )
+        call.children = []
+        top, explained = self._root(chosen, call), 0
+        for act in self.moments.acts:
+            if self._explanation.step(unmarked(top), act) is None:
+                top = self._root(chosen, call)
+                if self._explanation.step(unmarked(top), act) is None:
+                    continue
+            after = self._explanation.step(top, act)
+            assert after is not None, "it was explained just now"
+            top, explained = after, explained + 1
+        self._explanation.finish(top, self.moments.scope[1] - 1)
+        call.scope, call.done = self.moments.scope, True
+        return Reading(arguments, call, explained, len(self.moments.acts))
+
+
+def _values(element: Element) -> list[str]:
+    """Return the objects and members in an element."""
+    values = [value for _, value in element.fields] if isinstance(element, Record) else [element]
+    return [value for value in values if isinstance(value, str)]
+
+
+def _changed(chosen: Sequence[Candidate], risen: Sequence[Candidate]) -> Iterator[list[Candidate]]:
+    """Yield lists with one element more, less or exchanged, and with two exchanged for one."""
+    others = [each for each in risen if each not in chosen]
+    for count in (0, 1, 2):
+        for dropped in combinations(chosen, count):
+            kept = [each for each in chosen if each not in dropped]
+            if count == 1:
+                yield kept
+            for more in others:
+                yield sorted([*kept, more], key=lambda each: each.rise)

@@ -1,0 +1,159 @@
+"""Where the lists of running programs come from: read from a demonstration, or told in so many words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from ntp_dsl.core.perception.grounding import Grounding, ground_all
+from ntp_dsl.core.perception.perceived import Perceived
+from ntp_dsl.core.perception.steadied import steadied
+from ntp_dsl.core.reading.moments import Moments
+from ntp_dsl.core.reading.reading import Reader, Reading
+from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.protocol import Frame
+from ntp_dsl.policies.scripted import alike, counterpart
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.traces import decision as traced
+from ntp_dsl.traces.schema import DemonstratedCall
+
+Arguments = tuple[Argument, ...]
+
+
+class Source(Protocol):
+    """Gives running programs their lists and scopes."""
+
+    def perceive(self, seen: Observation) -> Perceived: ...
+
+    def scope(self) -> Scope | None:
+        """Return the scope of the root."""
+
+    def passed_on(self, arguments: Arguments) -> Arguments:
+        """Return the arguments of a call as they are handed to it."""
+
+    def arguments(self, frame: Frame) -> Arguments | None:
+        """Return the arguments of a running program, lists included; None where nothing shows its lists."""
+
+    def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
+        """Return the frames that show a program's call."""
+
+    def told(self, frame: Frame) -> traced.Reading | None:
+        """Return, once, what a running program reads of its lists."""
+
+
+class Told:
+    """Lists are handed on as they were given. There is no demonstration, and there are no scopes."""
+
+    def __init__(self, registry: Registry, network: Grounding) -> None:
+        self.registry, self._network = registry, network
+
+    def perceive(self, seen: Observation) -> Perceived:
+        return Perceived(self.registry, seen, self._network)
+
+    def scope(self) -> Scope | None:
+        return None
+
+    def passed_on(self, arguments: Arguments) -> Arguments:
+        return arguments
+
+    def arguments(self, frame: Frame) -> Arguments:
+        return frame.arguments
+
+    def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
+        return None
+
+    def told(self, frame: Frame) -> traced.Reading | None:
+        return None
+
+
+class Shown:
+    """A demonstration: each program that takes lists reads them from its own scope of it."""
+
+    def __init__(self, registry: Registry, demonstration: Demonstration, network: Grounding) -> None:
+        self.registry, self.demonstration, self._network = registry, demonstration, network
+        self.expert = Expert(registry)
+        self._states = steadied(demonstration)
+        self._moments = Moments(self._states, (0, len(demonstration)), self._perceive_all)
+        self._readings: dict[tuple[str, Arguments, Scope], Reading] = {}
+        self._told: set[int] = set()  # readings that a trace has
+
+    def perceive(self, seen: Observation) -> Perceived:
+        return Perceived(self.registry, seen, self._network)
+
+    def _perceive_all(self, seen: Sequence[Observation]) -> list[Perceived]:
+        states = [self.perceive(each) for each in seen]
+        for state, graded in zip(states, ground_all(self._network, seen), strict=True):
+            state.graded = graded
+        return states
+
+    def look(self, frame: int) -> Observation:
+        """Return the state that a frame shows."""
+        return self._states.observation(frame)
+
+    def scope(self) -> Scope | None:
+        return 0, len(self.demonstration)
+
+    def passed_on(self, arguments: Arguments) -> Arguments:
+        """Return the arguments without what their lists hold: no list reaches a program but by reading."""
+        return without_list_values(arguments)
+
+    def arguments(self, frame: Frame) -> Arguments | None:
+        if not self.registry.programs[frame.program].takes_list:
+            return frame.arguments
+        if frame.scope is None:
+            return None
+        return self.reading(frame.program, frame.arguments, frame.scope).arguments
+
+    def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
+        call = counterpart(self._call(frame), callee, arguments)
+        return call.scope if call is not None else None
+
+    def told(self, frame: Frame) -> traced.Reading | None:
+        row = self.registry.programs[frame.program]
+        if frame.scope is None or not row.takes_list:
+            return None
+        reading = self.reading(frame.program, frame.arguments, frame.scope)
+        if id(reading) in self._told:
+            return None
+        self._told.add(id(reading))
+        pairs = zip(row.parameters, reading.arguments, strict=True)
+        lists = tuple(
+            traced.ReadList(parameter.name, value) for parameter, value in pairs if isinstance(value, tuple)
+        )
+        return traced.Reading(lists, reading.explained, reading.acts)
+
+    def reading(self, program: str, arguments: Arguments, scope: Scope) -> Reading:
+        """Return what a part of the demonstration says of a program's lists, and which calls it shows."""
+        key = program, without_list_values(arguments), scope
+        if key not in self._readings:
+            row = self.registry.programs[program]
+            if len(arguments) != len(row.parameters):
+                raise NtpError(
+                    f"'{program}' takes {len(row.parameters)} arguments, here are {len(arguments)}"
+                )
+            given = {
+                p.name: value for p, value in zip(row.parameters, arguments, strict=True) if not p.is_list
+            }
+            self._readings[key] = Reader(self.expert, row, given, self._moments.within(scope)).read()
+        return self._readings[key]
+
+    def _call(self, frame: Frame) -> DemonstratedCall | None:
+        """Return the call that shows a running program: the root's, or one below of the same frames."""
+        if frame.scope is None:
+            return None
+        if frame.scope == self.scope() or self.registry.programs[frame.program].takes_list:
+            return self.reading(frame.program, frame.arguments, frame.scope).call
+        for reading in self._readings.values():
+            for call in reading.call.walk():
+                same = call.name == frame.program and call.scope == frame.scope
+                if same and alike(call.arguments, frame.arguments):
+                    return call
+        return None
+
+
+def without_list_values(arguments: Arguments) -> Arguments:
+    """Return arguments with nothing in their lists."""
+    return tuple(() if isinstance(each, tuple) else each for each in arguments)
