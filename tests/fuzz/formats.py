@@ -16,13 +16,16 @@ from old_files import VERSION_2
 from pyarrow import parquet
 
 from ntp_dsl.cli.app import run
+from ntp_dsl.core.one_core import load_one_core, shipped_core
 from ntp_dsl.core.per_library.checkpoint import load_core, save_core
 from ntp_dsl.core.per_library.config import CoreConfig
 from ntp_dsl.core.per_library.memory import Memory
 from ntp_dsl.core.per_library.model import Core
 from ntp_dsl.datasets.manifest import MANIFEST, read_manifest, recorded_files
+from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.tasks.goal_text import read_lists
 from ntp_dsl.tasks.task_files import read_tasks
 from ntp_dsl.traces.reader import read_trace
 
@@ -53,6 +56,7 @@ def formats(registry: Registry, folder: Path) -> dict[str, Format]:
         recorded_files(path.parent)
         read_manifest(path.parent, registry)
 
+    one = shipped_core().read_bytes()
     table, old_table = parquet.read_table(shown), _old_table(shown)
     old_manifest = _old_manifest(json.loads(manifest))
     return {
@@ -61,6 +65,8 @@ def formats(registry: Registry, folder: Path) -> dict[str, Format]:
         "demonstration": Format("a.parquet", _written(table), _parquet(table), read_demonstration),
         "demonstration_1": Format("a.parquet", _written(old_table), _parquet(old_table), read_demonstration),
         "checkpoint": Format("a.safetensors", core.read_bytes(), _safetensors(core.read_bytes()), load_core),
+        "core": Format("a.safetensors", one, _safetensors(one), load_one_core),
+        "goal": _goal(registry, read_demonstration(shown)),
         "tasks": _document("a.json", TASKS, read_tasks),
         "authors_tasks": _document("a.json", AUTHORS, read_tasks),
         "manifest": _document(MANIFEST, json.loads(manifest), manifests),
@@ -110,6 +116,17 @@ def _use_trace(path: Path) -> None:
     for state in trace.states:
         assert state.by_name is not None and (state.held is None or state.held in state.by_name)
     assert repr(trace) and list(trace.events()) is not None
+
+
+def _goal(registry: Registry, shown: Demonstration) -> Format:
+    program = registry.programs["stack"]
+    text = b"# as read\ngoal: (block_0, block_1),\n    (block_2, block_0)\n"
+    return Format(
+        "goal.txt",
+        text,
+        lambda chance: mutated_bytes(chance, text),
+        lambda path: read_lists(path, registry, program, shown.objects),
+    )
 
 
 def _document(name: str, document: Any, read: Callable[[Path], object]) -> Format:
@@ -224,7 +241,8 @@ def _safetensors(content: bytes) -> Mutation:
         if action < 0.35:
             return _joined(header.encode(), mutated_bytes(chance, weights)[: len(weights)])
         table = json.loads(header)
-        part = chance.choice(("config", "memory", "memory", "recipe"))
+        documents = sorted(name for name, text in table["__metadata__"].items() if text.startswith("{"))
+        part = chance.choice(documents)
         text = mutated_json(chance, table["__metadata__"][part]).decode("utf-8", "replace")
         table["__metadata__"][part] = text
         return _joined(json.dumps(table).encode(), weights)

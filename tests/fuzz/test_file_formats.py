@@ -16,8 +16,8 @@ from ntp_dsl.language.registry import Registry
 CASES, SOAK_CASES = 100, 10_000
 LONGEST_WAIT = 5.0  # [s]
 NAMES = [
-    "trace", "trace_2", "demonstration", "demonstration_1", "checkpoint", "tasks", "authors_tasks",
-    "manifest", "manifest_1",
+    "trace", "trace_2", "demonstration", "demonstration_1", "checkpoint", "core", "goal", "tasks",
+    "authors_tasks", "manifest", "manifest_1",
 ]  # fmt: skip
 
 

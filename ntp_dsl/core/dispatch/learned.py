@@ -29,8 +29,8 @@ TOP = 5  # alternatives that a decision reports
 class LearnedDispatcher:
     """Decides by a network over a program's row; what has no row is left to the rule.
 
-    Where a return is barred, as at a program's first step, the most probable call is made, however improbable:
-    its caller made sure that there is something to do.
+    Where a return is barred, as at a program's first step, the most probable call is made, however
+    improbable: its caller made sure that there is something to do.
     """
 
     def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
