@@ -79,9 +79,7 @@ def command(
     if expert and demo:
         raise NtpError("--expert needs no --demo: the scripted expert decides")
     if demo_noise and (demo or goal):
-        raise NtpError(
-            "--demo-noise is for a demonstration that the expert records: omit it"
-        )
+        raise NtpError("--demo-noise is for a demonstration that the expert records: omit it")
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
