@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,15 +26,14 @@ def test_its_expert_succeeds_although_objects_slip(domain: str, world: str, coun
     assert not failed
 
 
-def tasks() -> list[tuple[Path, str]]:
+def tasks() -> list[Any]:
     folders = [*examples_folder().iterdir(), *FOLDER.iterdir()]
-    return [(each, task) for each in sorted(folders) if each.is_dir() for task in load(each).tasks]
+    found = [(each, task) for each in sorted(folders) if each.is_dir() for task in load(each).tasks]
+    return [pytest.param(*each, marks=[pytest.mark.minutes] * (each[1] in LARGE)) for each in found]
 
 
 @pytest.mark.parametrize("library, task", tasks(), ids=lambda value: getattr(value, "name", value))
 def test_a_task_is_done_from_one_demonstration_without_training(library: Path, task: str, soak: bool) -> None:
-    if task in LARGE and not soak:
-        pytest.skip("a hundred objects take a minute")
     count = 100 if soak and task not in LARGE else 3
     plan = Plan(library, task, shipped_core(), seed=5)
     assert sum(bool(each.success) for each in run_all(plan, count, workers=1)) >= 0.95 * count
