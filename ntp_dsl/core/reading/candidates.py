@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from ntp_dsl.core.reading.numbers import ANY_NUMBER, ANYWHERE, Ranges, distances, fitting_numbers, lines
+from ntp_dsl.core.reading.numbers import (
+    ANY_NUMBER,
+    ANYWHERE,
+    Range,
+    Ranges,
+    amounts,
+    bearings,
+    distances,
+    fitting_numbers,
+    lines,
+)
 from ntp_dsl.language.logic.facts import bind, substitute
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.language.syntax import nodes
@@ -17,6 +27,8 @@ from ntp_dsl.semantics.state import Fact, State
 
 Element = Record | str
 Bound = tuple[tuple[str, str | float], ...]
+ANGLE = "angle"
+NUMBER = "number"  # the type of what has no unit
 COMMON = 0.3  # of the objects of a type
 UNFOLDED = 8  # predicates in one another
 
@@ -31,12 +43,22 @@ class Candidate:
 
 
 class ListContract:
-    """What a program's contract says of the elements of one of its lists."""
+    """What a program's contract says of the elements of one of its lists.
+
+    Args:
+        scope: the program's other arguments.
+        moved: objects that the hand moves: numbers are sought thoroughly for elements with one of these.
+    """
 
     def __init__(
-        self, registry: Registry, program: Program, parameter: Parameter, scope: Mapping[str, Argument]
+        self,
+        registry: Registry,
+        program: Program,
+        parameter: Parameter,
+        scope: Mapping[str, Argument],
+        moved: Container[str],
     ) -> None:
-        self.registry, self.parameter, self._scope = registry, parameter, scope
+        self.registry, self.parameter, self._scope, self._moved = registry, parameter, scope, moved
         parts = conjuncts(program.achieves) if program.achieves is not None else ()
         self.parts = tuple(part for part in parts if parameter.name in free_names(part))
         declared = registry.records.get(parameter.type, (Parameter("", parameter.type),))
@@ -118,16 +140,36 @@ class ListContract:
             return (*bound, *zip(names, values, strict=True))
 
         types = {field.name: field.type for field in self.fields}
+        if len(names) == 1 and types[names[0]] not in ANYWHERE:
+            limits = ranges.get(names[0], ANY_NUMBER)
+            for value in self._amounts(with_values, limits, state, types[names[0]]):
+                yield with_values((value,))
+            return
         positions = state.observation.positions
         places = [positions[value] for _, value in bound if isinstance(value, str) and value in positions]
         found = fitting_numbers(
             lambda values: self.holds(self._element(with_values(values)), state),
             [ranges.get(name) or ANYWHERE.get(types[name], ANY_NUMBER) for name in names],
-            [(each - offset) / factor for factor, offset in self._lines for each in distances(places)],
-            thorough,
+            [self._likely(bearings(places) if types[name] == ANGLE else distances(places)) for name in names],
+            thorough and any(value in self._moved for _, value in bound if isinstance(value, str)),
         )
         if found is not None:
             yield with_values(found)
+
+    def _likely(self, found: Sequence[float]) -> list[float]:
+        """Return the numbers that make terms of the contract equal to what was found."""
+        return [(each - offset) / factor for factor, offset in self._lines for each in found]
+
+    def _amounts(
+        self, with_values: Callable[[tuple[float, ...]], Bound], limits: Range, state: State, kind: str
+    ) -> list[float]:
+        """Return numbers that no distance tells, such as counts and limits: one for all that say the same."""
+        found: dict[frozenset[Fact], list[float]] = {}
+        for value in amounts(limits, whole=kind == NUMBER):
+            element = self._element(with_values((value,)))
+            if self.holds(element, state):
+                found.setdefault(frozenset(self.facts(element, state)), []).append(value)
+        return [values[len(values) // 2] for values in found.values()]
 
     def _is_number(self, field: Parameter) -> bool:
         return field.type not in self.registry.enums and field.type not in self.registry.parents

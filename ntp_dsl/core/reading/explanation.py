@@ -11,12 +11,14 @@ from dataclasses import dataclass, field, replace
 from ntp_dsl.core.reading.moments import Act, Moments
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api
+from ntp_dsl.language.syntax.nodes import PYTHON
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 DECISIONS = 80  # at one look, at most
+MOST_ACTS = 8  # of one primitive
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class Running:
     arguments: tuple[Argument, ...]
     caller: Running | None = None
     call: DemonstratedCall | None = field(default=None, compare=False)  # in which what is shown is noted
+    rest: int = 0  # acts that still belong to the primitive that was called
 
 
 @dataclass
@@ -38,6 +41,8 @@ class Explanation:
 
     def step(self, top: Running, act: Act) -> Running | None:
         """Return the running call after an act that it explains; None where it does not explain it."""
+        if top.rest:
+            return replace(top, rest=top.rest - 1)
         for frame in (act.start, *act.before):
             state = self.moments.state(frame)
             found = self._descend(top, state, frame)
@@ -49,6 +54,25 @@ class Explanation:
             if any(self._came_true(primitive, state, self.moments.state(after)) for after in act.after):
                 self._note_primitive(top, primitive, frame, act.frame)
                 return top
+            if (rest := self._acts_of(primitive, act, state)) is not None:
+                self._note_primitive(top, primitive, frame, self.moments.acts[act.number + rest].frame)
+                return replace(top, rest=rest)
+        return None
+
+    def _acts_of(self, primitive: NextCall, act: Act, before: State) -> int | None:
+        """Return how many more acts belong to a primitive in Python that moves objects; None where none do.
+
+        All that is moved meanwhile must be among its arguments.
+        """
+        api = self.expert.registry.apis[primitive.callee]
+        if api.skill != PYTHON or before.observation.closed:
+            return None
+        for later in self.moments.acts[act.number + 1 : act.number + MOST_ACTS]:
+            state = self.moments.state(later.start)
+            if state.observation.held is not None and state.observation.held not in primitive.arguments:
+                return None
+            if self._came_true(primitive, before, self.moments.state(later.after[0])):
+                return later.number - act.number
         return None
 
     def finish(self, top: Running, frame: int) -> None:

@@ -23,6 +23,7 @@ Perceive = Callable[[Sequence[Observation]], Sequence[State]]
 class Act:
     """The hand closes or opens: the frames that lead to it, and those that show what came of it."""
 
+    number: int  # among those of its part of the demonstration
     frame: int  # the first after it
     start: int  # of the phase before it
     before: tuple[int, ...]  # when the hand is where it acts, in their order
@@ -70,7 +71,10 @@ class Moments:
     @cached_property
     def acts(self) -> list[Act]:
         pairs = zip(self.phases, self.phases[1:], strict=False)
-        return [Act(after[0], phase[0], self._before(*phase), self._after(*after)) for phase, after in pairs]
+        return [
+            Act(number, after[0], phase[0], self._before(*phase), self._after(*after))
+            for number, (phase, after) in enumerate(pairs)
+        ]
 
     def _before(self, begin: int, end: int) -> tuple[int, ...]:
         """Return some frames of a phase from when the hand is where it will act."""

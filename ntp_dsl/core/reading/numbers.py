@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import combinations, product
-from math import hypot, pi
+from itertools import combinations, permutations, product
+from math import atan2, ceil, hypot, pi
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import innermost, loops, walk
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.value_checks import SLACK
 
 Range = tuple[float, float]
 Numbers = tuple[float, ...]
@@ -27,7 +26,8 @@ ANYWHERE: Mapping[str, Range] = {  # for a number that nothing bounds, by what i
 }
 ANY_NUMBER: Range = (0.0, 10.0)
 MOST = 30_000  # combinations of numbers that are tried
-STEPS = 49  # over its range, in which a number is sought
+STEPS = 49  # over its range, in which an amount is sought
+FINE = 145  # and in which a length or an angle is
 HALVINGS = 14
 
 
@@ -140,24 +140,44 @@ def _affine(term: nodes.Expression, number: set[nodes.Expression]) -> tuple[floa
 
 
 def fitting_numbers(
-    holds: Callable[[Numbers], bool], limits: Sequence[Range], likely: Sequence[float], thorough: bool
+    holds: Callable[[Numbers], bool],
+    limits: Sequence[Range],
+    likely: Sequence[Sequence[float]],
+    thorough: bool,
 ) -> Numbers | None:
     """Return numbers for which something holds: of all that do, the middle; None where none was found.
 
     Args:
         limits: of each number.
-        likely: what is tried for each.
-        thorough: then a grid over each range is tried, too.
+        likely: what is tried first for each.
+        thorough: a grid over each range is tried, too.
     """
-    near = [list(dict.fromkeys(v for v in likely if low <= v <= high)) for low, high in limits]
-    steps = STEPS if len(limits) <= 2 else STEPS // 6
-    grids = [np.linspace(low, high, steps).tolist() for low, high in limits] if thorough else []
-    for options in (near, grids) if thorough else (near,):
-        most = int(MOST ** (1 / len(limits)))
-        hit = next((values for values in product(*(each[:most] for each in options)) if holds(values)), None)
-        if hit is not None:
-            return _middle(hit, limits, holds)
-    return None
+    most = int(MOST ** (1 / len(limits)))
+    near = [
+        list(dict.fromkeys(value for value in values if low <= value <= high))[:most]
+        for values, (low, high) in zip(likely, limits, strict=True)
+    ]
+    hit = next((values for values in product(*near) if holds(values)), None)
+    if hit is None and thorough:
+        steps = [max(2, min(FINE, most - len(each))) for each in near]
+        grids = [np.linspace(*limit, count).tolist() for limit, count in zip(limits, steps, strict=True)]
+        mixed = [[*each, *grid] for each, grid in zip(near, grids, strict=True)]
+        hit = next((values for values in product(*mixed) if holds(values)), None)
+    return _middle(hit, limits, holds) if hit is not None else None
+
+
+def amounts(limits: Range, whole: bool) -> list[float]:
+    """Return the whole numbers of a range, if those are asked for and there are few; else a grid over it."""
+    low, high = limits
+    if whole and ceil(low) <= high < ceil(low) + STEPS:
+        return [float(each) for each in range(ceil(low), int(high) + 1)]
+    return [float(each) for each in np.linspace(low, high, STEPS)]
+
+
+def bearings(places: Sequence[Vector]) -> list[float]:
+    """Return the directions from each place to each other, about the vertical from x [rad]."""
+    found = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in permutations(places, 2)]
+    return list(dict.fromkeys(round(each, 4) for each in found))
 
 
 def distances(places: Sequence[Vector]) -> list[float]:
@@ -172,19 +192,17 @@ def distances(places: Sequence[Vector]) -> list[float]:
 def _middle(hit: Numbers, limits: Sequence[Range], holds: Callable[[Numbers], bool]) -> Numbers:
     """Return the middle of what holds around a hit, along each axis in turn.
 
-    It is sought beyond the ranges, too, so that it does not lie off where a range ends; where what holds does
-    not end there either, the hit is kept.
+    It is sought beyond the ranges, too, so that it does not lie off where a range ends; where what holds has
+    no edge there either, the hit is kept.
     """
     values = list(hit)
     for _ in range(2 if len(hit) > 1 else 1):
         for axis, (low, high) in enumerate(limits):
             before, after = tuple(values[:axis]), tuple(values[axis + 1 :])
             at = partial(_with, holds, before, after)
-            beyond = (high - low) / 2 + SLACK
-            ends = low - beyond, high + beyond
-            if not any(map(at, ends)):
-                middle = sum(_edge(values[axis], end, at) for end in ends) / 2
-                values[axis] = min(max(round(middle, 5), low), high)
+            edges = [_edge(values[axis], way * (high - low), at) for way in (-1, 1)]
+            if edges[0] is not None and edges[1] is not None:
+                values[axis] = min(max(round((edges[0] + edges[1]) / 2, 5), low), high)
     return tuple(values)
 
 
@@ -194,7 +212,15 @@ def _with(holds: Callable[[Numbers], bool], before: Numbers, after: Numbers, val
     return False
 
 
-def _edge(inside: float, outside: float, at: Callable[[float], bool]) -> float:
+def _edge(inside: float, span: float, at: Callable[[float], bool]) -> float | None:
+    """Return where what holds ends on one side; None if it does not within the span."""
+    step = span / 256
+    outside = inside + step
+    while at(outside):
+        if abs(step) >= abs(span):
+            return None
+        inside, step = outside, 2 * step
+        outside = inside + step
     for _ in range(HALVINGS):
         half = (inside + outside) / 2
         inside, outside = (half, outside) if at(half) else (inside, half)

@@ -45,14 +45,22 @@ class Reader:
         self.expert, self.program, self.given, self.moments = expert, program, given, moments
         self._explanation = Explanation(expert, moments)
         self._lists = [parameter for parameter in program.parameters if parameter.is_list]
-        empty: dict[str, Argument] = {**given, **{each.name: () for each in self._lists}}
+        everything = moments.ends[0].objects
+        parents = expert.registry.parents
+        self._all = {
+            each.name: tuple(everything(each.type)) if each.type in parents else () for each in self._lists
+        }
+        scope: dict[str, Argument] = {**given, **self._all}
+        moved = {each.observation.held or "" for each in moments.ends}
         self._contracts = {
-            each.name: ListContract(expert.registry, program, each, empty) for each in self._lists
+            each.name: ListContract(expert.registry, program, each, scope, moved) for each in self._lists
         }
 
     def read(self) -> Reading:
         for thorough in (False, True):
             found = self._candidates(thorough)
+            shown = {each.parameter for each in found}
+            self._untold = {name: value for name, value in self._all.items() if name not in shown}
             risen = [each for each in found if each.rise > 0]
             held = [each for each in found if each.rise == 0 and self._is_a_pile(each)]
             chosen = [*held, *self._choose(risen)]
@@ -84,15 +92,21 @@ class Reader:
         self, candidate: Candidate, chosen: Sequence[Candidate], root_call: DemonstratedCall
     ) -> bool:
         before, after = self.moments.ends[candidate.rise - 1 : candidate.rise + 1]
-        moved = before.observation.held
-        if moved is None or moved not in _values(candidate.element):
+        moved = before.observation.held or after.observation.held
+        begun = self.moments.state(self.moments.phases[candidate.rise][0])
+        facts = self._contracts[candidate.parameter].facts(candidate.element, after)
+        if not all(map(begun.holds, facts)) and not after.observation.closed:
+            moved = None  # the hand itself brought it about, on its way
+        if moved is not None and moved not in _values(candidate.element):
             return False  # it follows from something else that was moved
-        if any(moved in _values(each.element) for each in chosen):
+        if moved and any(moved in _values(each.element) for each in chosen):
             return False  # an element that is chosen names that object already
         contract = self._contracts[candidate.parameter]
         new = {fact for fact in contract.facts(candidate.element, after) if not before.holds(fact)}
         promised = {fact for call in root_call.walk() for fact in self._promised(call, after)}
-        return not new & promised and not contract.is_common(candidate.element, moved, self.moments.ends[0])
+        if new & promised:
+            return False
+        return moved is None or not contract.is_common(candidate.element, moved, self.moments.ends[0])
 
     def _promised(self, call: DemonstratedCall, state: State) -> Sequence[Fact]:
         callee = self.expert.registry[call.name]
@@ -197,6 +211,7 @@ class Reader:
     def _arguments(self, chosen: Sequence[Candidate]) -> tuple[Argument, ...]:
         return tuple(
             tuple(each.element for each in chosen if each.parameter == parameter.name)
+            or self._untold.get(parameter.name, ())
             if parameter.is_list
             else self.given[parameter.name]
             for parameter in self.program.parameters
