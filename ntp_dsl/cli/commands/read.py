@@ -34,7 +34,7 @@ def command(
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
     is explained by it. Exit status: 0 all of it, 1 some of it is not.
 
-    Example: ntp read block_stacking block_stacking --demo runs/data/episode_00000.demo.parquet > goal.txt
+    Example: ntp read block_stacking block_stacking --seed 3 > goal.txt
     """
     from ntp_dsl.core.models import OneCoreModel, open_model
 
@@ -61,10 +61,20 @@ def command(
             for parameter, value in zip(program.parameters, reading.arguments, strict=True)
             if isinstance(value, tuple)
         }
-        print_json({"lists": lists, "text": text, "explained": reading.explained, "acts": reading.acts})
+        print_json(
+            {
+                "lists": lists,
+                "text": text,
+                "explained": reading.explained,
+                "acts": reading.acts,
+                "unshown": list(reading.unshown),
+            }
+        )
     else:
         acts = counted(reading.acts, "act")
         answers.print(f"# {reading.explained} of {acts} of the hand explained, by {program.name}")
+        for field in reading.unshown:
+            answers.print(f"# {field}: no contract shows it; the first value that explains as much is taken")
         for row in text.splitlines():
             answers.print(printable(row))
     return int(not reading.is_whole)

@@ -67,6 +67,23 @@ class ListContract:
         self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
         self._lines = list(dict.fromkeys(each for _, atom, _ in self._atoms for each in lines(atom)))
 
+    @property
+    def unmentioned(self) -> list[str]:
+        """Return the fields of an element that the contract never mentions."""
+        if not self._declared[0]:
+            return []
+        parts = [
+            each for part in self.parts for condition in self._conditions(part) for each in walk(condition)
+        ]
+        used = {each.name for each in parts if isinstance(each, nodes.Field)}
+        return [name for name in self._declared if name not in used]
+
+    def _conditions(self, part: nodes.Expression) -> Iterator[nodes.Expression]:
+        """Yield a part of the contract, and its conditions with composed predicates taken apart."""
+        yield part
+        if isinstance(part, nodes.Quantified):
+            yield from self._unfolded(part.body)
+
     def holds(self, element: Element, state: State) -> bool:
         """Return whether all that the contract says of an element holds, and whether it says anything."""
         inner = {**self._scope, self.parameter.name: (element,)}

@@ -29,6 +29,7 @@ class Reading:
     call: DemonstratedCall
     explained: int  # acts of the hand
     acts: int
+    unshown: tuple[str, ...] = ()  # fields of which no contract says anything
 
     @property
     def is_whole(self) -> bool:
@@ -238,7 +239,8 @@ class Reader:
             top, explained = after, explained + 1
         self._explanation.finish(top, self.moments.scope[1] - 1)
         call.scope, call.done = self.moments.scope, True
-        return Reading(arguments, call, explained, len(self.moments.acts))
+        unshown = tuple(field for each in self._contracts.values() for field in each.unmentioned)
+        return Reading(arguments, call, explained, len(self.moments.acts), unshown)
 
 
 def _values(element: Element) -> list[str]:
