@@ -94,3 +94,8 @@ def test_a_quotation_mark_in_a_docstring_opens_nothing() -> None:
     library = parse('library a\n"""5" wide"""\nuse b\ntype T\n    """(\n    3" or # more\n    """\ntype U\n')
     assert [each.name for each in library.declarations] == ["T", "U"]
     assert library.docstring == '5" wide' and len(library.uses) == 1
+
+
+def test_two_docstrings_of_an_api_are_one() -> None:
+    (api,) = parse('library x\napi rest() """Move home."""\n    """Slowly."""\n').declarations
+    assert api.docstring == "Move home.\n\nSlowly."

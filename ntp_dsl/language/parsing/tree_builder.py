@@ -308,10 +308,10 @@ class Builder(Terms):
 
     # What the grammar cannot say
 
-    def _declared(self, span: Span, name: Word, docstring: Docstring | None = None) -> dict[str, Any]:
+    def _declared(self, span: Span, name: Word, *docstrings: Docstring | None) -> dict[str, Any]:
         return {
             "name": self._declare(name),
-            "docstring": _text(docstring),
+            "docstring": "\n\n".join(text for each in docstrings if (text := _text(each))),
             "name_span": name.span,
             "span": span,
         }
