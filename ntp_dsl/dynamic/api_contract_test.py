@@ -62,12 +62,8 @@ def _step(registry: Registry, world: World, records: dict[str, _Record], rng: np
                 return
 
 
-def _bound(api: Api, arguments: tuple[Argument, ...]) -> dict[str, Argument]:
-    return dict(zip((p.name for p in api.parameters), arguments, strict=True))
-
-
 def _is_ready(api: Api, arguments: tuple[Argument, ...], state: State) -> bool:
-    return all(state.holds(fact) for fact in state.literals(api.requires, _bound(api, arguments)))
+    return all(state.holds(fact) for fact in state.literals(api.requires, api.bind(arguments)))
 
 
 def _call(
@@ -75,7 +71,7 @@ def _call(
 ) -> None:
     outcome = world.call(api.name, arguments)
     after = State(registry, world.truth())
-    unmet = [fact for fact in after.literals(api.achieves, _bound(api, arguments)) if not after.holds(fact)]
+    unmet = [fact for fact in after.literals(api.achieves, api.bind(arguments)) if not after.holds(fact)]
     record.calls += 1
     if unmet:
         record.violations += 1

@@ -30,7 +30,7 @@ def find_deadlock(
 ) -> Deadlock | None:
     """Follow calls that would return at once, and return the program in which no statement is due."""
     row = expert.registry.programs[program]
-    scope = dict(zip((p.name for p in row.parameters), arguments, strict=True))
+    scope = row.bind(arguments)
     unmet = [fact for fact in state.literals(row.achieves, scope) if not state.holds(fact)]
     required = state.literals(row.requires, scope)
     if row.in_python or not unmet or not all(map(state.holds, required)):

@@ -157,7 +157,7 @@ class ExpertRollouts:
                 return
             except OutOfRange:  # of a random number, which the program need not accept
                 continue
-            scope = dict(zip((p.name for p in program.parameters), arguments, strict=True))
+            scope = program.bind(arguments)
             is_ready = all(state.holds(fact) for fact in state.literals(program.requires, scope))
             if is_ready and not run.done:
                 reasons.append(str(run))

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from inspect import unwrap
-from typing import Any
+from typing import Any, TypeVar
 
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,10 @@ class Callable:
     hash: str
     docstring: str = ""
     span: nodes.Span = field(default=nodes.NOWHERE, compare=False, repr=False)
+
+    def bind(self, arguments: Iterable[Value]) -> dict[str, Value]:
+        """Return the arguments of a call by the names of its parameters."""
+        return dict(zip((parameter.name for parameter in self.parameters), arguments, strict=True))
 
     @property
     def takes_list(self) -> bool:
@@ -134,6 +140,10 @@ class Registry:
 
     def is_a(self, type_name: str, ancestor: str) -> bool:
         return ancestor in self.ancestors(type_name)
+
+    def is_number(self, type_name: str) -> bool:
+        """Return whether a type is of numbers: of no objects, members or records."""
+        return not any(type_name in each for each in (self.parents, self.enums, self.records))
 
     @cached_property
     def hash(self) -> str:

@@ -79,7 +79,7 @@ class Expert:
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
-        scope = dict(zip((p.name for p in row.parameters), arguments, strict=True))
+        scope = row.bind(arguments)
         needed = {literal for literal in state.literals(row.achieves, scope) if not state.holds(literal)}
         if not needed:
             return Return(True)
@@ -137,7 +137,7 @@ class Expert:
     def _call_instance(self, statement: nodes.Call, scope: Bindings, state: State) -> Instance:
         callee = self.registry[statement.callee]
         arguments = tuple(state.value(term, scope) for term in statement.arguments)
-        inner = dict(zip((p.name for p in callee.parameters), arguments, strict=True))
+        inner = callee.bind(arguments)
         provides = state.literals(callee.achieves, inner)
         requires = state.literals(callee.requires, inner)
         return Instance(
@@ -189,7 +189,7 @@ class Expert:
         """Return the callee's own first step, if that is a return."""
         callee = self.registry[call.callee]
         if isinstance(callee, Api):
-            inner = dict(zip((p.name for p in callee.parameters), call.arguments, strict=True))
+            inner = callee.bind(call.arguments)
             lacking = _first_lacking(callee, inner, state)
             return Return(False, f"{lacking} does not hold") if lacking else None
         answer = self.decide(callee.name, call.arguments, state)

@@ -74,7 +74,7 @@ def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument)
     state = State(registry, world.truth())
     if strayed := out_of_range(api, arguments):  # by a learned program: an expert's number was tested before
         return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
-    named = dict(zip((parameter.name for parameter in api.parameters), arguments, strict=True))
+    named = api.bind(arguments)
     lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
     if lacks:
         return Outcome(False, Failure.NOT_READY, {"lacks": lacks})

@@ -18,7 +18,7 @@ def evidence(
     expert: Expert, row: Program, arguments: tuple[Argument, ...], state: Believed
 ) -> tuple[tuple[FactProbability, ...], tuple[StatementStatus, ...]]:
     """Return the literals of the contract and the statements, and what the rule makes of each statement."""
-    scope = dict(zip((each.name for each in row.parameters), arguments, strict=True))
+    scope = row.bind(arguments)
     achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
     found = dict.fromkeys([*achieves, *requires])
     statements: list[StatementStatus] = []

@@ -10,7 +10,7 @@ import torch
 from msgspec.structs import replace
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched
-from ntp_dsl.core.dispatch.evidence import evidence
+from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
 from ntp_dsl.core.dispatch.rows import Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
@@ -52,8 +52,8 @@ class LearnedDispatcher:
         chance = end if ends or best is None else chances[best]
         facts, statements = evidence(self._expert, program_row, arguments, state)
         decision = Decision(
-            probability=round(min(1.0, chance), 4),
-            end_probability=round(min(1.0, end), 4),
+            probability=rounded(chance),
+            end_probability=rounded(end),
             callees=_ranked([call.callee for call in row.calls], chances),
             facts=facts,
             statements=statements,
@@ -89,6 +89,4 @@ def _ranked(values: Sequence[Value], chances: Sequence[float]) -> Ranking[Value]
     for value, chance in zip(values, chances, strict=True):
         total[value] = total.get(value, 0.0) + chance
     best = heapq.nlargest(TOP, total.items(), key=lambda each: each[1])
-    return tuple(
-        Alternative(value, min(1.0, round(chance, 4))) for value, chance in best if chance >= 0.00005
-    )
+    return tuple(Alternative(value, rounded(chance)) for value, chance in best if chance >= 0.00005)

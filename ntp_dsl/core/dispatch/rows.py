@@ -40,7 +40,7 @@ class Row:
 
 def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:
     """Return a running program's row."""
-    scope = dict(zip((each.name for each in program.parameters), arguments, strict=True))
+    scope = program.bind(arguments)
     facts: dict[Fact, int] = {}
 
     def number(fact: Fact) -> int:
@@ -57,7 +57,7 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
         for call, inner, guard in _calls(statement, scope, 1.0, state):
             callee = registry[call.callee]
             given = tuple(state.value(term, inner) for term in call.arguments)
-            bound = dict(zip((each.name for each in callee.parameters), given, strict=True))
+            bound = callee.bind(given)
             requires += [(len(calls), number(fact)) for fact in state.literals(callee.requires, bound)]
             provided.append(state.literals(callee.achieves, bound))
             calls.append(NextCall(call.callee, given, call.span))

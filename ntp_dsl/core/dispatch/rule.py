@@ -47,7 +47,7 @@ class RuleDispatcher:
 
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
         """Return how probably all that a program achieves holds."""
-        scope = dict(zip((each.name for each in row.parameters), arguments, strict=True))
+        scope = row.bind(arguments)
         return min((state.probability(fact) for fact in state.literals(row.achieves, scope)), default=1.0)
 
 

@@ -90,7 +90,8 @@ def near_pairs(b: Bodies) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     level = (gap > lower) & (gap < OVERLAP * tall[:, None] + doubt) | hollow[None, :]
     near = (apart.max(axis=-1) < doubt) & level & b.movable[:, None]
     np.fill_diagonal(near, False)
-    return np.nonzero(near)  # type: ignore[return-value]
+    item, below = np.nonzero(near)
+    return item, below
 
 
 def pair_features(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> Array:

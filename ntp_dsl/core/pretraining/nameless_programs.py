@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def nameless(rng: np.random.Generator) -> Sample | None:
     return sample_of(Expert(registry), "p", (), believed, true)
 
 
-def _constant(value: float):  # type: ignore[no-untyped-def]
+def _constant(value: float) -> Callable[[], float]:
     return lambda: value
 
 

@@ -63,7 +63,7 @@ class ListContract:
         self.parts = tuple(part for part in parts if parameter.name in free_names(part))
         declared = registry.records.get(parameter.type, (Parameter("", parameter.type),))
         self._declared = [field.name for field in declared]
-        self.fields = sorted(declared, key=self._is_number)  # numbers last
+        self.fields = sorted(declared, key=lambda field: registry.is_number(field.type))  # numbers last
         self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
         self._lines = list(dict.fromkeys(each for _, atom, _ in self._atoms for each in lines(atom)))
 
@@ -188,11 +188,8 @@ class ListContract:
                 found.setdefault(frozenset(self.facts(element, state)), []).append(value)
         return [values[len(values) // 2] for values in found.values()]
 
-    def _is_number(self, field: Parameter) -> bool:
-        return field.type not in self.registry.enums and field.type not in self.registry.parents
-
     def _values(self, field: Parameter, state: State) -> Sequence[str] | None:
-        if self._is_number(field):
+        if self.registry.is_number(field.type):
             return None
         if field.type in self.registry.enums:
             return self.registry.enums[field.type]
@@ -231,8 +228,7 @@ class ListContract:
             if body is None or any(isinstance(each, nodes.Quantified) for each in walk(body)):
                 yield part  # names in a quantified body cannot be replaced
             else:
-                assert isinstance(part, nodes.Atom)
-                assert declared is not None
+                assert isinstance(part, nodes.Atom) and declared is not None
                 replaced = substitute(body, bind(declared.parameters, part.arguments))
                 yield from self._unfolded(replaced, depth - 1)
 

@@ -123,7 +123,7 @@ class Explanation:
         """Return whether something that a primitive achieves was missing, and all of it holds afterwards."""
         api = self.expert.registry[primitive.callee]
         assert isinstance(api, Api)
-        scope = dict(zip((p.name for p in api.parameters), primitive.arguments, strict=True))
+        scope = api.bind(primitive.arguments)
         facts = before.literals(api.achieves, scope)
         return not all(before.holds(fact) for fact in facts) and all(
             after.holds(fact) for fact in after.literals(api.achieves, scope)

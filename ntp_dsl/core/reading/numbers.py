@@ -35,7 +35,7 @@ def ranges_of(registry: Registry, program: Program, parameter: Parameter) -> Ran
     """Return the ranges of the number fields of a list's elements: their own, or those of calls."""
     found: dict[str, Range] = {}
     for field in registry.records.get(parameter.type, ()):
-        if field.type in registry.parents or field.type in registry.enums:
+        if not registry.is_number(field.type):
             continue
         if field.low is not None and field.high is not None:
             found[field.name] = (field.low, field.high)

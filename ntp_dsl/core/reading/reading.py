@@ -57,6 +57,9 @@ class Reader:
             each.name: ListContract(expert.registry, program, each, scope, moved) for each in self._lists
         }
 
+        self._unshown = tuple(field for each in self._contracts.values() for field in each.unmentioned)
+        self._untold: Mapping[str, tuple[str, ...]] = {}  # lists that no contract tells: all there are
+
     def read(self) -> Reading:
         for thorough in (False, True):
             found = self._candidates(thorough)
@@ -95,15 +98,15 @@ class Reader:
         before, after = self.moments.ends[candidate.rise - 1 : candidate.rise + 1]
         moved = before.observation.held or after.observation.held
         begun = self.moments.state(self.moments.phases[candidate.rise][0])
-        facts = self._contracts[candidate.parameter].facts(candidate.element, after)
+        contract = self._contracts[candidate.parameter]
+        facts = contract.facts(candidate.element, after)
         if not all(map(begun.holds, facts)) and not after.observation.closed:
             moved = None  # the hand itself brought it about, on its way
         if moved is not None and moved not in _values(candidate.element):
             return False  # it follows from something else that was moved
         if moved and any(moved in _values(each.element) for each in chosen):
             return False  # an element that is chosen names that object already
-        contract = self._contracts[candidate.parameter]
-        new = {fact for fact in contract.facts(candidate.element, after) if not before.holds(fact)}
+        new = {fact for fact in facts if not before.holds(fact)}
         promised = {fact for call in root_call.walk() for fact in self._promised(call, after)}
         if new & promised:
             return False
@@ -113,15 +116,13 @@ class Reader:
         callee = self.expert.registry[call.name]
         if call.name == self.program.name:
             return ()
-        scope = dict(zip((each.name for each in callee.parameters), call.arguments, strict=True))
+        scope = callee.bind(call.arguments)
         return state.literals(callee.achieves, scope)
 
     def _has_numbers(self) -> bool:
         registry = self.expert.registry
         fields = [field for each in self._lists for field in registry.records.get(each.type, ())]
-        return any(
-            field.type not in registry.parents and field.type not in registry.enums for field in fields
-        )
+        return any(registry.is_number(field.type) for field in fields)
 
     def _candidates(self, thorough: bool) -> list[Candidate]:
         found: list[Candidate] = []
@@ -239,8 +240,7 @@ class Reader:
             top, explained = after, explained + 1
         self._explanation.finish(top, self.moments.scope[1] - 1)
         call.scope, call.done = self.moments.scope, True
-        unshown = tuple(field for each in self._contracts.values() for field in each.unmentioned)
-        return Reading(arguments, call, explained, len(self.moments.acts), unshown)
+        return Reading(arguments, call, explained, len(self.moments.acts), self._unshown)
 
 
 def _values(element: Element) -> list[str]:
