@@ -19,7 +19,10 @@ class Record:
     fields: tuple[tuple[str, str | float], ...]  # objects, members and numbers [SI]
 
     def __getitem__(self, name: str) -> str | float:
-        return dict(self.fields)[name]
+        for field_name, value in self.fields:
+            if field_name == name:
+                return value
+        raise KeyError(name)
 
     def __str__(self) -> str:
         return f"({', '.join(f'{v:g}' if isinstance(v, float) else v for _, v in self.fields)})"

@@ -168,6 +168,10 @@ class State:
         match term:
             case nodes.Name(id=name):
                 return scope.get(name, name)
+            case nodes.Field(value=owner, name=field):
+                record = scope[owner.id]
+                assert isinstance(record, Record)
+                return record[field]
             case nodes.Wildcard():
                 return ANY
             case nodes.Number():
@@ -179,10 +183,6 @@ class State:
             case nodes.Atom(predicate=predicate, arguments=arguments):
                 reading: Argument = self.reading(predicate, self._values(arguments, scope))
                 return reading
-            case nodes.Field(value=nodes.Name(id=name), name=field):
-                record = scope[name]
-                assert isinstance(record, Record)
-                return record[field]
         raise TypeError(f"{term} is not a term")
 
     def _number(self, term: nodes.Expression, scope: Bindings) -> float:
@@ -191,7 +191,7 @@ class State:
         return float(value)
 
     def _values(self, terms: tuple[nodes.Expression, ...], scope: Bindings) -> tuple[Argument, ...]:
-        return tuple(self.value(term, scope) for term in terms)
+        return tuple([self.value(term, scope) for term in terms])
 
     def _scopes(self, generators: tuple[nodes.Generator, ...], scope: Bindings) -> Iterator[Bindings]:
         if not generators:

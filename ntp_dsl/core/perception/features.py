@@ -6,13 +6,15 @@ doubt, so that a network of few weights can place a threshold anywhere. No type,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from operator import is_
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ntp_dsl.semantics.observation import TOO_WIDE, Observation
+from ntp_dsl.semantics.observation import TOO_WIDE, Observation, SceneObject
 
 SCALES = (0.003, 0.01, 0.03, 0.1)  # [m]
 LEAST_DOUBT = 0.0005  # [m]
@@ -33,6 +35,7 @@ HOVER_FEATURES = HOVER_LENGTHS * (len(SCALES) + 2) + 2 * TOLD_OF_ONE + 5
 class Bodies:
     """The objects of an observation that have a position, as arrays."""
 
+    objects: tuple[SceneObject, ...]
     names: tuple[str, ...]
     at: Array  # (N, 3) centres [m]
     size: Array  # (N, 3) as they lie [m]
@@ -49,9 +52,18 @@ class Bodies:
         return len(self.names)
 
 
-def bodies(seen: Observation) -> Bodies:
-    objects = [obj for obj in seen.by_name.values() if obj.name in seen.positions]
+def bodies(seen: Observation, before: Bodies | None = None) -> Bodies:
+    """Return the objects of an observation.
+
+    Args:
+        before: those of another, whose arrays serve where they are the same objects.
+    """
+    objects = tuple(obj for obj in seen.by_name.values() if obj.name in seen.positions)
     names = tuple(obj.name for obj in objects)
+    at = np.array([seen.positions[name] for name in names]).reshape(-1, 3)
+    deviation = np.array([seen.deviations.get(name, 0.0) for name in names])
+    if before is not None and len(before) == len(objects) and all(map(is_, objects, before.objects)):
+        return replace(before, at=at, deviation=deviation)
     cavities = [obj.cavity for obj in objects]
     size = np.array([obj.size for obj in objects]).reshape(-1, 3)
     reach = np.array([obj.reach for obj in objects])
@@ -63,10 +75,11 @@ def bodies(seen: Observation) -> Bodies:
         [10 * np.minimum(size, 0.3), 10 * np.minimum(reach, 0.3)[:, None], np.array(flags).reshape(-1, 5)], 1
     )
     return Bodies(
+        objects,
         names,
-        np.array([seen.positions[name] for name in names]).reshape(-1, 3),
+        at,
         size,
-        np.array([seen.deviations.get(name, 0.0) for name in names]),
+        deviation,
         told,
         np.array([(c.half_x, c.half_y) if c else (-1.0, -1.0) for c in cavities]).reshape(-1, 2),
         np.array([c.floor if c else 0.0 for c in cavities]),
@@ -75,6 +88,17 @@ def bodies(seen: Observation) -> Bodies:
         np.array([obj.flat for obj in objects], dtype=bool),
         np.array([obj.size[0] > TOO_WIDE for obj in objects], dtype=bool),
     )
+
+
+def joined(scenes: Sequence[Bodies]) -> Bodies:
+    """Return the objects of several scenes as those of one."""
+    parts: dict[str, Any] = {
+        each.name: np.concatenate([getattr(b, each.name) for b in scenes])
+        for each in fields(Bodies)
+        if each.name not in ("objects", "names")
+    }
+    objects = tuple(obj for b in scenes for obj in b.objects)
+    return Bodies(objects, tuple(obj.name for obj in objects), **parts)
 
 
 def near_pairs(b: Bodies) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

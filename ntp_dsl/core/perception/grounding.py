@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from ntp_dsl.core.perception import features
-from ntp_dsl.core.perception.features import Array, Bodies, bodies
+from ntp_dsl.core.perception.features import Array, Bodies, bodies, joined
 from ntp_dsl.semantics.graded import NO_CONTACT, Graded
 from ntp_dsl.semantics.observation import Observation
 
@@ -43,7 +43,9 @@ def ground(network: Grounding, seen: Observation) -> Graded:
 @torch.inference_mode()
 def ground_all(network: Grounding, seen: Sequence[Observation]) -> list[Graded]:
     """Return what is probably the case in each of several moments; each network is run once for all."""
-    scenes = [bodies(each) for each in seen]
+    scenes: list[Bodies] = []
+    for each in seen:
+        scenes.append(bodies(each, scenes[-1] if scenes else None))
     grips = _chances(
         network.grip, [features.grip_features(b, each) for b, each in zip(scenes, seen, strict=True)]
     )
@@ -53,9 +55,7 @@ def ground_all(network: Grounding, seen: Sequence[Observation]) -> list[Graded]:
     ]
     carried = [int(each.argmax()) if len(each) and each.max() > 0.5 else None for each in held]
     near = [features.near_pairs(b) for b in scenes]
-    touching = _chances(
-        network.pairs, [features.pair_features(b, *pairs) for b, pairs in zip(scenes, near, strict=True)]
-    )
+    touching = _contacts(network.pairs, scenes, near)
     hovering = _chances(
         network.hover,
         [features.hover_features(b, each, c) for b, each, c in zip(scenes, seen, carried, strict=True)],
@@ -70,15 +70,16 @@ def _graded(
     if len(held):
         best = int(held.argmax())
         holding[b.names[best]] = float(held[best])  # a hand holds one thing
-    contacts: dict[tuple[str, str], tuple[float, float, float]] = {}
-    covered = dict.fromkeys(b.names, 0.0)
-    for item, below, (on, covers, inside) in zip(*(each.tolist() for each in (*near, touching)), strict=True):
-        a, c = b.names[item], b.names[below]
-        free = 1 - holding[a]
-        contacts[a, c] = min(on, free), min(covers, free), min(inside, free)
-        covered[c] = max(covered[c], contacts[a, c][1])
+    item, below = near
+    free = 1 - np.array([holding[name] for name in b.names])
+    touching = np.minimum(touching, free[item, None])
+    covered = np.zeros(len(b))
+    np.maximum.at(covered, below, touching[:, 1])
+    pairs = [(b.names[a], b.names[c]) for a, c in zip(item.tolist(), below.tolist(), strict=True)]
+    contacts = dict(zip(pairs, map(tuple, touching.tolist()), strict=True))
     hovered = _hovered(b, carried, contacts, hovering)
-    return Graded(contacts, holding, hovered, covered, max(holding.values(), default=0.0))
+    by_name = dict(zip(b.names, covered.tolist(), strict=True))
+    return Graded(contacts, holding, hovered, by_name, max(holding.values(), default=0.0))
 
 
 def _hovered(
@@ -100,8 +101,25 @@ def _hovered(
     return dict(zip(b.names, over.tolist(), strict=True))
 
 
+def _contacts(network: nn.Module, scenes: Sequence[Bodies], near: Sequence[Pairs]) -> list[Array]:
+    """Return the probabilities of contact in each scene: two objects that have not moved are asked once."""
+    versions: dict[object, int] = {}
+    keys = []
+    for b, (item, below) in zip(scenes, near, strict=True):
+        places = zip(map(id, b.objects), map(tuple, b.at.tolist()), b.deviation.tolist(), strict=True)
+        version = np.array([versions.setdefault(each, len(versions)) for each in places], dtype=np.int64)
+        keys.append(version[item] << 32 | version[below])
+    offsets = np.cumsum([0, *map(len, scenes)])[:-1]
+    item = np.concatenate([pairs[0] + offset for pairs, offset in zip(near, offsets, strict=True)])
+    below = np.concatenate([pairs[1] + offset for pairs, offset in zip(near, offsets, strict=True)])
+    _, asked, answers = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
+    rows = features.pair_features(joined(scenes), item[asked], below[asked])
+    chances = _chances(network, [rows])[0][answers]
+    return np.split(chances, np.cumsum([len(each) for each in keys])[:-1])
+
+
 def _chances(network: nn.Module, rows: Sequence[Array]) -> list[Array]:
     """Return the probabilities of each part of the rows."""
-    joined = torch.from_numpy(features.as_float32(np.concatenate(rows)))
-    chances = torch.sigmoid(network(joined)).numpy().astype(float)
+    told = torch.from_numpy(features.as_float32(np.concatenate(rows)))
+    chances = torch.sigmoid(network(told)).numpy().astype(float)
     return np.split(chances, np.cumsum([len(each) for each in rows])[:-1])

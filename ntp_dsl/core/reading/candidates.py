@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 from ntp_dsl.core.reading.numbers import (
     ANY_NUMBER,
     ANYWHERE,
-    Range,
     Ranges,
     amounts,
     bearings,
@@ -65,6 +64,7 @@ class ListContract:
         self._declared = [field.name for field in declared]
         self.fields = sorted(declared, key=lambda field: registry.is_number(field.type))  # numbers last
         self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
+        self._is_taken_apart = all(map(self._can_be_taken_apart, self.parts))
         self._lines = list(dict.fromkeys(each for _, atom, _ in self._atoms for each in lines(atom)))
 
     @property
@@ -146,47 +146,65 @@ class ListContract:
             return
         for value in values:
             longer = (*bound, (field.name, value))
-            if self.agrees(longer, state):
+            if self.agrees(longer, state, {field.name}):
                 yield from self._bindings(state, longer, ranges, thorough)
 
     def _with_numbers(self, state: State, bound: Bound, ranges: Ranges, thorough: bool) -> Iterator[Bound]:
         """Yield the bound fields with numbers for all that are left, where there are any that fit."""
-        names = [field.name for field in self.fields[len(bound) :]]
+        left = [field for field in self.fields if field.name not in dict(bound)]
+        if not left:
+            yield bound
+            return
+        together = self._together(left)
+        for values in self._numbers(together, state, bound, ranges, thorough):
+            yield from self._with_numbers(state, (*bound, *values), ranges, thorough)
 
-        def with_values(values: tuple[float, ...]) -> Bound:
-            return (*bound, *zip(names, values, strict=True))
+    def _together(self, numbers: Sequence[Parameter]) -> list[Parameter]:
+        """Return some numbers that are to be sought together, as conditions name them; amounts come last."""
+        if not self._is_taken_apart:
+            return [*numbers]
+        first = min(numbers, key=lambda field: field.type not in ANYWHERE)
+        names, group = {field.name for field in numbers}, {first.name}
+        while more := {n for *_, used in self._atoms if used & group for n in used & names} - group:
+            group |= more
+        return [field for field in numbers if field.name in group]
 
-        types = {field.name: field.type for field in self.fields}
-        if len(names) == 1 and types[names[0]] not in ANYWHERE:
+    def _numbers(
+        self, fields: Sequence[Parameter], state: State, bound: Bound, ranges: Ranges, thorough: bool
+    ) -> Iterator[Bound]:
+        """Yield values for some fields with which all that is said of them and the bound ones holds."""
+        names = [field.name for field in fields]
+
+        def fits(values: tuple[float, ...]) -> bool:
+            longer = (*bound, *zip(names, values, strict=True))
+            if len(longer) == len(self.fields):
+                return self.holds(self._element(longer), state)
+            return self.agrees(longer, state, {*names})
+
+        if len(fields) == 1 and fields[0].type not in ANYWHERE:
             limits = ranges.get(names[0], ANY_NUMBER)
-            for value in self._amounts(with_values, limits, state, types[names[0]]):
-                yield with_values((value,))
+            found: dict[frozenset[Fact], list[float]] = {}  # one value for all that say the same
+            for value in amounts(limits, whole=fields[0].type == NUMBER):
+                if fits((value,)):
+                    said = self._said((*bound, (names[0], value)), state)
+                    found.setdefault(frozenset(said), []).append(value)
+            for values in found.values():
+                yield ((names[0], values[len(values) // 2]),)
             return
         positions = state.observation.positions
         places = [positions[value] for _, value in bound if isinstance(value, str) and value in positions]
-        found = fitting_numbers(
-            lambda values: self.holds(self._element(with_values(values)), state),
-            [ranges.get(name) or ANYWHERE.get(types[name], ANY_NUMBER) for name in names],
-            [self._likely(bearings(places) if types[name] == ANGLE else distances(places)) for name in names],
+        numbers = fitting_numbers(
+            fits,
+            [ranges.get(field.name) or ANYWHERE.get(field.type, ANY_NUMBER) for field in fields],
+            [self._likely(bearings(places) if f.type == ANGLE else distances(places)) for f in fields],
             thorough and any(value in self._moved for _, value in bound if isinstance(value, str)),
         )
-        if found is not None:
-            yield with_values(found)
+        if numbers is not None:
+            yield tuple(zip(names, numbers, strict=True))
 
     def _likely(self, found: Sequence[float]) -> list[float]:
         """Return the numbers that make terms of the contract equal to what was found."""
         return [(each - offset) / factor for factor, offset in self._lines for each in found]
-
-    def _amounts(
-        self, with_values: Callable[[tuple[float, ...]], Bound], limits: Range, state: State, kind: str
-    ) -> list[float]:
-        """Return numbers that no distance tells, such as counts and limits: one for all that say the same."""
-        found: dict[frozenset[Fact], list[float]] = {}
-        for value in amounts(limits, whole=kind == NUMBER):
-            element = self._element(with_values((value,)))
-            if self.holds(element, state):
-                found.setdefault(frozenset(self.facts(element, state)), []).append(value)
-        return [values[len(values) // 2] for values in found.values()]
 
     def _values(self, field: Parameter, state: State) -> Sequence[str] | None:
         if self.registry.is_number(field.type):
@@ -196,17 +214,39 @@ class ListContract:
         constants = [n for n, kind in self.registry.constants.items() if self.registry.is_a(kind, field.type)]
         return list(dict.fromkeys([*state.objects(field.type), *constants]))
 
-    def agrees(self, bound: Bound, state: State) -> bool:
-        """Return whether the atoms over the last bound field, and others that are bound, hold."""
-        names = {name for name, _ in bound}
-        last = bound[-1][0]
+    def agrees(self, bound: Bound, state: State, last: set[str]) -> bool:
+        """Return whether the conditions that name a field bound last, and none that is not bound, hold."""
         element = self._element(bound)
         with suppress(MissingTrait):
             return all(
                 state.true(atom, {**self._scope, variable: element})
-                for variable, atom, used in self._atoms
-                if last in used and used <= names
+                for variable, atom in self._about(bound, last)
             )
+        return False
+
+    def _said(self, bound: Bound, state: State) -> list[Fact]:
+        """Return what the conditions that name bound fields only say."""
+        if len(bound) == len(self.fields):
+            return self.facts(self._element(bound), state)
+        element = self._element(bound)
+        return [
+            fact
+            for variable, atom in self._about(bound, {name for name, _ in bound})
+            for fact in state.literals(atom, {**self._scope, variable: element})
+        ]
+
+    def _about(self, bound: Bound, some: set[str]) -> Iterator[tuple[str, nodes.Expression]]:
+        names = {name for name, _ in bound}
+        for variable, atom, used in self._atoms:
+            if used & some and used <= names:
+                yield variable, atom
+
+    def _can_be_taken_apart(self, part: nodes.Expression) -> bool:
+        """Return whether the conditions on an element's fields are all that a part says of it."""
+        match part:
+            case nodes.Quantified("all", body, (generator,)) if generator.condition is None:
+                conditions = [*self._unfolded(body)]
+                return all(self._fields_in(each, generator.variable) is not None for each in conditions)
         return False
 
     def _of_the_element(self, part: nodes.Expression) -> Iterator[tuple[str, nodes.Expression, set[str]]]:

@@ -202,7 +202,7 @@ def _middle(hit: Numbers, limits: Sequence[Range], holds: Callable[[Numbers], bo
             at = partial(_with, holds, before, after)
             edges = [_edge(values[axis], way * (high - low), at) for way in (-1, 1)]
             if edges[0] is not None and edges[1] is not None:
-                values[axis] = min(max(round((edges[0] + edges[1]) / 2, 5), low), high)
+                values[axis] = min(max(round((edges[0] + edges[1]) / 2, 5) + 0.0, low), high)  # no -0
     return tuple(values)
 
 
