@@ -18,8 +18,13 @@ def has_room_for(container: SceneObject, item: SceneObject) -> bool:
 
 
 def takes(container: SceneObject, item: SceneObject) -> bool:
-    """Return whether an item released over the container falls in. Bowls rest on one another, or on a bin."""
-    return item.cavity is None and has_room_for(container, item)
+    """Return whether an item released over the container falls in.
+
+    A bowl that would not stand upright in the hollow rests on the rim, or in the bowl below.
+    """
+    if container.cavity is None or item.cavity is None:
+        return has_room_for(container, item)
+    return item.reach < min(container.cavity.half_x, container.cavity.half_y)
 
 
 def is_over_hollow(container: SceneObject, at: Vector, x: float, y: float) -> bool:

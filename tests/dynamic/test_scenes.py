@@ -99,11 +99,11 @@ IMPOSSIBLE = {
         "stones: 2 Stone on table with cube(4 cm), at(40 cm, 0 cm, 43 cm, 0 cm)",
         "inside each other: stone_0 (4 x 4 cm) at x 40 cm, y 0 cm and stone_1 (4 x 4 cm) at x 43 cm",
     ),
-    "a bowl in a wider bin": (
+    "a bowl in a bin that is hardly wider": (
         STACK
         + "\n        bins: 1 Stone on table with bin(20 cm, 20 cm, 8 cm)"
-        + "\n        highs: 1 High on bins with bowl(14 cm, 6 cm)",
-        "highs: 1 High on bins with bowl(14 cm, 6 cm)",
+        + "\n        highs: 1 High on bins with bowl(19.5 cm, 6 cm)",
+        "highs: 1 High on bins with bowl(19.5 cm, 6 cm)",
         "high_0 would sink into stone_0",
     ),
     "an object that would be a table": (

@@ -9,20 +9,23 @@ from dataclasses import dataclass
 from ntp_dsl.core.reading.numbers import (
     ANY_NUMBER,
     ANYWHERE,
+    Range,
     Ranges,
     amounts,
     bearings,
+    cuts,
     distances,
     fitting_numbers,
     lines,
+    middle,
 )
 from ntp_dsl.language.logic.facts import bind, substitute
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import conjuncts, free_names, walk
-from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.predicates import MissingTrait
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import Fact, Literal, State
 
 Element = Record | str
 Bound = tuple[tuple[str, str | float], ...]
@@ -65,7 +68,9 @@ class ListContract:
         self.fields = sorted(declared, key=lambda field: registry.is_number(field.type))  # numbers last
         self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
         self._is_taken_apart = all(map(self._can_be_taken_apart, self.parts))
-        self._lines = list(dict.fromkeys(each for _, atom, _ in self._atoms for each in lines(atom)))
+        self._read = [*dict.fromkeys(name for part in self.parts for name in self._readings_in(part, set()))]
+        conditions = [condition for part in self.parts for condition in self._conditions(part)]
+        self._lines = list(dict.fromkeys(each for condition in conditions for each in lines(condition)))
 
     @property
     def unmentioned(self) -> list[str]:
@@ -181,30 +186,48 @@ class ListContract:
                 return self.holds(self._element(longer), state)
             return self.agrees(longer, state, {*names})
 
-        if len(fields) == 1 and fields[0].type not in ANYWHERE:
-            limits = ranges.get(names[0], ANY_NUMBER)
-            found: dict[frozenset[Fact], list[float]] = {}  # one value for all that say the same
-            for value in amounts(limits, whole=fields[0].type == NUMBER):
-                if fits((value,)):
-                    said = self._said((*bound, (names[0], value)), state)
-                    found.setdefault(frozenset(said), []).append(value)
-            for values in found.values():
-                yield ((names[0], values[len(values) // 2]),)
-            return
+        def said(values: tuple[float, ...]) -> frozenset[Fact]:
+            return frozenset(self._said((*bound, *zip(names, values, strict=True)), state))
+
+        limits = [ranges.get(field.name) or ANYWHERE.get(field.type, ANY_NUMBER) for field in fields]
+        measured = [field.type in ANYWHERE for field in fields]
+        moves = any(value in self._moved for _, value in bound if isinstance(value, str))
+        likely = [
+            self._likely(field, limit, state, bound) for field, limit in zip(fields, limits, strict=True)
+        ]
+        found: dict[frozenset[Fact], list[tuple[float, ...]]] = {}  # by what is said with them
+        for values in fitting_numbers(fits, limits, likely, thorough and moves):
+            facts = said(values)
+            found.setdefault(facts, []).append(values)
+            if all(measured) and any(map(_has_number, facts)):
+                break  # with others, the same is said of another number
+        around = [limit if is_measured else None for limit, is_measured in zip(limits, measured, strict=True)]
+        for facts, hits in found.items():
+            measures = any(map(_has_number, facts))
+            same = fits if measures else lambda v, facts=facts: fits(v) and said(v) == facts
+            yield tuple(zip(names, middle(hits[len(hits) // 2], around, same), strict=True))
+
+    def _likely(self, field: Parameter, limits: Range, state: State, bound: Bound) -> list[float]:
+        """Return the numbers that are tried first: with them, terms equal what the scene measures."""
+        told = cuts(self._readings(field.type, state))
+        if field.type not in ANYWHERE:
+            return [*amounts(limits, whole=field.type == NUMBER), *told]
         positions = state.observation.positions
         places = [positions[value] for _, value in bound if isinstance(value, str) and value in positions]
-        numbers = fitting_numbers(
-            fits,
-            [ranges.get(field.name) or ANYWHERE.get(field.type, ANY_NUMBER) for field in fields],
-            [self._likely(bearings(places) if f.type == ANGLE else distances(places)) for f in fields],
-            thorough and any(value in self._moved for _, value in bound if isinstance(value, str)),
-        )
-        if numbers is not None:
-            yield tuple(zip(names, numbers, strict=True))
-
-    def _likely(self, found: Sequence[float]) -> list[float]:
-        """Return the numbers that make terms of the contract equal to what was found."""
+        found = [*(bearings(places) if field.type == ANGLE else distances(places)), *told]
         return [(each - offset) / factor for factor, offset in self._lines for each in found]
+
+    def _readings(self, kind: str, state: State) -> list[float]:
+        """Return what the contract's readings of objects tell, of the kind of number that is asked for."""
+        found: list[float] = []
+        for name in self._read:
+            declared = self.registry.predicates[name]
+            if declared.result is None or declared.result.name != kind or len(declared.parameters) != 1:
+                continue
+            for item in state.objects(declared.parameters[0].type.name):
+                with suppress(MissingTrait):
+                    found.append(float(state.reading(name, (item,))))
+        return found
 
     def _values(self, field: Parameter, state: State) -> Sequence[str] | None:
         if self.registry.is_number(field.type):
@@ -272,6 +295,18 @@ class ListContract:
                 replaced = substitute(body, bind(declared.parameters, part.arguments))
                 yield from self._unfolded(replaced, depth - 1)
 
+    def _readings_in(self, expression: nodes.Expression, seen: set[str]) -> Iterator[str]:
+        """Yield the predicates in an expression, and in the bodies of these, that tell a value."""
+        for each in walk(expression):
+            declared = self.registry.predicates.get(each.predicate) if isinstance(each, nodes.Atom) else None
+            if declared is None or declared.name in seen:
+                continue
+            seen.add(declared.name)
+            if declared.result is not None:
+                yield declared.name
+            elif declared.body is not None:
+                yield from self._readings_in(declared.body, seen)
+
     def _fields_in(self, condition: nodes.Expression, variable: str) -> set[str] | None:
         """Return the fields of the element that a condition is about; None where it is about all of it."""
         if self.parameter.type not in self.registry.records:
@@ -280,6 +315,14 @@ class ListContract:
         whole = sum(each == nodes.Name(variable) for each in found)
         fields = [each for each in found if isinstance(each, nodes.Field) and each.value.id == variable]
         return {each.name for each in fields} if whole == len(fields) else None
+
+
+def _has_number(fact: Fact) -> bool:
+    values = fact.arguments if isinstance(fact, Literal) else [value for _, value in fact.bindings]
+    parts = [
+        v for value in values for v in (without_lists((value,)) if isinstance(value, Record) else (value,))
+    ]
+    return any(isinstance(value, float) for value in parts)
 
 
 def candidates(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import combinations, permutations, product
+from itertools import combinations, pairwise, permutations, product
 from math import atan2, ceil, hypot, pi
 
 import numpy as np
@@ -144,26 +144,38 @@ def fitting_numbers(
     limits: Sequence[Range],
     likely: Sequence[Sequence[float]],
     thorough: bool,
-) -> Numbers | None:
-    """Return numbers for which something holds: of all that do, the middle; None where none was found.
+) -> Iterator[Numbers]:
+    """Yield numbers for which something holds.
 
     Args:
         limits: of each number.
         likely: what is tried first for each.
-        thorough: a grid over each range is tried, too.
+        thorough: a grid over each range is tried where none of these fits.
     """
     most = int(MOST ** (1 / len(limits)))
     near = [
         list(dict.fromkeys(value for value in values if low <= value <= high))[:most]
         for values, (low, high) in zip(likely, limits, strict=True)
     ]
-    hit = next((values for values in product(*near) if holds(values)), None)
-    if hit is None and thorough:
+    found = False
+    for values in filter(holds, product(*near)):
+        found = True
+        yield values
+    if thorough and not found:
         steps = [max(2, min(FINE, most - len(each))) for each in near]
         grids = [np.linspace(*limit, count).tolist() for limit, count in zip(limits, steps, strict=True)]
         mixed = [[*each, *grid] for each, grid in zip(near, grids, strict=True)]
-        hit = next((values for values in product(*mixed) if holds(values)), None)
-    return _middle(hit, limits, holds) if hit is not None else None
+        yield from filter(holds, product(*mixed))
+
+
+def cuts(values: Sequence[float]) -> list[float]:
+    """Return numbers that tell values apart: these themselves, one between each two, one beyond each end."""
+    known = sorted(set(values))
+    if not known:
+        return []
+    between = [(a + b) / 2 for a, b in pairwise(known)]
+    beyond = min((b - a for a, b in pairwise(known)), default=abs(known[0]) or 1.0) / 2
+    return [*known, *between, known[0] - beyond, known[-1] + beyond]
 
 
 def amounts(limits: Range, whole: bool) -> list[float]:
@@ -189,15 +201,18 @@ def distances(places: Sequence[Vector]) -> list[float]:
     return list(dict.fromkeys(round(each, 4) for each in found))
 
 
-def _middle(hit: Numbers, limits: Sequence[Range], holds: Callable[[Numbers], bool]) -> Numbers:
-    """Return the middle of what holds around a hit, along each axis in turn.
+def middle(hit: Numbers, limits: Sequence[Range | None], holds: Callable[[Numbers], bool]) -> Numbers:
+    """Return the middle of what holds around a hit, along each axis in turn; along one without limits, none.
 
     It is sought beyond the ranges, too, so that it does not lie off where a range ends; where what holds has
     no edge there either, the hit is kept.
     """
     values = list(hit)
     for _ in range(2 if len(hit) > 1 else 1):
-        for axis, (low, high) in enumerate(limits):
+        for axis, limit in enumerate(limits):
+            if limit is None:
+                continue
+            low, high = limit
             before, after = tuple(values[:axis]), tuple(values[axis + 1 :])
             at = partial(_with, holds, before, after)
             edges = [_edge(values[axis], way * (high - low), at) for way in (-1, 1)]

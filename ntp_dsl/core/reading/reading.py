@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice, permutations
+from itertools import combinations, islice, permutations, product
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
@@ -19,6 +19,9 @@ from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
 TRIES = 300  # of other lists, between two improvements
+
+
+Longer = Callable[[Sequence[Candidate], Candidate], list[Candidate]]
 
 
 @dataclass(frozen=True)
@@ -67,10 +70,13 @@ class Reader:
             self._untold = {name: value for name, value in self._all.items() if name not in shown}
             risen = [each for each in found if each.rise > 0]
             held = [each for each in found if each.rise == 0 and self._is_a_pile(each)]
-            chosen = [*held, *self._choose(risen)]
+            chosen = [*held, *self._choose(risen, self._with)]
             reading = self._told(chosen)
-            if not reading.is_whole and len(risen) <= FEW:
-                chosen = self._improved(chosen, risen)
+            if not reading.is_whole:
+                other = [*held, *self._choose(risen, lambda chosen, more: [*chosen, more])]
+                chosen = max(chosen, other, key=self._value)
+                if len(risen) <= FEW:
+                    chosen = self._improved(chosen, risen)
                 reading = self._told(chosen)
             if reading.is_whole or not self._has_numbers():
                 break
@@ -132,8 +138,13 @@ class Reader:
             found += candidates(contract, self.moments.ends, ranges, thorough)
         return sorted(found, key=lambda each: each.rise)
 
-    def _choose(self, risen: Sequence[Candidate]) -> list[Candidate]:
-        """Add candidates, one at a time, while they explain acts that nothing chosen explains."""
+    def _choose(self, risen: Sequence[Candidate], longer: Longer) -> list[Candidate]:
+        """Add candidates, one at a time, while they explain acts that nothing chosen explains.
+
+        Args:
+            longer: where it puts a candidate among the chosen ones: elements come in the order in which they
+                come true as a whole, or else in that in which they begin to explain acts.
+        """
         chosen: list[Candidate] = []
         top = self._root(chosen)
         at = 0
@@ -145,12 +156,12 @@ class Reader:
             if after is not None:
                 top, at = after, at + 1
                 continue
-            best = self._best_addition(chosen, risen, at)
+            best = self._best_addition(chosen, risen, at, longer)
             if best is None:
                 at += 1
                 top = self._root(chosen)
             else:
-                chosen = self._with(chosen, best)
+                chosen = longer(chosen, best)
                 top = self._root(chosen)
         return chosen
 
@@ -170,17 +181,17 @@ class Reader:
         return self._told(chosen).explained, -len(chosen)
 
     def _best_addition(
-        self, chosen: Sequence[Candidate], risen: Sequence[Candidate], at: int
+        self, chosen: Sequence[Candidate], risen: Sequence[Candidate], at: int, longer: Longer
     ) -> Candidate | None:
         """Return the candidate that explains an act, and with it most from there on; of equals the first."""
         able = [
             each
             for each in risen
-            if each.rise > at and each not in chosen and self._explains(self._with(chosen, each), at)
+            if each.rise > at and each not in chosen and self._explains(longer(chosen, each), at)
         ]
         if len(able) <= 1:
             return able[0] if able else None
-        return max(able, key=lambda each: self._count_explained(self._with(chosen, each), at))
+        return max(able, key=lambda each: self._count_explained(longer(chosen, each), at))
 
     def _explains(self, chosen: Sequence[Candidate], at: int) -> bool:
         return self._explanation.step(self._root(chosen), self.moments.acts[at]) is not None
@@ -196,7 +207,8 @@ class Reader:
             top, count = after, count + (after is not None)
         return count
 
-    def _with(self, chosen: Sequence[Candidate], more: Candidate) -> list[Candidate]:
+    @staticmethod
+    def _with(chosen: Sequence[Candidate], more: Candidate) -> list[Candidate]:
         return sorted([*chosen, more], key=lambda each: each.rise)
 
     def _is_a_pile(self, candidate: Candidate) -> bool:
@@ -250,12 +262,17 @@ def _values(element: Element) -> list[str]:
 
 
 def _changed(chosen: Sequence[Candidate], risen: Sequence[Candidate]) -> Iterator[list[Candidate]]:
-    """Yield lists with one element more, less or exchanged, and with two exchanged for one."""
+    """Yield lists with one element more, less, exchanged or elsewhere, and with two exchanged for one."""
     others = [each for each in risen if each not in chosen]
     for count in (0, 1, 2):
+        if count == 2:
+            for moved, place in product(chosen, range(len(chosen))):
+                kept = [each for each in chosen if each is not moved]
+                yield [*kept[:place], moved, *kept[place:]]
         for dropped in combinations(chosen, count):
             kept = [each for each in chosen if each not in dropped]
             if count == 1:
                 yield kept
             for more in others:
-                yield sorted([*kept, more], key=lambda each: each.rise)
+                place = next((k for k, each in enumerate(kept) if each.rise > more.rise), len(kept))
+                yield [*kept[:place], more, *kept[place:]]

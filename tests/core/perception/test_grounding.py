@@ -14,7 +14,7 @@ from one_core_samples import the_core
 
 from ntp_dsl.core.perception import grounding
 from ntp_dsl.core.perception.features import NEAR, bodies, near_pairs
-from ntp_dsl.core.perception.grounding import ground
+from ntp_dsl.core.perception.grounding import ground, ground_all
 from ntp_dsl.core.pretraining.grounding_data import SHAKEN
 from ntp_dsl.core.pretraining.scenes import moments, shaken
 from ntp_dsl.semantics import predicates
@@ -201,6 +201,22 @@ def test_true_facts_are_always_asked() -> None:
             for c in b.names:
                 if a != c and (a, c) not in asked:
                     assert not any(true(truth, a, c) for true in OF_PAIRS.values()), (a, c)
+
+
+def test_moments_that_are_seen_together_are_seen_as_each_alone() -> None:
+    """Two objects that have not moved are asked of once; no answer hangs on which moments come along."""
+    core = the_core().grounding
+    for number in range(5):
+        seen = moments(np.random.default_rng((FRESH, number)))
+        seen += [replace(each, gripper=(0.3, 0.2, 0.4)) for each in seen]
+        for together, each in zip(ground_all(core, seen), seen, strict=True):
+            alone = ground(core, each)
+            assert together.contacts.keys() == alone.contacts.keys()
+            for pair, chances in alone.contacts.items():
+                assert together.contacts[pair] == pytest.approx(chances, abs=1e-5)
+            assert together.held == pytest.approx(alone.held, abs=1e-5)
+            assert together.hovered == pytest.approx(alone.hovered, abs=1e-5)
+            assert together.covered == pytest.approx(alone.covered, abs=1e-5)
 
 
 def test_an_empty_scene_has_no_facts() -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from math import isclose
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from one_core_samples import (
     NOBODY,
+    Elements,
     library,
     lists,
     numbers,
@@ -22,6 +26,8 @@ from one_core_samples import (
 )
 
 from ntp_dsl.api import Task
+from ntp_dsl.core.perception.steadied import steadied
+from ntp_dsl.core.reading.numbers import cuts
 from ntp_dsl.core.reading.reading import Reading
 from ntp_dsl.demonstrations.demonstration import Demonstration, Recorder, noisy
 from ntp_dsl.execution.interpreter import Interpreter, Limits
@@ -29,6 +35,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.schema import DemonstratedCall
 from ntp_dsl.worlds.catalogue import make_world
@@ -307,3 +314,42 @@ def move_aside(world: World, name: str) -> None:
     world.call("move_to", ("table",))
     world.call("release", ())
     assert not world.truth().closed
+
+
+# Numbers that tell objects apart, and the order of elements ---------------------------------------
+
+
+def test_bounds_are_read_that_take_the_same_objects() -> None:
+    """Which bounds an element names cannot be seen; which objects lie between them can."""
+    for seed in range(2 * FEW):
+        drawn, demonstration = shown("girths", seed)
+        found = read(drawn, demonstration)
+        scene = State(library("girths"), steadied(demonstration).observation(0))
+        sizes = {scene.reading("girth", (pipe,)) for pipe in scene.objects("Pipe")}
+        (got,), (wanted,) = lists(found.arguments), lists(drawn.instance.arguments)
+
+        def taken(elements: Elements, sizes: set[float] = sizes) -> set[tuple[object, ...]]:
+            return {
+                (rack, *(size for size in sorted(sizes) if least - 0.001 <= size <= most + 0.001))
+                for rack, least, most in elements
+            }
+
+        assert found.explained == found.acts and taken(got) == taken(wanted), told(found, drawn)
+
+
+def test_elements_come_in_the_order_in_which_they_begin_to_be_done() -> None:
+    """Crates are padded long after they are loaded; the list is that of the loading."""
+    for seed in range(2 * FEW):
+        drawn, demonstration = shown("lorry", seed)
+        found = read(drawn, demonstration)
+        (got,), (wanted,) = lists(found.arguments), lists(drawn.instance.arguments)
+        assert found.explained == found.acts
+        for lane in ("port", "starboard"):
+            assert [each for each in got if each[-1] == lane] == [each for each in wanted if each[-1] == lane]
+
+
+@given(st.lists(st.floats(-5, 5).map(lambda value: round(value, 3)), min_size=1, max_size=8))
+def test_cuts_tell_all_neighbouring_values_apart(values: list[float]) -> None:
+    known, found = sorted(set(values)), cuts(values)
+    assert min(found) < known[0] and max(found) > known[-1] and set(known) <= set(found)
+    assert all(any(a < each < b for each in found) for a, b in pairwise(known))
