@@ -17,7 +17,7 @@ from ntp_dsl.semantics.containers import lies_in
 from ntp_dsl.semantics.free_space import FREE_GAP, clearance
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 
-SHAKEN = 0.12  # of the moments
+SHAKEN = 0.06  # of the moments
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ class PretrainingConfig:
     """The parameters of a pretraining; part of a core's recipe."""
 
     seed: Count = 0
-    scenes: Count = 5000  # that are made up, for the grounding
-    iterations: Count = 8000  # of the grounding
+    scenes: Count = 9000  # that are made up, for the grounding
+    iterations: Count = 12000  # of the grounding
     programs: Count = 12000  # nameless ones, for the dispatcher
     libraries: Count = 250  # random ones, for the dispatcher
     dispatch_iterations: Count = 5000

@@ -41,8 +41,9 @@ def moments(rng: np.random.Generator) -> list[Observation]:
 def random_objects(rng: np.random.Generator) -> tuple[SceneObject, ...]:
     """Return a table and two to twelve objects of random shapes and sizes, some of them fixed."""
     found = [FURNITURE]
+    shares = NESTING if rng.random() < NESTED else SHARES
     for index in range(int(rng.integers(2, 13))):
-        kind = int(rng.choice(len(KINDS), p=SHARES))
+        kind = int(rng.choice(len(KINDS), p=shares))
         shape, size, fixed = KINDS[kind](rng)
         found.append(SceneObject(f"o{index}", "Object", size, shape, fixed=fixed))
     return tuple(found)
@@ -50,39 +51,40 @@ def random_objects(rng: np.random.Generator) -> tuple[SceneObject, ...]:
 
 def _box(rng: np.random.Generator) -> tuple[str, Vector, bool]:
     if rng.random() < 0.4:
-        side = float(rng.uniform(0.03, 0.06))
+        side = float(rng.uniform(0.012, 0.07))
         return "box", (side, side, side), False
-    x, y, z = rng.uniform((0.02, 0.02, 0.006), (0.07, 0.16 if rng.random() < 0.2 else 0.07, 0.09)).tolist()
+    x, y, z = rng.uniform((0.012, 0.012, 0.006), (0.08, 0.2 if rng.random() < 0.2 else 0.08, 0.1)).tolist()
     return "box", (x, y, z), bool(rng.random() < 0.1)
 
 
 def _cylinder(rng: np.random.Generator) -> tuple[str, Vector, bool]:
-    width, height = rng.uniform((0.025, 0.02), (0.07, 0.09)).tolist()
+    width, height = rng.uniform((0.012, 0.01), (0.08, 0.1)).tolist()
     return "cylinder", (width, width, height), bool(rng.random() < 0.1)
 
 
 def _bin(rng: np.random.Generator) -> tuple[str, Vector, bool]:
-    x, y, z = rng.uniform((0.1, 0.1, 0.05), (0.22, 0.22, 0.1)).tolist()
-    return "bin", (x, y, z), True
+    x, y, z = rng.uniform((0.05, 0.05, 0.025), (0.24, 0.24, 0.1)).tolist()
+    return "bin", (x, y, z), bool(rng.random() < 0.6)
 
 
 def _bowl(rng: np.random.Generator) -> tuple[str, Vector, bool]:
-    width, height = rng.uniform((0.1, 0.045), (0.16, 0.07)).tolist()
+    width, height = rng.uniform((0.05, 0.025), (0.18, 0.08)).tolist()
     return "bowl", (width, width, height), bool(rng.random() < 0.2)
 
 
 def _tray(rng: np.random.Generator) -> tuple[str, Vector, bool]:
-    x, y, z = rng.uniform((0.121, 0.121, 0.005), (0.3, 0.3, 0.025)).tolist()
+    x, y, z = rng.uniform((0.121, 0.121, 0.004), (0.5, 0.5, 0.03)).tolist()
     return "box", (x, y, z), True
 
 
 def _pad(rng: np.random.Generator) -> tuple[str, Vector, bool]:
-    x, y, z = rng.uniform((0.05, 0.05, 0.004), (0.12, 0.12, 0.02)).tolist()
+    x, y, z = rng.uniform((0.03, 0.03, 0.004), (0.12, 0.12, 0.03)).tolist()
     return "box", (x, y, z), True
 
 
 KINDS = (_box, _cylinder, _bin, _bowl, _tray, _pad)
 SHARES = (0.4, 0.2, 0.1, 0.1, 0.08, 0.12)
+NESTED, NESTING = 0.3, (0.15, 0.1, 0.4, 0.35, 0.0, 0.0)  # of the scenes, and there: hollows in hollows
 
 
 def shaken(seen: Observation, rng: np.random.Generator) -> Observation:
