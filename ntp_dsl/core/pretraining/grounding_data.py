@@ -10,7 +10,7 @@ import numpy as np
 
 from ntp_dsl.core.perception import features
 from ntp_dsl.core.perception.features import as_float32, bodies
-from ntp_dsl.core.pretraining.scenes import looked_at, moments, shaken
+from ntp_dsl.core.pretraining.scenes import closed_on, looked_at, moments, shaken
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import lies_in
@@ -18,6 +18,7 @@ from ntp_dsl.semantics.free_space import FREE_GAP, clearance
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 
 SHAKEN = 0.06  # of the moments
+CLOSED_ON = 0.08
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,7 @@ def of_scene(number: int, seed: int) -> list[Parts]:
     found = []
     for truth in moments(rng):
         moment = shaken(truth, rng) if rng.random() < SHAKEN else truth
+        moment = closed_on(moment, rng) if rng.random() < CLOSED_ON else moment
         found.append(rows_of(moment, looked_at(moment, rng)))
     return found
 

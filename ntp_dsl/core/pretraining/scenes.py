@@ -98,6 +98,19 @@ def shaken(seen: Observation, rng: np.random.Generator) -> Observation:
     return replace(seen, positions=positions, gripper=(float(x), float(y), float(z)))
 
 
+def closed_on(truth: Observation, rng: np.random.Generator) -> Observation:
+    """Return the moment with the hand closed somewhere about an object: other hands grasp otherwise."""
+    solid = [obj.name for obj in truth.objects if obj.movable and obj.cavity is None]
+    known = [name for name in solid if name in truth.positions]
+    if not known:
+        return truth
+    name = str(rng.choice(known))
+    aside = float(rng.choice([0.0003, 0.003, 0.02]))
+    rise = rng.uniform(-0.6, 0.6) * truth.by_name[name].size[2] + rng.normal(0, 0.015)
+    by = np.array([*rng.normal(0, aside, 2), rise])
+    return replace(truth, gripper=_moved(truth.positions[name], by), closed=True)
+
+
 def looked_at(truth: Observation, rng: np.random.Generator) -> Observation:
     """Return what a tracker makes of a moment: each object with its own doubt, and off by as much."""
     sigma = float(rng.uniform(0, 0.02)) if rng.random() < 0.7 else 0.0

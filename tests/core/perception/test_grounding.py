@@ -158,6 +158,22 @@ def test_where_the_scene_lies_on_the_table_does_not_matter() -> None:
         assert_alike(*(told(ground(the_core().grounding, each), own) for each in (truth, moved)))
 
 
+@pytest.mark.parametrize("height", [0.03, 0.05, 0.07])
+@pytest.mark.parametrize("aside", [0.0, 0.0001, 0.003, 0.01])
+def test_an_object_is_held_wherever_the_hand_is_closed_about_it(height: float, aside: float) -> None:
+    """Worlds grasp at other heights, and to other fractions of a millimetre."""
+    jar = replace(cube("a"), size=(0.05, 0.05, height), shape="cylinder")
+    for rise in np.linspace(-0.01, 0.02, 7).tolist():
+        for lifted in (0.0, 0.15):
+            at = (0.5, 0.1, height / 2 + lifted)
+            hand = (0.5 + aside, 0.1, at[2] + rise)
+            graded = ground(the_core().grounding, Observation((jar,), {"a": at}, hand, closed=True))
+            assert graded.held["a"] > 0.9, (height, aside, rise, lifted)
+    beyond = (0.5, 0.1, height + 0.06)
+    seen = Observation((jar,), {"a": (0.5, 0.1, height / 2)}, beyond, closed=True)
+    assert seen.held is None and ground(the_core().grounding, seen).held["a"] < 0.1
+
+
 # What is asked
 
 
