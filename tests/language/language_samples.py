@@ -63,7 +63,8 @@ statements = st.recursive(
     max_leaves=3,
 )
 types = st.builds(s.TypeName, names, st.booleans())
-ranges = st.tuples(numbers, numbers) | st.just((None, None))
+bounds = st.tuples(numbers, numbers).filter(lambda bounds: bounds[0].unit or not bounds[1].unit)
+ranges = bounds | st.just((None, None))
 parameters = st.lists(
     st.builds(lambda name, type, span: s.Parameter(name, type, *span), names, types, ranges),
     max_size=3,
@@ -81,7 +82,7 @@ samplers = st.builds(
 texts = st.text(st.characters(codec="utf-8", exclude_characters='"\r\n\0'), max_size=9)
 settings_of_details = st.one_of(
     numbers,
-    st.builds(s.Interval, numbers, numbers),
+    bounds.map(lambda bounds: s.Interval(*bounds)),
     st.builds(s.Name, names),
     st.builds(s.Text, texts),
 )

@@ -286,6 +286,6 @@ def test_what_the_things_of_a_scene_look_like_is_broken_one_by_one() -> None:
     said = ", ".join(f"x({n} m .. {n} m)" for n in range(7))
     text = f"library a\ntask t:\n    scene: a: 2..4 Block on table with {said} # c\n"
     formatted = format_text(text)
-    assert "on table with (\n        x(0 m .. 0 m),\n" in formatted and "\n    )  # c\n" in formatted
+    assert "on table with (\n        x(0 .. 0 m),\n" in formatted and "\n    )  # c\n" in formatted
     check_layout(text)
     check_layout(text.replace("x(3", "# in\n x(3").replace("with ", "with (").replace(" # c", ") # c"))

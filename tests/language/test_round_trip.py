@@ -99,3 +99,17 @@ def test_a_quotation_mark_in_a_docstring_opens_nothing() -> None:
 def test_two_docstrings_of_an_api_are_one() -> None:
     (api,) = parse('library x\napi rest() """Move home."""\n    """Slowly."""\n').declarations
     assert api.docstring == "Move home.\n\nSlowly."
+
+
+@pytest.mark.parametrize(
+    ("text", "once", "twice"),
+    [
+        ("api go(d: length in {}) by python", "3 .. 12 cm", "3 cm .. 12 cm"),
+        ("task t:\n    scene: a: 2 T on table with x({})\n", "-18 .. -14 cm", "-18 cm .. -14 cm"),
+    ],
+    ids=["of a parameter", "of a position"],
+)
+def test_a_range_takes_its_unit_from_its_upper_bound(text: str, once: str, twice: str) -> None:
+    libraries = [parse(f"library a\n\n{text.format(range)}\n") for range in (once, twice)]
+    assert libraries[0] == libraries[1]
+    assert once in format_library(libraries[1])

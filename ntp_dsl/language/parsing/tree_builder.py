@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import cleandoc
 from typing import Any, TypeVar
 
@@ -66,6 +66,11 @@ def _text(docstring: Docstring | None) -> str:
 
 def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
     return tuple(item for item in items if isinstance(item, kind))
+
+
+def _in_unit_of(high: Number, low: Number) -> Number:
+    """Return the lower bound of `3 .. 12 cm` in the unit that is written once, at the end."""
+    return low if low.unit else replace(low, unit=high.unit)
 
 
 class Builder(Terms):
@@ -189,6 +194,8 @@ class Builder(Terms):
         low: Number | None,
         high: Number | None,
     ) -> nodes.Parameter:
+        if low and high:
+            low = _in_unit_of(high, low)
         return nodes.Parameter(self._declare(name), type, low, high, span=name.span)
 
     def list_type(self, span: Span, name: Word) -> nodes.TypeName:
@@ -273,7 +280,7 @@ class Builder(Terms):
         return nodes.Detail(name.text, given, span=span)
 
     def interval(self, span: Span, low: Number, high: Number) -> nodes.Interval:
-        return nodes.Interval(low, high, span=span)
+        return nodes.Interval(_in_unit_of(high, low), high, span=span)
 
     def text(self, span: Span, quoted: Word) -> nodes.Text:
         return nodes.Text(quoted.text[1:-1], span=quoted.span)

@@ -142,7 +142,7 @@ def _parameter(parameter: nodes.Parameter) -> str:
     text = f"{parameter.name}: {format_type(parameter.type)}"
     if parameter.low is None or parameter.high is None:
         return text
-    return f"{text} in {_number(parameter.low)} .. {_number(parameter.high)}"
+    return f"{text} in {_range(parameter.low, parameter.high)}"
 
 
 def format_type(name: nodes.TypeName) -> str:
@@ -183,7 +183,7 @@ def _detail(detail: nodes.Detail) -> str:
 def _setting(setting: nodes.Setting) -> str:
     match setting:
         case nodes.Interval(low, high):
-            return f"{_number(low)} .. {_number(high)}"
+            return _range(low, high)
         case nodes.Text(value):
             return f'"{value}"'
         case Number():
@@ -273,6 +273,11 @@ def _generator(generator: nodes.Generator, needed: int = 0) -> str:
     if generator.condition is None:
         return head
     return f"{head} if {_expression(generator.condition, needed)}"
+
+
+def _range(low: Number, high: Number) -> str:
+    """Return `3 .. 12 cm`: a unit that both bounds have is written once."""
+    return f"{_number(replace(low, unit='') if low.unit == high.unit else low)} .. {_number(high)}"
 
 
 def _number(number: Number) -> str:
