@@ -21,7 +21,7 @@ def command(
     out: Annotated[Path, typer.Option(help="Parent folder.")] = Path("."),
     python: Annotated[bool, typer.Option("--python", help="Write the expert as a Python function.")] = False,
 ) -> int:
-    """Create a folder with a small domain that can be checked, recorded and trained as it is.
+    """Create a folder with a small domain that can be checked and run as it is.
 
     Its README lists the next commands. Existing files are not overwritten.
 
