@@ -11,6 +11,7 @@ import typer
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.decision import Dispatch
+from ntp_dsl.worlds.people import RATE, Person
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 
@@ -20,6 +21,11 @@ def number(value: float) -> float:
     if isnan(value):
         raise typer.BadParameter("expected a number, found nan")
     return value
+
+
+def rate(value: float | None) -> float | None:
+    """Return a rate that may be given. Raises `BadParameter` for NaN."""
+    return None if value is None else number(value)
 
 
 Library = Annotated[Path, typer.Argument(help="An .ntp file, a folder with one, or the name of an example.")]
@@ -67,6 +73,17 @@ DemoNoise = Annotated[
         min=0, max=0.1, callback=number, help="Standard deviation of positions in the demonstration [m]."
     ),
 ]
+DemoBy = Annotated[
+    Person | None,
+    typer.Option(
+        help="Let a simulated person demonstrate, who trembles, pauses, regrasps and so on, or does some of "
+        "each (anybody); by default the motion is even."
+    ),
+]
+DemoRate = Annotated[
+    float | None,
+    typer.Option(min=2, max=1000, callback=rate, help="Frames a second with --demo-by.  [default: 30]"),
+]
 Length = Annotated[
     str, typer.Option(metavar="N..M", help="Number of elements of a goal; overrides the task.")
 ]
@@ -84,6 +101,13 @@ Semantics = Annotated[
         help="Range of object assignments to draw from; disjoint ranges, as 0..9 and 10..19, share none.",
     ),
 ]
+
+
+def shown_at(by: Person | None, rate: float | None) -> float:
+    """Return the rate of a demonstration. Raises `NtpError` where nobody is to show it at that rate."""
+    if rate is not None and by is None:
+        raise NtpError("--demo-rate goes with --demo-by: say who demonstrates")
+    return rate if rate is not None else RATE
 
 
 def varied(length: str, topology: str, semantics: str) -> Varied:

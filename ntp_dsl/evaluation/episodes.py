@@ -36,7 +36,8 @@ from ntp_dsl.traces.schema import Attribution, Header, PolicyKind
 from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
-from ntp_dsl.worlds.catalogue import make_world
+from ntp_dsl.worlds.catalogue import equip, make_world
+from ntp_dsl.worlds.people import RATE, Person, PersonWorld
 from ntp_dsl.worlds.protocol import Disturbances
 
 
@@ -57,6 +58,8 @@ class Plan:
     arm: str | None = None  # of the bullet world; None for the Panda
     dispatch: Dispatch | None = None  # of the one core; learned where None
     demo_noise: float = 0.0  # standard, of the positions that a demonstration shows [m]
+    demo_by: Person | None = None  # a simulated person, by whose hand the expert demonstrates
+    demo_rate: float = RATE  # of such a demonstration: frames a second
     goal: Path | None = None  # a file that tells the goal: nothing is demonstrated then
 
 
@@ -91,6 +94,10 @@ class Evaluator:
         self.expert = Expert(self.registry)
         self.task = find_task(self.registry, plan.task)
         self.world = make_world(plan.world, self.registry, gui=plan.gui, arm=plan.arm)
+        self._shown_in = self.world  # where tasks are demonstrated
+        if plan.demo_by is not None:
+            self._shown_in = PersonWorld(plan.demo_by, plan.demo_rate)
+            equip(self._shown_in, self.registry)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
         self._model: Any = None  # a `Model` of the core, which needs torch
         if plan.model is not None:
@@ -123,7 +130,7 @@ class Evaluator:
         Raises `NoDemonstration` where all attempts fail.
         """
         seed, sigma = self.plan.seed, self.plan.demo_noise
-        found, attempts = demonstration(self.registry, self.expert, self.world, instance, seed, number)
+        found, attempts = demonstration(self.registry, self.expert, self._shown_in, instance, seed, number)
         if sigma:
             seen = noisy(found.demonstration, sigma, np.random.default_rng((seed, number, 4)))
             found = replace(found, demonstration=seen)

@@ -31,6 +31,8 @@ class KinematicWorld(RestingObjects):
     """Positions only. A held object follows the tool; a released one falls onto what is below."""
 
     starts_holding = True
+    frame_seconds = FRAME  # between two looks at a motion
+    hover = HOVER
 
     def __init__(self, placement_error: float = PLACEMENT_ERROR) -> None:
         self._placement_error = placement_error
@@ -148,13 +150,20 @@ class KinematicWorld(RestingObjects):
         if not over or blocked:
             evidence = {"target": target, "blocked by": blocked, "above": over}
             return Outcome(False, Failure.NOT_READY, evidence)
+        self._pick_up(target, (x, y, z))
+        return ACHIEVED
+
+    def _pick_up(self, target: str, grip: Vector) -> None:
+        """Move the tool down to an object, close it, and move back up."""
         back = self._gripper
-        self._travel((x, y, z))
+        self._travel(grip)
+        self._hold(target)
+        self._travel(back)
+
+    def _hold(self, target: str) -> None:
         self._held, self._closed = target, True
         self._load = self._contents(target)
         self._emit()
-        self._travel(back)
-        return ACHIEVED
 
     def _grip(self, target: str) -> Vector:
         """Return where the hand closes: around the middle, or at the nearest point of a bowl's wall."""
@@ -199,12 +208,12 @@ class KinematicWorld(RestingObjects):
     # Motion and falling -------------------------------------------------------------------------
 
     def _travel(self, goal: Vector) -> None:
-        """Move straight to the goal, with smooth starts and stops, a frame every tenth of a second."""
+        """Move straight to the goal, with smooth starts and stops."""
         start = np.array(self._gripper)
         way = np.array(goal) - start
         duration = 0.15 + float(np.linalg.norm(way)) / self._speed
         began = self._time
-        for moment in np.arange(FRAME, duration, FRAME):
+        for moment in np.arange(self.frame_seconds, duration, self.frame_seconds):
             phase = moment / duration
             self._time = began + float(moment)
             self._move_tool(start + way * (phase * phase * (3 - 2 * phase)))
@@ -239,13 +248,13 @@ class KinematicWorld(RestingObjects):
     def _above(self, x: float, y: float, height: float) -> Vector:
         """Return where the tool is when the held object, or else the tool, hovers over a point [m]."""
         ox, oy = self._offset_in_hand()
-        return (x + ox, y + oy, height + HOVER)
+        return (x + ox, y + oy, height + self.hover)
 
     def _over_rim(self, target: str) -> Vector:
         """Return a point above a bowl's wall, on the side of the robot's base."""
         x, y, _ = self._positions[target]
         reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
-        return (x - reach * x, y - reach * y, self._top(target) + HOVER)
+        return (x - reach * x, y - reach * y, self._top(target) + self.hover)
 
     def _offset_in_hand(self) -> tuple[float, float]:
         """Return the offset from the held object to the tool, seen from above [m]."""

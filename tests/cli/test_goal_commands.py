@@ -190,3 +190,26 @@ def test_a_demonstration_may_be_noisy(tmp_path: Path) -> None:
 def test_noise_that_is_none_is_misuse(value: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["run", *FEW, *KINEMATIC, f"--demo-noise={value}"]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_person_may_demonstrate(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["read", *FEW, "--seed", "4"]) == 0
+    text = capsys.readouterr().out
+    assert run(["read", *FEW, "--seed", "4", "--demo-by", "false-starts", "--demo-rate", "100"]) == 0
+    assert capsys.readouterr().out == text
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--demo-rate", "30"], "--demo-rate goes with --demo-by"),
+        (["--demo-by", "nobody"], "is not one of 'steady'"),
+        (["--demo-by", "anybody", "--demo-rate", "nan"], "nan"),
+        (["--demo-by", "anybody", "--demo", "a.parquet"], "--demo is a demonstration"),
+    ],
+)
+def test_a_person_that_cannot_demonstrate_is_misuse(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["read", *FEW, *words]) == 2
+    assert message in capsys.readouterr().err

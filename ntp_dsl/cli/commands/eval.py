@@ -12,7 +12,9 @@ from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    DemoBy,
     DemoNoise,
+    DemoRate,
     DispatchBy,
     Json,
     Length,
@@ -28,6 +30,7 @@ from ntp_dsl.cli.options import (
     Topology,
     Workers,
     WorldName,
+    shown_at,
     varied,
 )
 from ntp_dsl.common.signals import uninterrupted
@@ -52,6 +55,8 @@ def command(
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
     demo_noise: DemoNoise = 0.0,
+    demo_by: DemoBy = None,
+    demo_rate: DemoRate = None,
     tasks: Annotated[
         Path | None,
         typer.Option(
@@ -89,6 +94,8 @@ def command(
         ranges,
         arm=arm,
         demo_noise=demo_noise,
+        demo_by=demo_by,
+        demo_rate=shown_at(demo_by, demo_rate),
         dispatch=dispatch,
     )
     done: list[Episode] = []

@@ -9,7 +9,7 @@ import typer
 
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
-from ntp_dsl.cli.options import Json, Library, Model, Seed, Task
+from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration import check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
@@ -27,6 +27,9 @@ def command(
     ] = None,
     model: Model = None,
     seed: Seed = 0,
+    demo_noise: DemoNoise = 0.0,
+    demo_by: DemoBy = None,
+    demo_rate: DemoRate = None,
     json: Json = False,
 ) -> int:
     """Print what a demonstration says: the lists that the task's program is to be called with.
@@ -38,7 +41,11 @@ def command(
     """
     from ntp_dsl.core.models import OneCoreModel, open_model
 
-    evaluator = Evaluator(Plan(library, task, None, seed=seed))
+    if demo and (demo_noise or demo_by):
+        raise NtpError("--demo is a demonstration, and --demo-noise and --demo-by say how to make one")
+    rate = shown_at(demo_by, demo_rate)
+    plan = Plan(library, task, None, seed=seed, demo_noise=demo_noise, demo_by=demo_by, demo_rate=rate)
+    evaluator = Evaluator(plan)
     registry, instance = evaluator.registry, evaluator.instance(0)
     found = open_model(model_or_shipped(model), registry, instance.program)
     if not isinstance(found, OneCoreModel):

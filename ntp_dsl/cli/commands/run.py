@@ -12,7 +12,9 @@ from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    DemoBy,
     DemoNoise,
+    DemoRate,
     DispatchBy,
     Gui,
     Json,
@@ -28,6 +30,7 @@ from ntp_dsl.cli.options import (
     Task,
     Topology,
     WorldName,
+    shown_at,
     varied,
 )
 from ntp_dsl.common.files import episode_files
@@ -60,6 +63,8 @@ def command(
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
     demo_noise: DemoNoise = 0.0,
+    demo_by: DemoBy = None,
+    demo_rate: DemoRate = None,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -78,8 +83,9 @@ def command(
     """
     if expert and demo:
         raise NtpError("--expert needs no --demo: the scripted expert decides")
-    if demo_noise and (demo or goal):
-        raise NtpError("--demo-noise is for a demonstration that the expert records: omit it")
+    if (demo_noise or demo_by) and (demo or goal):
+        given = "--demo-noise" if demo_noise else "--demo-by"
+        raise NtpError(f"{given} is for a demonstration that is recorded now: omit it")
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
@@ -97,6 +103,8 @@ def command(
         gui=gui,
         arm=arm,
         demo_noise=demo_noise,
+        demo_by=demo_by,
+        demo_rate=shown_at(demo_by, demo_rate),
         dispatch=dispatch,
         goal=goal,
     )

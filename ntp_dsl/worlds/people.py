@@ -1,0 +1,260 @@
+"""Simulated people, who show a task by hand: they tremble, pause, miss, think twice, and nudge things."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from types import MappingProxyType
+
+import numpy as np
+
+from ntp_dsl.semantics.free_space import free_places
+from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.worlds.kinematic import HOME, HOVER, KinematicWorld
+from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Outcome, Scene
+
+RATE = 30.0  # frames a second, of a common camera
+CORRELATION = 0.05  # of a tremor, the time in which it forgets [s]
+PAUSE = (0.2, 1.5)  # [s]
+BEYOND = 0.03  # a goal, at most, where a motion overshoots [m]
+LIFT = 0.01  # of a first grasp that is let go again [m]
+CHANCE = 0.4  # of a habit to show, wherever it can
+NUDGE = (0.015, 0.04)  # by which a stray motion pushes an object [m]
+NEAR = 0.15  # the way of the hand, seen from above, where it pushes objects [m]
+ROOM = 0.01  # that a nudged object keeps from others [m]
+
+
+class Person(StrEnum):
+    """Kinds of people, by what they do."""
+
+    STEADY = "steady"
+    TREMOR = "tremor"
+    PAUSES = "pauses"
+    OVERSHOOTS = "overshoots"
+    REGRASPS = "regrasps"
+    FALSE_STARTS = "false-starts"
+    OFF_CENTRE = "off-centre"
+    LOW_LIFTS = "low-lifts"
+    GOES_HOME = "goes-home"
+    SECOND_THOUGHTS = "second-thoughts"
+    NUDGES = "nudges"
+    ANYBODY = "anybody"  # some of each
+
+
+@dataclass(frozen=True)
+class Habits:
+    """How a person moves. Probabilities are of each motion, grasp or placement."""
+
+    tremor: float = 0.0  # standard deviation of the hand's position [m]
+    pauses: float = 0.0
+    overshoots: float = 0.0
+    regrasps: float = 0.0  # lets go and grasps again
+    false_starts: float = 0.0  # reaches for another object first
+    off_centre: float = 0.0  # of a grasp, at most along each axis [m]
+    hover: float = HOVER  # over what is lifted, or put down [m]
+    goes_home: float = 0.0  # between two placements
+    second_thoughts: float = 0.0  # puts an object in another place first, and then where it belongs
+    nudges: float = 0.0  # pushes an object that it passes
+
+
+HABITS: Mapping[Person, Habits] = MappingProxyType(
+    {
+        Person.STEADY: Habits(),
+        Person.TREMOR: Habits(tremor=0.002),
+        Person.PAUSES: Habits(pauses=CHANCE),
+        Person.OVERSHOOTS: Habits(overshoots=CHANCE),
+        Person.REGRASPS: Habits(regrasps=CHANCE),
+        Person.FALSE_STARTS: Habits(false_starts=CHANCE),
+        Person.OFF_CENTRE: Habits(off_centre=0.01),
+        Person.LOW_LIFTS: Habits(hover=0.04),
+        Person.GOES_HOME: Habits(goes_home=CHANCE),
+        Person.SECOND_THOUGHTS: Habits(second_thoughts=CHANCE),
+        Person.NUDGES: Habits(nudges=CHANCE),
+        Person.ANYBODY: Habits(
+            tremor=0.001,
+            pauses=0.15,
+            overshoots=0.15,
+            regrasps=0.1,
+            false_starts=0.1,
+            off_centre=0.007,
+            hover=0.05,
+            goes_home=0.3,
+            second_thoughts=0.1,
+            nudges=0.1,
+        ),
+    }
+)
+
+
+class PersonWorld(KinematicWorld):
+    """The kinematic world, in which the tool is moved as a person's hand moves.
+
+    Args:
+        rate: frames a second.
+    """
+
+    def __init__(self, person: Person = Person.ANYBODY, rate: float = RATE) -> None:
+        super().__init__()
+        self.habits = HABITS[person]
+        self.frame_seconds, self.hover = 1 / rate, self.habits.hover
+
+    def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
+        super().reset(scene, seed, disturbances)
+        self._person = np.random.default_rng((seed, 5))
+        self._tremble = np.zeros(3)
+        self._trembled = 0.0
+
+    # Looks --------------------------------------------------------------------------------------
+
+    def _emit(self) -> None:
+        if self.on_frame is not None:
+            self.on_frame(self._trembling(self.observe()))
+
+    def _trembling(self, seen: Observation) -> Observation:
+        """Return a look at the trembling hand, with what it holds."""
+        if not self.habits.tremor:
+            return seen
+        kept = float(np.exp(-(self._time - self._trembled) / CORRELATION))
+        self._trembled = self._time
+        fresh = self._person.normal(0, self.habits.tremor, 3)
+        self._tremble = kept * self._tremble + np.sqrt(1 - kept**2) * fresh
+        positions = dict(seen.positions)
+        for name in (self._held, *self._load) if self._held is not None else ():
+            positions[name] = _shifted(positions[name], self._tremble)
+        return replace(seen, positions=positions, gripper=_shifted(seen.gripper, self._tremble))
+
+    # Motions ------------------------------------------------------------------------------------
+
+    def _does(self, chance: float) -> bool:
+        return bool(self._person.random() < chance)
+
+    def _travel(self, goal: Vector) -> None:
+        if self._does(self.habits.pauses):
+            self._wait(float(self._person.uniform(*PAUSE)))
+        if self._does(self.habits.nudges):
+            self._nudge(goal)
+        if self._does(self.habits.overshoots):
+            way = np.array(goal) - np.array(self._gripper)
+            length = float(np.linalg.norm(way))
+            if length > 2 * BEYOND and abs(way[2]) < 0.5 * length:  # nobody pushes through the table
+                super()._travel(_shifted(goal, way / length * self._person.uniform(0.3, 1) * BEYOND))
+        super()._travel(goal)
+
+    def _wait(self, seconds: float) -> None:
+        began = self._time
+        for moment in np.arange(self.frame_seconds, seconds, self.frame_seconds):
+            self._time = began + float(moment)
+            self._emit()
+        self._time = began + seconds
+
+    def _nudge(self, goal: Vector) -> None:
+        """Push an object on the table that lies by the way."""
+        start, end = np.array(self._gripper[:2]), np.array(goal[:2])
+        near = [
+            name for name in self._items if self._is_loose(name) and self._from_way(name, start, end) < NEAR
+        ]
+        if not near:
+            return
+        name = near[int(self._person.integers(len(near)))]
+        angle, reach = self._person.uniform(0, 2 * np.pi), self._person.uniform(*NUDGE)
+        shift = np.array([reach * np.cos(angle), reach * np.sin(angle), 0.0])
+        x, y, _ = _shifted(self._positions[name], shift)
+        if self._within_reach(x, y, (x, y)) == (x, y) and self._has_room(name, x, y):
+            self._positions[name] = _shifted(self._positions[name], shift)
+            self._emit()
+
+    def _is_loose(self, name: str) -> bool:
+        """Return whether an object lies on the table, and bears nothing."""
+        low = self._positions[name][2] - self._items[name].size[2] / 2
+        bears = any(self._on_top_of(other, name) for other in self._items)
+        return name != self._held and abs(low) < 0.002 and not bears and not self._contents(name)
+
+    def _from_way(self, name: str, start: np.ndarray, end: np.ndarray) -> float:
+        way, at = end - start, np.array(self._positions[name][:2]) - start
+        share = float(np.clip(way @ at / max(float(way @ way), 1e-9), 0, 1))
+        return float(np.linalg.norm(at - share * way))
+
+    def _has_room(self, name: str, x: float, y: float) -> bool:
+        return all(self._overlap(name, (x, y), other) < -ROOM for other in self._solid if other != name)
+
+    # Grasps and placements ----------------------------------------------------------------------
+
+    def _grip(self, target: str) -> Vector:
+        x, y, z = super()._grip(target)
+        if self._items[target].cavity is not None:
+            return x, y, z
+        dx, dy = self._person.uniform(-1, 1, 2) * self.habits.off_centre
+        return x + float(dx), y + float(dy), z
+
+    def _pick_up(self, target: str, grip: Vector) -> None:
+        back = self._gripper
+        if self._does(self.habits.regrasps):
+            self._travel(grip)
+            self._hold(target)
+            self._wait(0.3)
+            if self._does(0.5):
+                KinematicWorld._travel(self, _shifted(grip, np.array([0, 0, LIFT])))
+                KinematicWorld._travel(self, grip)
+            self._let_go()
+            self._wait(0.3)
+            super()._pick_up(target, grip)
+            self._travel(back)
+            return
+        super()._pick_up(target, grip)
+
+    def _let_go(self) -> None:
+        self._held, self._closed, self._load = None, False, []
+        self._emit()
+
+    def _move_to(self, target: str) -> Outcome:
+        if target in self._positions and target != self._held:
+            if self._held is None and self._does(self.habits.false_starts):
+                self._reach_for_another(target)
+            elif self._held is not None and self._does(self.habits.second_thoughts):
+                self._try_elsewhere(target)
+        return super()._move_to(target)
+
+    def _reach_for_another(self, target: str) -> None:
+        others = [name for name in self._items if name != target]
+        if others:
+            other = others[int(self._person.integers(len(others)))]
+            above = self._hover(other)
+            share = float(self._person.uniform(0.4, 1))
+            self._travel(_shifted(self._gripper, share * (np.array(above) - np.array(self._gripper))))
+            self._wait(float(self._person.uniform(0.1, 0.5)))
+
+    def _try_elsewhere(self, target: str) -> None:
+        """Put down what is held where it does not belong, and take it up again."""
+        item = self._held
+        table = next((o.name for o in self._objects if o.flat and o.name not in self._solid), None)
+        if item is None or table is None:
+            return
+        places = free_places(self.truth(), table, self._regions)
+        if not places:
+            return
+        place = places[int(self._person.integers(min(len(places), 20)))]
+        above = self._above(*place, self._top(table))
+        self._travel(above)
+        x, y, z = self._positions[item]
+        down = self._resting_height(item, x, y) - z
+        self._travel(_shifted(self._gripper, np.array([0, 0, down])))
+        self._let_go()
+        self._travel(above)
+        self._wait(0.4)
+        if self._does(self.habits.goes_home):
+            self._travel(HOME)
+        over = self._hover(item)
+        self._travel(over)
+        self._pick_up(item, self._grip(item))
+
+    def _release(self) -> Outcome:
+        outcome = super()._release()
+        if self._does(self.habits.goes_home):
+            self._travel(HOME)
+        return outcome
+
+
+def _shifted(position: Vector, shift: np.ndarray) -> Vector:
+    return (position[0] + float(shift[0]), position[1] + float(shift[1]), position[2] + float(shift[2]))

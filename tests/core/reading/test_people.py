@@ -1,0 +1,23 @@
+"""The same list is read whoever demonstrates, and whatever the camera's rate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from one_core_samples import library, read
+
+from ntp_dsl.api import demonstrate, draw
+from ntp_dsl.demonstrations.demonstration import noisy
+from ntp_dsl.worlds.people import Person, PersonWorld
+
+TASKS = {"block_stacking": "block_stacking", "table_cleanup": "three_and_three", "seating": "seating"}
+
+
+@pytest.mark.parametrize("person", Person)
+@pytest.mark.parametrize("name", TASKS)
+def test_what_a_person_shows_is_read_at_every_rate(name: str, person: Person) -> None:
+    task = draw(library(name), TASKS[name], seed=5)
+    for number, rate in enumerate((10.0, 30.0, 100.0)):
+        shown = demonstrate(task, PersonWorld(person, rate)).demonstration
+        seen = noisy(shown, 0.003, np.random.default_rng((5, number)))
+        assert read(task, seen).arguments == task.instance.arguments, (name, person, rate)
