@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ntp_dsl.core.perception.steadied import Steadied
+from ntp_dsl.core.reading.likelihood import Perceive, Places, places
 from ntp_dsl.demonstrations.demonstration import Scope
-from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
 LOOKS = 5  # between its arrival and the act, at most
-
-Perceive = Callable[[Sequence[Observation]], Sequence[State]]
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,10 @@ class Moments:
             yield end - 1
         for act in self.acts:
             yield from (act.start, *act.before[:2])
+
+    def beside(self, frame: int, item: str) -> Places:
+        """Return the states that a frame would show if an object lay a little beside where it does."""
+        return places(self.state(frame), item, self._perceive)
 
     def within(self, scope: Scope) -> Moments:
         """Return those of a part of this part."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, islice, permutations, product
+from math import prod
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
@@ -18,10 +20,23 @@ from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
+MUCH = 2.0  # times as likely, another element takes the place of one that explains as much
+UNLIKELY = 0.02  # others are not worth a word
+RIVALS = 12  # candidates that are tried in an element's place
 TRIES = 300  # of other lists, between two improvements
 
 
 Longer = Callable[[Sequence[Candidate], Candidate], list[Candidate]]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """An element of a list that may be another, and how probable each is."""
+
+    parameter: str
+    number: int  # of the element, in its list
+    probability: float
+    others: tuple[tuple[Element, float], ...]  # the most probable first
 
 
 @dataclass(frozen=True)
@@ -33,6 +48,12 @@ class Reading:
     explained: int  # acts of the hand
     acts: int
     unshown: tuple[str, ...] = ()  # fields of which no contract says anything
+    doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
+
+    @property
+    def probability(self) -> float:
+        """Return how probable it is that no element should be one of those that explain as much."""
+        return prod(each.probability for each in self.doubts)
 
     @property
     def is_whole(self) -> bool:
@@ -80,12 +101,66 @@ class Reader:
                 reading = self._told(chosen)
             if reading.is_whole or not self._has_numbers():
                 break
-        return self._with_surprises(chosen, reading, found)
+        chosen = self._with_surprises(chosen, reading, found)
+        chosen, doubts = self._weighed(chosen, found)
+        return replace(self._told(chosen), doubts=doubts)
+
+    def _weighed(
+        self, chosen: list[Candidate], found: Sequence[Candidate]
+    ) -> tuple[list[Candidate], tuple[Doubt, ...]]:
+        """Return the elements, those that others fit better replaced by them, and which might be others."""
+        doubts: list[Doubt] = []
+        for place, each in enumerate(chosen):
+            rivals = self._rivals(chosen, place, found)
+            if not rivals:
+                continue
+            fits = self._likelihoods([each, *rivals])
+            best = max(range(len(fits)), key=fits.__getitem__)
+            if fits[best] > MUCH * fits[0]:
+                chosen = [*chosen[:place], rivals[best - 1], *chosen[place + 1 :]]
+            total = sum(fits)
+            shares = [(other, fit / total) for other, fit in zip([each, *rivals], fits, strict=True) if total]
+            others = [(o.element, share) for o, share in shares if o is not chosen[place]]
+            number = [c for c in chosen if c.parameter == each.parameter].index(chosen[place])
+            likely = tuple(sorted(others, key=lambda other: -other[1]))
+            if likely and likely[0][1] > UNLIKELY:
+                doubts.append(Doubt(each.parameter, number, 1 - sum(p for _, p in others), likely))
+        return chosen, tuple(doubts)
+
+    def _rivals(self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]) -> list[Candidate]:
+        """Return the candidates that come true with an element, and explain as much in its place."""
+        own = chosen[place]
+        same = [
+            each
+            for each in found
+            if each.rise == own.rise
+            and each.parameter == own.parameter
+            and each not in chosen
+            and _values(each.element) != _values(own.element)  # numbers are in the middle of what fits
+        ]
+        if not own.rise or not same:
+            return []
+        explained = self._told(chosen).explained
+        lists = ([*chosen[:place], each, *chosen[place + 1 :]] for each in same[:RIVALS])
+        pairs = zip(same, lists, strict=False)
+        return [each for each, changed in pairs if self._told(changed).explained >= explained]
+
+    def _likelihoods(self, some: Sequence[Candidate]) -> list[float]:
+        """Return how well elements fit that come true together: alike where nothing was moved."""
+        own = some[0]
+        before, after = self.moments.ends[own.rise - 1 : own.rise + 1]
+        moved = before.observation.held
+        contract = self._contracts[own.parameter]
+        facts = [contract.facts(each.element, after) for each in some]
+        if moved is None or moved == after.observation.held or all(each == facts[0] for each in facts):
+            return [1.0] * len(some)
+        beside = self.moments.beside(self.moments.phases[own.rise][1] - 1, moved)
+        return [beside.likelihood(partial(contract.holds, each.element)) for each in some]
 
     def _with_surprises(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
-    ) -> Reading:
-        """Return the reading, with elements that came true by no call's promise, and hardly by chance.
+    ) -> list[Candidate]:
+        """Return the elements, with others that came true by no call's promise, and hardly by chance.
 
         Where all acts are explained by less, what an element says may come true as if by chance: an object
         that is put down wherever there is room lies just where it belongs.
@@ -96,7 +171,7 @@ class Reader:
             more = self._told(self._with(chosen, each))
             if more.explained >= reading.explained:
                 chosen, reading = self._with(chosen, each), more
-        return reading
+        return chosen
 
     def _is_a_surprise(
         self, candidate: Candidate, chosen: Sequence[Candidate], root_call: DemonstratedCall
