@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from ntp_dsl.core.dispatch.evidence import rounded
 from ntp_dsl.core.perception.grounding import Grounding, ground_all
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.steadied import steadied
+from ntp_dsl.core.reading.candidates import Element
 from ntp_dsl.core.reading.moments import Moments
-from ntp_dsl.core.reading.reading import Reader, Reading
+from ntp_dsl.core.reading.reading import Doubt, Reader, Reading
 from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -93,7 +95,7 @@ class Shown:
         """Return the state that a frame shows."""
         return self._states.observation(frame)
 
-    def scope(self) -> Scope | None:
+    def scope(self) -> Scope:
         return 0, len(self.demonstration)
 
     def passed_on(self, arguments: Arguments) -> Arguments:
@@ -123,22 +125,41 @@ class Shown:
         lists = tuple(
             traced.ReadList(parameter.name, value) for parameter, value in pairs if isinstance(value, tuple)
         )
-        return traced.Reading(lists, reading.explained, reading.acts)
+        doubts = tuple(
+            traced.Doubt(
+                each.parameter,
+                each.number,
+                each.element,
+                rounded(each.probability),
+                tuple(traced.Other(element, rounded(share)) for element, share in each.others),
+                each.answer,
+            )
+            for each in reading.doubts
+        )
+        return traced.Reading(lists, reading.explained, reading.acts, doubts)
 
     def reading(self, program: str, arguments: Arguments, scope: Scope) -> Reading:
         """Return what a part of the demonstration says of a program's lists, and which calls it shows."""
         key = program, without_list_values(arguments), scope
         if key not in self._readings:
-            row = self.registry.programs[program]
-            if len(arguments) != len(row.parameters):
-                raise NtpError(
-                    f"'{program}' takes {len(row.parameters)} arguments, here are {len(arguments)}"
-                )
-            given = {
-                p.name: value for p, value in zip(row.parameters, arguments, strict=True) if not p.is_list
-            }
-            self._readings[key] = Reader(self.expert, row, given, self._moments.within(scope)).read()
+            self._readings[key] = self._reader(program, arguments, scope).read()
         return self._readings[key]
+
+    def settle(
+        self, program: str, arguments: Arguments, scope: Scope, elements: Mapping[Doubt, Element]
+    ) -> None:
+        """Let a program's lists have the elements that somebody says are meant."""
+        reading = self.reading(program, arguments, scope)
+        settled = self._reader(program, arguments, scope).settled(reading, elements)
+        self._readings[program, without_list_values(arguments), scope] = settled
+
+    def _reader(self, program: str, arguments: Arguments, scope: Scope) -> Reader:
+        row = self.registry.programs[program]
+        if len(arguments) != len(row.parameters):
+            raise NtpError(f"'{program}' takes {len(row.parameters)} arguments, here are {len(arguments)}")
+        pairs = zip(row.parameters, arguments, strict=True)
+        given = {parameter.name: value for parameter, value in pairs if not parameter.is_list}
+        return Reader(self.expert, row, given, self._moments.within(scope))
 
     def _call(self, frame: Frame) -> DemonstratedCall | None:
         """Return the call that shows a running program: the root's, or one below of the same frames."""

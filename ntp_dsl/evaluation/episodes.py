@@ -149,6 +149,7 @@ class Evaluator:
         recorded: RecordedDemonstration | None = None,
         watch: Watcher | None = None,
         on_frame: OnFrame | None = None,
+        policy: Policy | None = None,
     ) -> Episode:
         """Run and judge an episode.
 
@@ -156,6 +157,7 @@ class Evaluator:
             recorded: the demonstration to use, with its goal; else the expert records one.
             watch: follows the calls.
             on_frame: called at every frame of the world.
+            policy: the one of the demonstration, by default.
         """
         instance = self.instance(number)
         attempts = 0
@@ -171,7 +173,7 @@ class Evaluator:
             done = carry_out(
                 self.registry,
                 instance,
-                self.policy(recorded),
+                policy or self.policy(recorded),
                 self.world,
                 writer,
                 self._header(instance, number, recorded),

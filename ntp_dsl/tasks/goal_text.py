@@ -39,14 +39,15 @@ def format_lists(registry: Registry, program: Callable, arguments: Sequence[Argu
     rows = []
     for parameter, value in zip(program.parameters, arguments, strict=True):
         if isinstance(value, tuple):
-            elements = [_format_element(registry, each) for each in value]
+            elements = [format_element(registry, each) for each in value]
             separator = ",\n    " if sum(map(len, elements)) > 90 else ", "
             start = "\n    " if "\n" in separator else " "
             rows.append(f"{parameter.name}:{start if elements else ''}{separator.join(elements)}\n")
     return "".join(rows)
 
 
-def _format_element(registry: Registry, element: Element) -> str:
+def format_element(registry: Registry, element: Element) -> str:
+    """Return an element of a list as text: a name, or a record's values in brackets."""
     if isinstance(element, str):
         return element
     types = {field.name: field.type for field in registry.records[element.type]}

@@ -67,12 +67,31 @@ class ReadList(Struct, frozen=True):
     elements: tuple[Argument, ...]
 
 
-class Reading(Struct, frozen=True):
+class Other(Struct, frozen=True):
+    """An element that a list may have instead of one that was read."""
+
+    element: Argument
+    probability: Probability
+
+
+class Doubt(Struct, frozen=True, omit_defaults=True):
+    """An element that may be another, as far as the demonstration shows."""
+
+    parameter: str
+    number: Count  # in its list
+    element: Argument
+    probability: Probability
+    others: tuple[Other, ...]
+    answer: Argument | None = None  # of whoever was asked which is meant
+
+
+class Reading(Struct, frozen=True, omit_defaults=True):
     """What a program reads from its scope of the demonstration, and how much that explains."""
 
     lists: tuple[ReadList, ...]
     explained: Count  # acts of the hand,
     acts: Count  # of so many
+    doubts: tuple[Doubt, ...] = ()
 
 
 class Answer(Struct, frozen=True, omit_defaults=True):

@@ -213,3 +213,38 @@ def test_a_person_that_cannot_demonstrate_is_misuse(
 ) -> None:
     assert run(["read", *FEW, *words]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_what_a_demonstration_leaves_open_is_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["run", str(DOMAINS / "bridges"), "bridges", *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
+    assert run(words) == 2  # nobody can be asked
+    asked = capsys.readouterr().err
+    assert asked.count("may be") == asked.count("--answer N") > 0
+    answers = ["--answer", "2"] * asked.count("may be")
+    assert run([*words, *answers, "--out", str(tmp_path)]) == 0
+    read = next(call.decision.read for call in read_trace(tmp_path / TRACE).calls if call.decision.read)
+    assert [each.answer for each in read.doubts] == [each.others[0].element for each in read.doubts]
+    assert [*read.lists[0].elements] == [each.answer for each in read.doubts]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--ask-below", "0.9", "--answer", "3", "--answer", "1"], "expected an answer from 1 to 2"),
+        (["--ask-below", "0.9", *["--answer", "1"] * 9], "9 answers to"),
+        (["--answer", "1"], "--answer goes with --ask-below"),
+        (["--ask-below", "2"], "--ask-below"),
+        (["--ask-below", "0.9", "--expert"], "leaves open"),
+    ],
+)
+def test_answers_that_do_not_fit_are_misuse(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["run", str(DOMAINS / "bridges"), "bridges", *KINEMATIC, "--seed", "3", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_nothing_is_asked_where_nothing_is_open(tmp_path: Path) -> None:
+    assert run(["run", *FEW, *KINEMATIC, "--ask-below", "1"]) == 0

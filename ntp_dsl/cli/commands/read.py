@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ntp_dsl.cli.asking import questions
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
@@ -15,7 +16,11 @@ from ntp_dsl.demonstrations.demonstration import check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.tasks.goal_text import format_lists
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.tasks.goal_text import format_element, format_lists
+
+if TYPE_CHECKING:
+    from ntp_dsl.core.reading.reading import Doubt
 
 
 def command(
@@ -35,7 +40,8 @@ def command(
     """Print what a demonstration says: the lists that the task's program is to be called with.
 
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
-    is explained by it. Exit status: 0 all of it, 1 some of it is not.
+    is explained by it; others, which elements may as well be others, and how probable each is. Exit status:
+    0 all of it is explained, 1 some of it is not.
 
     Example: ntp read block_stacking block_stacking --seed 3 > goal.txt
     """
@@ -75,6 +81,8 @@ def command(
                 "explained": reading.explained,
                 "acts": reading.acts,
                 "unshown": list(reading.unshown),
+                "probability": round(reading.probability, 4),
+                "doubts": [_doubt(registry, each) for each in reading.doubts],
             }
         )
     else:
@@ -82,6 +90,22 @@ def command(
         answers.print(f"# {reading.explained} of {acts} of the hand explained, by {program.name}")
         for field in reading.unshown:
             answers.print(f"# {field}: no contract shows it; the first value that explains as much is taken")
+        for question, _ in questions(registry, demonstration, reading.doubts):
+            for row in question.splitlines():
+                answers.print(f"# {row}")
         for row in text.splitlines():
             answers.print(printable(row))
     return int(not reading.is_whole)
+
+
+def _doubt(registry: Registry, doubt: Doubt) -> dict[str, object]:
+    return {
+        "list": doubt.parameter,
+        "number": doubt.number + 1,
+        "element": format_element(registry, doubt.element),
+        "probability": round(doubt.probability, 4),
+        "others": [
+            {"element": format_element(registry, element), "probability": round(chance, 4)}
+            for element, chance in doubt.others
+        ],
+    }

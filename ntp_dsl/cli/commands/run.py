@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ntp_dsl.cli.asking import answered
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
@@ -30,16 +31,19 @@ from ntp_dsl.cli.options import (
     Task,
     Topology,
     WorldName,
+    rate,
     shown_at,
     varied,
 )
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
+from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.worlds.protocol import Disturbances
 
 
@@ -65,6 +69,15 @@ def command(
     demo_noise: DemoNoise = 0.0,
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
+    ask_below: Annotated[
+        float | None,
+        typer.Option(
+            min=0, max=1, callback=rate, help="Ask which element is meant where none is that probable."
+        ),
+    ] = None,
+    answer: Annotated[
+        list[int] | None, typer.Option(min=1, help="Answer to a question, by its number; once for each.")
+    ] = None,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -86,6 +99,10 @@ def command(
     if (demo_noise or demo_by) and (demo or goal):
         given = "--demo-noise" if demo_noise else "--demo-by"
         raise NtpError(f"{given} is for a demonstration that is recorded now: omit it")
+    if ask_below is not None and (goal or expert):
+        raise NtpError("--ask-below is for what a demonstration leaves open: omit it")
+    if answer and ask_below is None:
+        raise NtpError("--answer goes with --ask-below: say when to ask")
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
@@ -114,12 +131,39 @@ def command(
     )
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
-    run_episode(evaluator, recorded, out, json)
+    policy = None
+    if ask_below is not None:
+        if recorded is None:
+            recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+        policy = evaluator.policy(recorded)
+        _ask(evaluator, policy, recorded.demonstration, ask_below, answer or [])
+    run_episode(evaluator, recorded, out, json, policy)
     return 0
 
 
+def _ask(
+    evaluator: Evaluator, policy: Policy, shown: Demonstration, threshold: float, answers: list[int]
+) -> None:
+    """Ask which elements of the program's lists are meant, where the demonstration does not tell."""
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+        raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
+    instance, source = evaluator.instance(0), policy.source
+    scope = source.scope()
+    reading = source.reading(instance.program, instance.arguments, scope)
+    doubts = [each for each in reading.doubts if each.probability < threshold]
+    meant = answered(evaluator.registry, shown, doubts, answers)
+    source.settle(instance.program, instance.arguments, scope, meant)
+
+
 def run_episode(
-    evaluator: Evaluator, recorded: RecordedDemonstration | None, out: Path | None, json: bool
+    evaluator: Evaluator,
+    recorded: RecordedDemonstration | None,
+    out: Path | None,
+    json: bool,
+    policy: Policy | None = None,
 ) -> None:
     """Run one episode and show its calls. Raises `TaskFailed` with the reason where it fails."""
     camera = _camera(evaluator, out)
@@ -128,6 +172,7 @@ def run_episode(
         recorded,
         watch=None if json else LiveTree(evaluator.registry),
         on_frame=camera.frame if camera else None,
+        policy=policy,
     )
     files = []
     if out is not None:

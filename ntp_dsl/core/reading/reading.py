@@ -35,8 +35,11 @@ class Doubt:
 
     parameter: str
     number: int  # of the element, in its list
+    frame: int  # from which on it holds
+    element: Element
     probability: float
     others: tuple[tuple[Element, float], ...]  # the most probable first
+    answer: Element | None = None  # of whoever was asked
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class Reading:
     @property
     def probability(self) -> float:
         """Return how probable it is that no element should be one of those that explain as much."""
-        return prod(each.probability for each in self.doubts)
+        return prod(each.probability for each in self.doubts if each.answer is None)
 
     @property
     def is_whole(self) -> bool:
@@ -105,6 +108,18 @@ class Reader:
         chosen, doubts = self._weighed(chosen, found)
         return replace(self._told(chosen), doubts=doubts)
 
+    def settled(self, reading: Reading, elements: Mapping[Doubt, Element]) -> Reading:
+        """Return a reading in which somebody has said which elements are meant."""
+        said = {(doubt.parameter, doubt.number): element for doubt, element in elements.items()}
+        chosen = [
+            Candidate(parameter.name, said.get((parameter.name, number), element), 0)
+            for parameter, value in zip(self.program.parameters, reading.arguments, strict=True)
+            if isinstance(value, tuple)
+            for number, element in enumerate(value)
+        ]
+        doubts = tuple(replace(each, answer=elements.get(each)) for each in reading.doubts)
+        return replace(self._told(chosen), doubts=doubts)
+
     def _weighed(
         self, chosen: list[Candidate], found: Sequence[Candidate]
     ) -> tuple[list[Candidate], tuple[Doubt, ...]]:
@@ -124,7 +139,8 @@ class Reader:
             number = [c for c in chosen if c.parameter == each.parameter].index(chosen[place])
             likely = tuple(sorted(others, key=lambda other: -other[1]))
             if likely and likely[0][1] > UNLIKELY:
-                doubts.append(Doubt(each.parameter, number, 1 - sum(p for _, p in others), likely))
+                frame, share = self.moments.phases[each.rise][0], 1 - sum(p for _, p in others)
+                doubts.append(Doubt(each.parameter, number, frame, chosen[place].element, share, likely))
         return chosen, tuple(doubts)
 
     def _rivals(self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]) -> list[Candidate]:
