@@ -11,7 +11,7 @@ import typer
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.decision import Dispatch
-from ntp_dsl.worlds.people import RATE, Person
+from ntp_dsl.worlds.habits import RATE, Person
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 

@@ -37,7 +37,8 @@ from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import equip, make_world
-from ntp_dsl.worlds.people import RATE, Person, PersonWorld
+from ntp_dsl.worlds.habits import RATE, Person
+from ntp_dsl.worlds.people import PersonWorld
 from ntp_dsl.worlds.protocol import Disturbances
 
 

@@ -8,7 +8,8 @@ import pytest
 import ntp_dsl
 from ntp_dsl.api import Task
 from ntp_dsl.demonstrations.demonstration import Demonstration
-from ntp_dsl.worlds.people import Person, PersonWorld
+from ntp_dsl.worlds.habits import Person
+from ntp_dsl.worlds.people import PersonWorld
 
 
 @pytest.fixture(scope="module")

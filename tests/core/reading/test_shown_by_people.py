@@ -8,7 +8,8 @@ from one_core_samples import library, read
 
 from ntp_dsl.api import demonstrate, draw
 from ntp_dsl.demonstrations.demonstration import noisy
-from ntp_dsl.worlds.people import Person, PersonWorld
+from ntp_dsl.worlds.habits import Person
+from ntp_dsl.worlds.people import PersonWorld
 
 TASKS = {"block_stacking": "block_stacking", "table_cleanup": "three_and_three", "seating": "seating"}
 
