@@ -11,7 +11,11 @@ from ntp_dsl.demonstrations.demonstration import noisy
 from ntp_dsl.worlds.habits import Person
 from ntp_dsl.worlds.people import PersonWorld
 
-TASKS = {"block_stacking": "block_stacking", "table_cleanup": "three_and_three", "set_the_table": "set_the_table"}
+TASKS = {
+    "block_stacking": "block_stacking",
+    "table_cleanup": "three_and_three",
+    "set_the_table": "set_the_table",
+}
 
 
 @pytest.mark.parametrize("person", Person)
