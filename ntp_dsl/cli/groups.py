@@ -41,6 +41,7 @@ COMMANDS: Table = {
         "coverage": "Show a library's source with figures from many traces at each line.",
         "export": "Export traces to Perfetto, speedscope or rerun.",
     },
+    "import-demo": "Convert a table of poses into a demonstration.",
     "import-vat": "Convert a task file of the paper's authors to our own format.",
 }
 GROUPS = {

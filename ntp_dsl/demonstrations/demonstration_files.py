@@ -95,7 +95,7 @@ def read_demonstration(path: Path | str, scene: Sequence[SceneObject] = ()) -> D
                 found = _present_version(table, objects, header.origin if header else UNKNOWN)
     except Unreadable as error:
         raise NtpError(f"{path}: the demonstration lacks a column or a field: {error}") from error
-    return _checked(found, path)
+    return checked(found, path)
 
 
 def _table(path: Path) -> Any:
@@ -196,7 +196,8 @@ def _positions(table: Any, obj: SceneObject) -> NDArray[np.float64]:
     return np.tile(np.array(still[obj.name]), (table.num_rows, 1))
 
 
-def _checked(found: Demonstration, path: Path) -> Demonstration:
+def checked(found: Demonstration, path: Path) -> Demonstration:
+    """Return a demonstration that is possible. Raises `NtpError` for any other."""
     if fault := _fault(found):
         raise NtpError(f"{path}: {fault}")
     return found

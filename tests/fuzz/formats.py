@@ -24,6 +24,7 @@ from ntp_dsl.core.per_library.model import Core
 from ntp_dsl.datasets.manifest import MANIFEST, read_manifest, recorded_files
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
+from ntp_dsl.demonstrations.foreign_tables import imported, read_map, template
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.tasks.goal_text import read_lists
 from ntp_dsl.tasks.task_files import read_tasks
@@ -67,6 +68,7 @@ def formats(registry: Registry, folder: Path) -> dict[str, Format]:
         "checkpoint": Format("a.safetensors", core.read_bytes(), _safetensors(core.read_bytes()), load_core),
         "core": Format("a.safetensors", one, _safetensors(one), load_one_core),
         "goal": _goal(registry, read_demonstration(shown)),
+        **_poses(folder, read_demonstration(shown)),
         "tasks": _document("a.json", TASKS, read_tasks),
         "authors_tasks": _document("a.json", AUTHORS, read_tasks),
         "manifest": _document(MANIFEST, json.loads(manifest), manifests),
@@ -127,6 +129,32 @@ def _goal(registry: Registry, shown: Demonstration) -> Format:
         lambda chance: mutated_bytes(chance, text),
         lambda path: read_lists(path, registry, program, shown.objects),
     )
+
+
+def _poses(folder: Path, shown: Demonstration) -> dict[str, Format]:
+    """Return a table of poses, and its map."""
+    scene = shown.objects
+    text = template(scene)
+    names = [name for row in text.splitlines() if row.startswith("position") for name in row.split('"')[1::2]]
+    rows = [["time", "closed", *names], *([k / 10, k % 2, *[0.1 * k] * len(names)] for k in range(4))]
+    table = "\n".join(",".join(map(str, row)) for row in rows).encode()
+    (folder / "poses.csv").write_bytes(table)
+    (folder / "map.toml").write_text(text)
+    told = read_map(folder / "map.toml")
+    return {
+        "poses": Format(
+            "a.csv",
+            table,
+            lambda chance: mutated_bytes(chance, table),
+            lambda path: imported(path, told, scene),
+        ),
+        "map": Format(
+            "a.toml",
+            text.encode(),
+            lambda chance: mutated_bytes(chance, text.encode()),
+            lambda path: imported(folder / "poses.csv", read_map(path), scene),
+        ),
+    }
 
 
 def _document(name: str, document: Any, read: Callable[[Path], object]) -> Format:

@@ -17,7 +17,7 @@ CASES, SOAK_CASES = 100, 10_000
 LONGEST_WAIT = 5.0  # [s]
 NAMES = [
     "trace", "trace_2", "demonstration", "demonstration_1", "checkpoint", "core", "goal", "tasks",
-    "authors_tasks", "manifest", "manifest_1",
+    "authors_tasks", "manifest", "manifest_1", "poses", "map",
 ]  # fmt: skip
 
 
