@@ -66,7 +66,7 @@ def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[T
         return expected if is_number else TypeName("number")
     if number.unit in UNITS:
         return TypeName(UNITS[number.unit][0])
-    span = _unit_span(number)
+    span = number.span if number.is_unit_shared else trailing_span(number.span, number.unit)
     kinds = [unit for unit, (kind, _) in UNITS.items() if expected and kind == expected.name]
     meant = in_our_units(number.value, number.unit)
     if meant is not None and meant.unit in (kinds or UNITS):
@@ -85,16 +85,11 @@ def _foreign_unit(number: nodes.Number, meant: nodes.Number, span: Span) -> Diag
     """Write the same quantity in a unit of the language."""
     text = format_expression(meant)
     if meant.value == number.value:
+        new = text if number.is_unit_shared else meant.unit
         message = f"there is no unit '{number.unit}'; it is written '{meant.unit}'"
-        return Diagnostic("E107", message, span, fix=Fix(number.span, text, certain=True))
+        return Diagnostic("E107", message, span, fix=Fix(span, new, certain=True))
     message = f"there is no unit '{number.unit}'; this is '{text}'"
     return Diagnostic("E107", message, span, fix=Fix(number.span, text, certain=True))
-
-
-def _unit_span(number: nodes.Number) -> Span:
-    """Return where the unit is written; all of a lower bound that has the unit of the upper one."""
-    width = number.span.end_column - number.span.column
-    return trailing_span(number.span, number.unit) if width > len(number.unit) else number.span
 
 
 def check_parameters(table: SymbolTable, parameters: Sequence[nodes.Parameter]) -> Checked[Names]:

@@ -57,6 +57,7 @@ class Number(Node):
 
     value: float
     unit: str = ""
+    is_unit_shared: bool = field(default=False, compare=False, repr=False)  # with a range's upper bound
 
 
 @dataclass(frozen=True)
