@@ -77,11 +77,20 @@ class ListContract:
         """Return the fields of an element that the contract never mentions."""
         if not self._declared[0]:
             return []
-        parts = [
-            each for part in self.parts for condition in self._conditions(part) for each in walk(condition)
-        ]
-        used = {each.name for each in parts if isinstance(each, nodes.Field)}
+        inner = [each for part in self.parts for said in self._conditions(part) for each in walk(said)]
+        used = {each.name for each in inner if isinstance(each, nodes.Field)}
+        if any(self._is_of_whole_records(each) for each in inner):
+            return []
         return [name for name in self._declared if name not in used]
+
+    def _is_of_whole_records(self, said: object) -> bool:
+        """Return whether a predicate that is not taken apart takes elements as a whole."""
+        if not isinstance(said, nodes.Atom):
+            return False
+        declared = self.registry.predicates.get(said.predicate)
+        if declared is None or [*self._unfolded(said)] != [said]:
+            return False
+        return any(each.type.name == self.parameter.type for each in declared.parameters)
 
     def _conditions(self, part: nodes.Expression) -> Iterator[nodes.Expression]:
         """Yield a part of the contract, and its conditions with composed predicates taken apart."""

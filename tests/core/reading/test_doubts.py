@@ -80,3 +80,8 @@ def test_things_are_put_in_the_middle_rather_than_at_the_margin(near: float, fur
 def test_the_narrower_of_two_elements_that_hold_is_the_likelier() -> None:
     wide, narrow = (about(0.001).likelihood(within(radius)) for radius in (0.03, 0.006))  # type: ignore[arg-type]
     assert narrow > wide
+
+
+@pytest.mark.parametrize(("name", "unshown"), [("lorry", ()), ("unpacking", ()), ("hanoi", ())])
+def test_a_predicate_over_whole_records_may_show_any_field(name: str, unshown: tuple[str, ...]) -> None:
+    assert read(*shown(name, 3)).unshown == unshown
