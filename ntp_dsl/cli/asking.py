@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -34,6 +34,10 @@ def questions(
         ]
         time = float(demonstration.times[doubt.frame])
         head = f"element {doubt.number + 1} of '{doubt.parameter}', shown at {time:.1f} s, may be"
+        more = len(doubt.others) + 1 - len(offered)
+        rows += [f"  and {counted(more, 'other')} that {'is' if more == 1 else 'are'} less probable"] * (
+            more > 0
+        )
         yield "\n".join([head, *rows]), [element for element, _ in offered]
 
 
@@ -46,18 +50,28 @@ def answered(
     """
     asked = list(questions(registry, demonstration, doubts))
     if len(answers) > len(asked):
-        raise NtpError(f"--answer: {len(answers)} answers to {len(asked) or 'no'} questions")
-    if len(answers) < len(asked) and not sys.stdin.isatty():
-        text = "\n".join(question for question, _ in asked)
-        raise NtpError(f"{text}\nnobody can be asked here: add {'--answer N ' * len(asked)}".rstrip())
-    found: dict[Doubt, Element] = {}
-    for number, (doubt, (question, offered)) in enumerate(zip(doubts, asked, strict=True)):
-        if number < len(answers):
-            choice = answers[number]
-        else:
-            typer.echo(question, err=True)
-            choice = typer.prompt("which is meant?", default=1, type=int, err=True)
-        if not 1 <= choice <= len(offered):
-            raise NtpError(f"{question}\nexpected an answer from 1 to {len(offered)}, found {choice}")
-        found[doubt] = offered[choice - 1]
-    return found
+        raise NtpError(f"--answer: expected at most {counted(len(asked), 'answer')}, found {len(answers)}")
+    for (question, offered), answer in zip(asked, answers, strict=False):
+        if answer > len(offered):
+            raise NtpError(f"{question}\nexpected an answer from 1 to {len(offered)}, found {answer}")
+    left = asked[len(answers) :]
+    if left and not sys.stdin.isatty():
+        text = "\n".join(question for question, _ in left)
+        raise NtpError(f"{text}\nnobody can be asked here: add {' '.join(['--answer N'] * len(left))}")
+    choices = [*answers, *(_choice(question, len(offered)) for question, offered in left)]
+    return {
+        doubt: offered[choice - 1] for doubt, (_, offered), choice in zip(doubts, asked, choices, strict=True)
+    }
+
+
+def _choice(question: str, count: int) -> int:
+    """Ask until an offered number is given. Raises `NtpError` where the input ends."""
+    typer.echo(question, err=True)
+    while True:
+        try:
+            choice: int = typer.prompt("which is meant?", default=1, type=int, err=True)
+        except typer.Abort as error:
+            raise NtpError("no answer was given, and nothing was done") from error
+        if 1 <= choice <= count:
+            return choice
+        typer.echo(f"expected a number from 1 to {count}", err=True)

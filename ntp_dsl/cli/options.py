@@ -23,8 +23,8 @@ def number(value: float) -> float:
     return value
 
 
-def rate(value: float | None) -> float | None:
-    """Return a rate that may be given. Raises `BadParameter` for NaN."""
+def optional_number(value: float | None) -> float | None:
+    """Return a number, or None. Raises `BadParameter` for NaN."""
     return None if value is None else number(value)
 
 
@@ -82,7 +82,9 @@ DemoBy = Annotated[
 ]
 DemoRate = Annotated[
     float | None,
-    typer.Option(min=2, max=1000, callback=rate, help="Frames a second with --demo-by.  [default: 30]"),
+    typer.Option(
+        min=2, max=1000, callback=optional_number, help="Frames a second with --demo-by.  [default: 30]"
+    ),
 ]
 Length = Annotated[
     str, typer.Option(metavar="N..M", help="Number of elements of a goal; overrides the task.")

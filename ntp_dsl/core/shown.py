@@ -80,7 +80,8 @@ class Shown:
         self._states = steadied(demonstration)
         self._moments = Moments(self._states, (0, len(demonstration)), self._perceive_all)
         self._readings: dict[tuple[str, Arguments, Scope], Reading] = {}
-        self._told: set[int] = set()  # readings that a trace has
+        self._answers: dict[tuple[int, frozenset[Element]], Element] = {}  # to doubts, by frame and offer
+        self._told: set[tuple[str, Arguments, Scope]] = set()  # readings that a trace has
 
     def perceive(self, seen: Observation) -> Perceived:
         return Perceived(self.registry, seen, self._network)
@@ -118,9 +119,10 @@ class Shown:
         if frame.scope is None or not row.takes_list:
             return None
         reading = self.reading(frame.program, frame.arguments, frame.scope)
-        if id(reading) in self._told:
+        key = frame.program, without_list_values(frame.arguments), frame.scope
+        if key in self._told:
             return None
-        self._told.add(id(reading))
+        self._told.add(key)
         pairs = zip(row.parameters, reading.arguments, strict=True)
         lists = tuple(
             traced.ReadList(parameter.name, value) for parameter, value in pairs if isinstance(value, tuple)
@@ -142,16 +144,35 @@ class Shown:
         """Return what a part of the demonstration says of a program's lists, and which calls it shows."""
         key = program, without_list_values(arguments), scope
         if key not in self._readings:
-            self._readings[key] = self._reader(program, arguments, scope).read()
+            reader = self._reader(program, arguments, scope)
+            found = reader.read()
+            said = {doubt: answer for doubt in found.doubts if (answer := self._answer(doubt)) is not None}
+            self._readings[key] = reader.settled(found, said) if said else found
         return self._readings[key]
 
     def settle(
-        self, program: str, arguments: Arguments, scope: Scope, elements: Mapping[Doubt, Element]
+        self, program: str, arguments: Arguments, scope: Scope, answers: Mapping[Doubt, Element]
     ) -> None:
-        """Let a program's lists have the elements that somebody says are meant."""
-        reading = self.reading(program, arguments, scope)
-        settled = self._reader(program, arguments, scope).settled(reading, elements)
-        self._readings[program, without_list_values(arguments), scope] = settled
+        """Let lists have the elements that somebody says are meant, of a program and of those it calls.
+
+        Raises `NtpError` where less of the demonstration is explained with them.
+        """
+        before = self.reading(program, arguments, scope)
+        self._answers |= {(doubt.frame, doubt.offered): element for doubt, element in answers.items()}
+        self._readings.clear()
+        after = self.reading(program, arguments, scope)
+        if after.explained < before.explained:
+            raise NtpError(
+                f"these answers together explain {after.explained} of {after.acts} acts of the hand, and the "
+                f"reading before {before.explained}: choose others"
+            )
+
+    def _answer(self, doubt: Doubt) -> Element | None:
+        """Return which of the elements that a program has in doubt somebody said is meant then."""
+        for (frame, offered), element in self._answers.items():
+            if frame == doubt.frame and element in doubt.offered and offered & doubt.offered:
+                return element
+        return None
 
     def _reader(self, program: str, arguments: Arguments, scope: Scope) -> Reader:
         row = self.registry.programs[program]

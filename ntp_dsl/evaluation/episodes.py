@@ -174,7 +174,7 @@ class Evaluator:
             done = carry_out(
                 self.registry,
                 instance,
-                policy or self.policy(recorded),
+                policy if policy is not None else self.policy(recorded),
                 self.world,
                 writer,
                 self._header(instance, number, recorded),
@@ -209,7 +209,13 @@ class Evaluator:
         if recorded is not None and self.plan.traces is not None:
             _, path = episode_files(self.plan.traces, number)
             write_demonstration(recorded.demonstration, path)
-            reference = recorded.trace_record(path.name)
+            by, rate = self.plan.demo_by, self.plan.demo_rate
+            reference = with_fields(
+                recorded.trace_record(path.name),
+                noise=self.plan.demo_noise,
+                by=by or "",
+                rate=rate if by else None,
+            )
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
             demonstration=reference,

@@ -134,6 +134,9 @@ class DemonstrationReference(Struct, frozen=True, omit_defaults=True, kw_only=Tr
     file: str  # beside the trace
     frames: Count
     calls: DemonstratedCall | None = None  # None where the demonstration was not recorded with its calls
+    noise: float = 0.0  # that was added to its positions, standard [m]
+    by: str = ""  # a simulated person
+    rate: float | None = None  # of a person's demonstration, frames a second
 
 
 class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults=True, kw_only=True):

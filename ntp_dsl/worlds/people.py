@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.free_space import free_places
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Observation
@@ -13,7 +15,7 @@ from ntp_dsl.worlds.habits import HABITS, RATE, Person
 from ntp_dsl.worlds.kinematic import HOME, KinematicWorld
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Outcome, Scene
 
-CORRELATION = 0.05  # of a tremor, the time in which it forgets [s]
+CORRELATION = 0.05  # time of a tremor [s]
 PAUSE = (0.2, 1.5)  # [s]
 BEYOND = 0.03  # a goal, at most, where a motion overshoots [m]
 LIFT = 0.01  # of a first grasp that is let go again [m]
@@ -27,16 +29,23 @@ class PersonWorld(KinematicWorld):
 
     Args:
         rate: frames a second.
+
+    Raises `NtpError` for an unknown person, and for a rate that is none.
     """
 
     def __init__(self, person: Person = Person.ANYBODY, rate: float = RATE) -> None:
         super().__init__()
+        if person not in HABITS:
+            raise NtpError(f"expected one of {', '.join(HABITS)}; found {person!r}")
+        if not 0 < rate < inf:
+            raise NtpError(f"rate: expected frames a second, found {rate}")
         self.habits = HABITS[person]
         self.frame_seconds, self.hover = 1 / rate, self.habits.hover
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         super().reset(scene, seed, disturbances)
         self._person = np.random.default_rng((seed, 5))
+        self._tremor = np.random.default_rng((seed, 6))  # of its own: what is done does not hang on the rate
         self._tremble = np.zeros(3)
         self._trembled = 0.0
 
@@ -52,7 +61,7 @@ class PersonWorld(KinematicWorld):
             return seen
         kept = float(np.exp(-(self._time - self._trembled) / CORRELATION))
         self._trembled = self._time
-        fresh = self._person.normal(0, self.habits.tremor, 3)
+        fresh = self._tremor.normal(0, self.habits.tremor, 3)
         self._tremble = kept * self._tremble + np.sqrt(1 - kept**2) * fresh
         positions = dict(seen.positions)
         for name in (self._held, *self._load) if self._held is not None else ():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.demonstrations.demonstration import Recorder
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.language.loader import load
+from ntp_dsl.semantics.observation import Record
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.worlds.catalogue import make_world
@@ -229,11 +231,35 @@ def test_what_a_demonstration_leaves_open_is_asked(
     assert [*read.lists[0].elements] == [each.answer for each in read.doubts]
 
 
+def test_an_answer_is_heeded_by_the_programs_that_a_list_is_passed_on_to(tmp_path: Path) -> None:
+    folder = tmp_path / "bridges"
+    copytree(DOMAINS / "bridges", folder)
+    text = (
+        (folder / "bridges.ntp")
+        .read_text()
+        .replace("build_all(goal)\n    success", "outer(goal)\n    success")
+    )
+    wrapper = """program outer(goal: list[Bridge]):
+    achieves all spans(b.plank, b.left, b.right) for b in goal
+    build_all(goal)
+
+"""
+    (folder / "bridges.ntp").write_text(text.replace("program build_all", f"{wrapper}program build_all"))
+    out = tmp_path / "out"
+    words = ["run", str(folder), "bridges", *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
+    assert run([*words, "--answer", "2", "--answer", "2", "--out", str(out)]) == 0
+    calls = read_trace(out / TRACE).calls
+    read = next(call.decision.read for call in calls if call.decision.read)
+    answers = [dict(each.answer.fields) for each in read.doubts if isinstance(each.answer, Record)]
+    spans = [call.arguments for call in calls if call.name == "move_between"]
+    assert spans == [(each["left"], each["right"]) for each in answers] and len(spans) == 2
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["--ask-below", "0.9", "--answer", "3", "--answer", "1"], "expected an answer from 1 to 2"),
-        (["--ask-below", "0.9", *["--answer", "1"] * 9], "9 answers to"),
+        (["--ask-below", "0.9", *["--answer", "1"] * 9], "expected at most 2 answers, found 9"),
         (["--answer", "1"], "--answer goes with --ask-below"),
         (["--ask-below", "2"], "--ask-below"),
         (["--ask-below", "0.9", "--expert"], "leaves open"),

@@ -57,7 +57,6 @@ def test_a_tremor_shakes_the_hand_with_what_it_holds(task: Task) -> None:
 
 
 def test_low_lifts_stay_low(task: Task) -> None:
-    assert shown(task, Person.LOW_LIFTS).grippers[:, 2].min() < 0.05
     lifted = [np.median(shown(task, each).grippers[:, 2]) for each in (Person.LOW_LIFTS, Person.STEADY)]
     assert lifted[0] < lifted[1] - 0.03
 

@@ -80,6 +80,8 @@ def command(
     path = model_or_expert(model, expert, dispatch)
     disturbances = Disturbances(slips, pushes, noise)
     ranges = varied(length, topology, semantics)
+    if expert and (demo_noise or demo_by):
+        raise NtpError("--expert needs no demonstration: omit --demo-noise and --demo-by")
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
     plan = Plan(

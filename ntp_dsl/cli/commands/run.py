@@ -31,7 +31,7 @@ from ntp_dsl.cli.options import (
     Task,
     Topology,
     WorldName,
-    rate,
+    optional_number,
     shown_at,
     varied,
 )
@@ -72,7 +72,10 @@ def command(
     ask_below: Annotated[
         float | None,
         typer.Option(
-            min=0, max=1, callback=rate, help="Ask which element is meant where none is that probable."
+            min=0,
+            max=1,
+            callback=optional_number,
+            help="Ask which element is meant where none is that probable.",
         ),
     ] = None,
     answer: Annotated[
@@ -96,9 +99,9 @@ def command(
     """
     if expert and demo:
         raise NtpError("--expert needs no --demo: the scripted expert decides")
-    if (demo_noise or demo_by) and (demo or goal):
+    if (demo_noise or demo_by) and (demo or goal or expert):
         given = "--demo-noise" if demo_noise else "--demo-by"
-        raise NtpError(f"{given} is for a demonstration that is recorded now: omit it")
+        raise NtpError(f"{given} is for a demonstration that is recorded now, for a learned program: omit it")
     if ask_below is not None and (goal or expert):
         raise NtpError("--ask-below is for what a demonstration leaves open: omit it")
     if answer and ask_below is None:

@@ -1,7 +1,7 @@
-"""How well an element fits what is shown: things are put where it asks, rather than where it just counts.
+"""How well an element fits a placement: people aim at the middle of where it holds, or anywhere there.
 
-Where several elements explain the same, how far the object lies from the middle of all places at which the
-element would hold tells them apart. The places are found by trial, so that it works for any predicate.
+Where an element holds is found by trying places beside the object's, so that it works for any predicate.
+Only directions along the table count: how high an object lies is up to what is below.
 """
 
 from __future__ import annotations
@@ -10,48 +10,70 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ntp_dsl.semantics.free_space import load
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import State
 
-TRIED = np.array([0.04, 0.04, 0.02])  # how far places are tried from where the object is, each way [m]
-PLACES = 96  # that are tried
-CARE = 0.005  # with which things are put down, standard [m]
-CARELESS = 0.3  # of all things, which are put down anywhere the element holds
-OFFSETS = np.random.default_rng(15).uniform(-1, 1, (PLACES, 3)) * TRIED  # the same for all: (PLACES, 3) [m]
+RINGS = np.array([0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04])  # radii at which places are tried [m]
+AROUND = 12  # places on each of them
+CARE = 0.004  # with which people's hands aim, standard along each axis [m]
+CARELESS = 0.1  # of all placements: anywhere an element holds
 
 Perceive = Callable[[Sequence[Observation]], Sequence[State]]
 
 
+def _offsets() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the places that are tried, (P, 2) [m], and the area that each stands for, (P,) [m²]."""
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    between = (RINGS[1:] + RINGS[:-1]) / 2
+    bounds = np.array([RINGS[0] / 2, *between, RINGS[-1]])
+    areas = np.pi * np.diff(bounds**2) / AROUND
+    offsets = np.concatenate([np.zeros((1, 2)), *(radius * ways for radius in RINGS)])
+    return offsets, np.concatenate([[np.pi * bounds[0] ** 2], np.repeat(areas, AROUND)])
+
+
+OFFSETS, AREAS = _offsets()
+
+
 @dataclass(frozen=True)
 class Places:
-    """The states that would be, if an object had been put down a little beside where it was."""
+    """The states that would be if an object had been put down at each of `OFFSETS` from where it lies."""
 
-    here: State
-    beside: Sequence[State]
-    care: float  # standard deviation of where it is seen, and put [m]
+    states: Sequence[State]
+    care: float  # standard deviation of where it is aimed and seen, along each axis [m]
 
     def likelihood(self, holds: Callable[[State], bool]) -> float:
-        """Return how densely objects are put here by those who want something to hold, in 1/m³, or 0.
+        """Return about how densely objects are put here so that something holds [1/m²]; 0 where it does not.
 
-        They put them about the middle of all places where it holds, or, some of them, anywhere there.
+        It is a mixture of a normal distribution about the middle of where it holds and of a uniform one over
+        that. What holds at the farthest places has no middle that can be found: the uniform part remains.
         """
-        if not holds(self.here):
+        inside = np.array([holds(state) for state in self.states])
+        if not inside[0]:
             return 0.0
-        inside = np.array([holds(state) for state in self.beside])
-        middle = OFFSETS[inside].sum(axis=0) / (1 + inside.sum())
-        volume = 8 * float(np.prod(TRIED)) * (1 + inside.sum()) / (1 + PLACES)
-        peak = (2 * np.pi) ** -1.5 * self.care**-3
-        careful = peak * np.exp(-0.5 * float(middle @ middle) / self.care**2)
-        return float((1 - CARELESS) * careful + CARELESS / volume)
+        area = float(AREAS[inside].sum())
+        anywhere = CARELESS / area
+        if inside[-AROUND:].any():
+            return anywhere
+        middle = (AREAS[inside, None] * OFFSETS[inside]).sum(axis=0) / area
+        peak = 1 / (2 * np.pi * self.care**2)
+        return float((1 - CARELESS) * peak * np.exp(-0.5 * float(middle @ middle) / self.care**2) + anywhere)
 
 
 def places(seen: State, item: str, perceive: Perceive) -> Places:
-    """Return the places about where an object is."""
+    """Return the states that would be if an object lay elsewhere, with what lies in it."""
     looked = seen.observation
-    at = np.array(looked.positions[item])
-    moved = [
-        replace(looked, positions={**looked.positions, item: tuple((at + offset).tolist())})
-        for offset in OFFSETS
-    ]
-    return Places(seen, perceive(moved), float(np.hypot(CARE, looked.deviations.get(item, 0.0))))
+    moved = {item, *load(looked, item)}
+
+    def shifted(offset: NDArray[np.float64]) -> Observation:
+        dx, dy = offset.tolist()
+        positions = {
+            n: (x + dx, y + dy, z) if n in moved else (x, y, z) for n, (x, y, z) in looked.positions.items()
+        }
+        return replace(looked, positions=positions)
+
+    care = float(np.hypot(CARE, looked.deviations.get(item, 0.0)))
+    return Places(perceive([shifted(each) for each in OFFSETS]), care)

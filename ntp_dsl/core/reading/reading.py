@@ -20,9 +20,9 @@ from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
-MUCH = 2.0  # times as likely, another element takes the place of one that explains as much
-UNLIKELY = 0.02  # others are not worth a word
-RIVALS = 12  # candidates that are tried in an element's place
+SAME = 1.1  # ratio of likelihoods up to which an element is kept rather than replaced by another
+UNLIKELY = 0.02  # probability below which others are not reported
+RIVALS = 12  # others that are tried in an element's place, the likeliest first
 TRIES = 300  # of other lists, between two improvements
 
 
@@ -35,11 +35,16 @@ class Doubt:
 
     parameter: str
     number: int  # of the element, in its list
-    frame: int  # from which on it holds
+    frame: int  # the first of the phase in which it becomes true
     element: Element
     probability: float
     others: tuple[tuple[Element, float], ...]  # the most probable first
     answer: Element | None = None  # of whoever was asked
+
+    @property
+    def offered(self) -> frozenset[Element]:
+        """Return all elements that may be meant."""
+        return frozenset((self.element, *(element for element, _ in self.others)))
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,10 @@ class Reading:
 
     @property
     def probability(self) -> float:
-        """Return how probable it is that no element should be one of those that explain as much."""
+        """Return how probable it is that each element is meant, rather than one that explains as much.
+
+        It says nothing of acts that are not explained, and takes the doubts for independent.
+        """
         return prod(each.probability for each in self.doubts if each.answer is None)
 
     @property
@@ -108,70 +116,80 @@ class Reader:
         chosen, doubts = self._weighed(chosen, found)
         return replace(self._told(chosen), doubts=doubts)
 
-    def settled(self, reading: Reading, elements: Mapping[Doubt, Element]) -> Reading:
+    def settled(self, reading: Reading, answers: Mapping[Doubt, Element]) -> Reading:
         """Return a reading in which somebody has said which elements are meant."""
-        said = {(doubt.parameter, doubt.number): element for doubt, element in elements.items()}
+        said = {(doubt.parameter, doubt.number): element for doubt, element in answers.items()}
         chosen = [
             Candidate(parameter.name, said.get((parameter.name, number), element), 0)
             for parameter, value in zip(self.program.parameters, reading.arguments, strict=True)
             if isinstance(value, tuple)
             for number, element in enumerate(value)
         ]
-        doubts = tuple(replace(each, answer=elements.get(each)) for each in reading.doubts)
+        doubts = tuple(replace(each, answer=answers.get(each, each.answer)) for each in reading.doubts)
         return replace(self._told(chosen), doubts=doubts)
 
     def _weighed(
         self, chosen: list[Candidate], found: Sequence[Candidate]
     ) -> tuple[list[Candidate], tuple[Doubt, ...]]:
-        """Return the elements, those that others fit better replaced by them, and which might be others."""
+        """Replace elements by likelier ones, and return them with the doubts that remain."""
         doubts: list[Doubt] = []
-        for place, each in enumerate(chosen):
+        for place, own in enumerate(chosen):
             rivals = self._rivals(chosen, place, found)
             if not rivals:
                 continue
-            fits = self._likelihoods([each, *rivals])
-            best = max(range(len(fits)), key=fits.__getitem__)
-            if fits[best] > MUCH * fits[0]:
-                chosen = [*chosen[:place], rivals[best - 1], *chosen[place + 1 :]]
-            total = sum(fits)
-            shares = [(other, fit / total) for other, fit in zip([each, *rivals], fits, strict=True) if total]
-            others = [(o.element, share) for o, share in shares if o is not chosen[place]]
-            number = [c for c in chosen if c.parameter == each.parameter].index(chosen[place])
-            likely = tuple(sorted(others, key=lambda other: -other[1]))
-            if likely and likely[0][1] > UNLIKELY:
-                frame, share = self.moments.phases[each.rise][0], 1 - sum(p for _, p in others)
-                doubts.append(Doubt(each.parameter, number, frame, chosen[place].element, share, likely))
+            total = sum(rivals.values())
+            best = max(rivals, key=rivals.__getitem__)
+            taken = best if rivals[best] > SAME * rivals[own] else own
+            chosen = [*chosen[:place], taken, *chosen[place + 1 :]]
+            others = [(each.element, fit / total) for each, fit in rivals.items() if each is not taken]
+            others = sorted((each for each in others if each[1] > UNLIKELY), key=lambda each: -each[1])
+            if others:
+                number = [each for each in chosen if each.parameter == own.parameter].index(taken)
+                frame = self.moments.phases[own.rise][0]
+                share = rivals[taken] / total
+                doubts.append(Doubt(own.parameter, number, frame, taken.element, share, tuple(others)))
         return chosen, tuple(doubts)
 
-    def _rivals(self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]) -> list[Candidate]:
-        """Return the candidates that come true with an element, and explain as much in its place."""
-        own = chosen[place]
-        same = [
-            each
-            for each in found
-            if each.rise == own.rise
-            and each.parameter == own.parameter
-            and each not in chosen
-            and _values(each.element) != _values(own.element)  # numbers are in the middle of what fits
-        ]
-        if not own.rise or not same:
-            return []
-        explained = self._told(chosen).explained
-        lists = ([*chosen[:place], each, *chosen[place + 1 :]] for each in same[:RIVALS])
-        pairs = zip(same, lists, strict=False)
-        return [each for each, changed in pairs if self._told(changed).explained >= explained]
+    def _rivals(
+        self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]
+    ) -> dict[Candidate, float]:
+        """Return an element and those that explain as much in its place, each with its likelihood.
 
-    def _likelihoods(self, some: Sequence[Candidate]) -> list[float]:
-        """Return how well elements fit that come true together: alike where nothing was moved."""
+        They come true together. Elements that differ in numbers only are one: numbers are in the middle of
+        what fits. Nothing is returned where there are no others.
+        """
+        own = chosen[place]
+        if not own.rise:
+            return {}
+        by_values = {
+            tuple(_values(each.element)): each
+            for each in reversed(found)
+            if each.rise == own.rise and each.parameter == own.parameter and each not in chosen
+        }
+        by_values.pop(tuple(_values(own.element)), None)
+        if not by_values:
+            return {}
+        likely = self._likelihoods([own, *by_values.values()])
+        first = sorted(by_values.values(), key=lambda each: -likely[each])[:RIVALS]
+        explained = self._told(chosen).explained
+        able = [
+            each
+            for each in first
+            if self._told([*chosen[:place], each, *chosen[place + 1 :]]).explained >= explained
+        ]
+        return {each: likely[each] for each in (own, *able)} if able else {}
+
+    def _likelihoods(self, some: Sequence[Candidate]) -> dict[Candidate, float]:
+        """Return how likely elements are that come true together: alike where nothing was put down."""
         own = some[0]
         before, after = self.moments.ends[own.rise - 1 : own.rise + 1]
         moved = before.observation.held
         contract = self._contracts[own.parameter]
-        facts = [contract.facts(each.element, after) for each in some]
+        facts = [{*contract.facts(each.element, after)} for each in some]
         if moved is None or moved == after.observation.held or all(each == facts[0] for each in facts):
-            return [1.0] * len(some)
+            return dict.fromkeys(some, 1.0)
         beside = self.moments.beside(self.moments.phases[own.rise][1] - 1, moved)
-        return [beside.likelihood(partial(contract.holds, each.element)) for each in some]
+        return {each: beside.likelihood(partial(contract.holds, each.element)) for each in some}
 
     def _with_surprises(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import isclose
+from collections.abc import Callable
+from math import cos, isclose, sin
 
 import numpy as np
 import pytest
@@ -24,14 +25,16 @@ CLEAR = [  # tasks of whose lists a demonstration leaves nothing open
 BLOCK = SceneObject("block", "Block", (0.05, 0.05, 0.05))
 
 
-def about(offset: float) -> Places:
-    """Return the places about a block that lies at an offset along x from the origin [m]."""
+def about(offset: float, angle: float = 0.0) -> Places:
+    """Return the places about a block that lies at an offset from the origin [m]."""
     registry = library("block_stacking")
-    seen = Observation((BLOCK,), {"block": (offset, 0.0, 0.0)}, (0.0, 0.0, 0.5), False)
+    at = (offset * cos(angle), offset * sin(angle), 0.0)
+    seen = Observation((BLOCK,), {"block": at}, (0.0, 0.0, 0.5), False)
     return places(State(registry, seen), "block", lambda looks: [State(registry, each) for each in looks])
 
 
-def within(radius: float) -> object:
+def within(radius: float) -> Callable[[State], bool]:
+    """Return whether a block lies within a radius of the origin."""
     return lambda state: float(np.linalg.norm(state.observation.positions["block"])) < radius
 
 
@@ -69,17 +72,41 @@ def test_what_somebody_says_is_meant_is_what_is_done() -> None:
     assert after.probability == pytest.approx(2 * before.probability)
 
 
-@given(st.floats(0, 0.018), st.floats(0.001, 0.01))
-def test_things_are_put_in_the_middle_rather_than_at_the_margin(near: float, further: float) -> None:
-    holds = within(0.02)
-    likely = [about(each).likelihood(holds) for each in (near, min(near + further, 0.0195))]  # type: ignore[arg-type]
-    assert likely[0] >= 0.8 * likely[1] > 0
-    assert about(0.021).likelihood(holds) == 0.0  # type: ignore[arg-type]
+def test_objects_are_put_in_the_middle_rather_than_at_the_margin() -> None:
+    likely = [about(offset).likelihood(within(0.02)) for offset in (0.0, 0.006, 0.012, 0.018)]
+    assert likely[0] > 2 * likely[1] > 4 * likely[2] > 4 * likely[3] > 0
+    assert about(0.021).likelihood(within(0.02)) == 0.0
 
 
-def test_the_narrower_of_two_elements_that_hold_is_the_likelier() -> None:
-    wide, narrow = (about(0.001).likelihood(within(radius)) for radius in (0.03, 0.006))  # type: ignore[arg-type]
-    assert narrow > wide
+@given(st.floats(0, 0.014), st.floats(0, 6.28))
+def test_the_narrower_of_two_elements_is_the_likelier_wherever_it_holds(offset: float, angle: float) -> None:
+    lies = about(offset, angle)
+    for wider in (0.1, 1.0):
+        assert lies.likelihood(within(0.015)) > lies.likelihood(within(wider))
+
+
+@given(st.floats(0, 0.015), st.floats(0, 6.28))
+def test_no_direction_is_preferred(offset: float, angle: float) -> None:
+    """Twelve places are tried all around."""
+    some, turned = (about(offset, each).likelihood(within(0.0182)) for each in (angle, angle + np.pi / 6))
+    assert turned == pytest.approx(some, rel=0.05)
+
+
+def test_of_elements_that_explain_as_much_the_one_is_read_whose_place_it_is() -> None:
+    """A lantern before one post stands 1 cm from where it would light the bay of the posts beside it."""
+    for seed in range(3, 9):
+        task, demonstration = shown("lanterns", seed)
+        reading = read(task, demonstration)
+        (bays,), (meant,) = reading.arguments, task.instance.arguments
+        assert isinstance(bays, tuple) and isinstance(meant, tuple)
+        assert [posts(bay) for bay in bays] == [posts(bay) for bay in meant], seed
+
+
+def posts(bay: object) -> tuple[object, set[object]]:
+    """Return a bay's lantern, and its posts, which are not told apart."""
+    assert isinstance(bay, Record)
+    lantern, one, other = dict(bay.fields).values()
+    return lantern, {one, other}
 
 
 @pytest.mark.parametrize(("name", "unshown"), [("lorry", ()), ("unpacking", ()), ("hanoi", ())])
