@@ -117,6 +117,64 @@ def test_short_gaps_in_the_tracking_are_bridged_and_long_ones_are_told(
     assert run(write(tmp_path, columns, map_of(shown, "gap = 4.0"))) == 0
 
 
+def test_the_hand_stays_as_it_was_where_nobody_saw_it(tmp_path: Path, shown: Demonstration) -> None:
+    columns = as_tracked(shown)
+    at = int(np.argmax(shown.closed))
+    columns["width"] = columns["width"].copy()
+    columns["width"][at : at + 2] = np.nan
+    assert run(write(tmp_path, columns, map_of(shown))) == 0
+    closed = read_demonstration(tmp_path / "mine.parquet").closed
+    assert (closed != shown.closed).nonzero()[0].tolist() == [at, at + 1]
+
+
+def test_a_quaternion_and_its_opposite_are_one_turn(tmp_path: Path, shown: Demonstration) -> None:
+    columns = as_tracked(shown)
+    for axis in "xyzw":
+        column = columns[f"block_0.q{axis}"]
+        column[10:] *= -1
+        column[9:12] = np.nan
+    assert run(write(tmp_path, columns, map_of(shown))) == 0
+    found = read_demonstration(tmp_path / "mine.parquet")
+    index = found.names.index("block_0")
+    assert found.positions[8:13, index] == pytest.approx(
+        shown.positions[8:13, shown.names.index("block_0")], abs=1e-3
+    )
+
+
+def test_stamps_of_nanoseconds_since_1970_are_times(tmp_path: Path, shown: Demonstration) -> None:
+    columns = as_tracked(shown)
+    columns["t"] = 1_700_000_000_000_000_000 + (1e9 * shown.times.astype(float)).astype(np.int64)
+    assert run(write(tmp_path, columns, map_of(shown).replace('"ms"', '"ns"'))) == 0
+    times = read_demonstration(tmp_path / "mine.parquet").times
+    assert times == pytest.approx(shown.times - shown.times[0], abs=1e-4)
+
+
+def test_rows_that_are_missing_are_told(
+    tmp_path: Path, shown: Demonstration, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = {name: np.delete(column, slice(20, 40)) for name, column in as_tracked(shown).items()}
+    assert run(write(tmp_path, columns, map_of(shown))) == 2
+    assert "expected rows all along, found none for 2." in capsys.readouterr().err
+
+
+def test_a_hand_that_never_closes_is_told(
+    tmp_path: Path, shown: Demonstration, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(write(tmp_path, as_tracked(shown), map_of(shown).replace("60.0", "10.0"))) == 0
+    error = capsys.readouterr().err
+    assert "the hand closes 0 times" in error and "the hand never closes" in error
+
+
+def test_nothing_that_exists_is_replaced(
+    tmp_path: Path, shown: Demonstration, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = write(tmp_path, as_tracked(shown), map_of(shown))
+    (tmp_path / "mine.parquet").write_text("mine")
+    assert run(words) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert (tmp_path / "mine.parquet").read_text() == "mine"
+
+
 def test_the_template_fits_the_task(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*WORDS, "--template"]) == 0
     text = capsys.readouterr().out
@@ -134,8 +192,12 @@ def test_the_template_fits_the_task(tmp_path: Path, capsys: pytest.CaptureFixtur
         ("[objects.block_0]", "[objects.block_x]", "the map has block_x; the scene has block_0"),
         ('"hx"', '"hand"', "no column is called 'hand'; there are t, width, hx"),
         ("below = 60.0", "", "found 80: of a width or a force, the map says `below` or `above`"),
-        ("below = 60.0", "below = 60.0\nabove = 60.0", "choose"),
+        ("below = 60.0", "below = 60.0\nabove = 60.0", "or above one, found both"),
         ('unit = "mm"', 'unit = "m"', "are these millimetres?"),
+        ("below = 60.0", "below = nan", "expected a finite number of 'gripper.below', found nan"),
+        ("centre =", "deviation = 0.001\ncentre =", "expected a deviation of all objects or of none"),
+        ("centre =", "deviation = -1.0\ncentre =", "deviation"),
+        ("orientation = ", "# ", "expected an orientation of 'block_0'"),
         ("[time]", "[tim]", "unknown field `tim`"),
         ("[time]", "time]", "map.toml"),
     ],

@@ -24,7 +24,8 @@ from ntp_dsl.core.per_library.model import Core
 from ntp_dsl.datasets.manifest import MANIFEST, read_manifest, recorded_files
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.demonstrations.foreign_tables import imported, read_map, template
+from ntp_dsl.demonstrations.foreign_tables import imported
+from ntp_dsl.demonstrations.pose_maps import read_map, template
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.tasks.goal_text import read_lists
 from ntp_dsl.tasks.task_files import read_tasks

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -45,6 +45,9 @@ from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.worlds.protocol import Disturbances
+
+if TYPE_CHECKING:
+    from ntp_dsl.core.shown import Shown
 
 
 def command(
@@ -135,25 +138,45 @@ def command(
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
     policy = None
-    if ask_below is not None:
-        if recorded is None:
-            recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    if ask_below is not None and recorded is None:
+        recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    if recorded is not None and not expert:
         policy = evaluator.policy(recorded)
-        _ask(evaluator, policy, recorded.demonstration, ask_below, answer or [])
+        if ask_below is not None:
+            _ask(evaluator, policy, recorded.demonstration, ask_below, answer or [])
+        _warn(evaluator, policy)
     run_episode(evaluator, recorded, out, json, policy)
     return 0
+
+
+def _warn(evaluator: Evaluator, policy: Policy) -> None:
+    """Say so where a demonstration is not understood whole."""
+    source, instance = _source(policy), evaluator.instance(0)
+    if source is None or not evaluator.registry.programs[instance.program].takes_list:
+        return
+    reading = source.reading(instance.program, instance.arguments, source.scope())
+    if not reading.is_whole:
+        messages.print(
+            f"only {reading.explained} of {counted(reading.acts, 'act')} of the hand are explained; "
+            "`ntp read` prints what was understood"
+        )
+
+
+def _source(policy: Policy) -> Shown | None:
+    """Return the demonstration as the one core reads it; None for the baseline."""
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    return policy.source if isinstance(policy, OneShotPolicy) and isinstance(policy.source, Shown) else None
 
 
 def _ask(
     evaluator: Evaluator, policy: Policy, shown: Demonstration, threshold: float, answers: list[int]
 ) -> None:
     """Ask which elements of the program's lists are meant, where the demonstration does not tell."""
-    from ntp_dsl.core.policy import OneShotPolicy
-    from ntp_dsl.core.shown import Shown
-
-    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+    instance, source = evaluator.instance(0), _source(policy)
+    if source is None:
         raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
-    instance, source = evaluator.instance(0), policy.source
     scope = source.scope()
     reading = source.reading(instance.program, instance.arguments, scope)
     doubts = [each for each in reading.doubts if each.probability < threshold]
