@@ -131,10 +131,12 @@ class _Reader:
         turned = np.sum(found[rows[1:]] * found[rows[:-1]], axis=1) < 0  # q and -q are the same turn
         found[rows[1:]] *= np.where(np.cumsum(turned) % 2, -1.0, 1.0)[:, None]
         found = self._with_bridges(found, tracked.orientation)
-        if (short := np.linalg.norm(found, axis=1) < 1e-6).any():
+        lengths = np.linalg.norm(found, axis=1)
+        if (wrong := ~((lengths > 0.5) & (lengths < 2.0))).any():
+            row = int(np.argmax(wrong))
             raise NtpError(
-                f"{self._path}: expected quaternions in {', '.join(tracked.orientation)}, found zeros in row "
-                f"{int(np.argmax(short)) + 1}"
+                f"{self._path}: expected quaternions of length one in {', '.join(tracked.orientation)}, "
+                f"found one of length {lengths[row]:g} in row {row + 1}"
             )
         return np.asarray((self._turn * Rotation.from_quat(found)).as_quat())
 
@@ -210,6 +212,8 @@ def _times(path: Path, table: Any, told: PoseMap) -> NDArray[np.float64]:
         stamps = column.to_numpy()  # of nanoseconds since 1970, too long for a float
         return np.asarray((stamps - stamps[0]).astype(np.float64) * unit)
     times = _numbers(path, table, [name])[:, 0] * unit
+    if not len(times):
+        raise NtpError(f"{path}: expected a row a frame, found none")
     if (lost := ~np.isfinite(times)).any():
         row = int(np.argmax(lost)) + 1
         raise NtpError(f"{path}: expected a time in every row, found none in row {row} of '{name}'")

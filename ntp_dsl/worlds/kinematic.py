@@ -32,7 +32,7 @@ class KinematicWorld(RestingObjects):
 
     starts_holding = True
     frame_seconds = FRAME  # between two looks at a motion
-    hover = HOVER
+    clearance = HOVER
 
     def __init__(self, placement_error: float = PLACEMENT_ERROR) -> None:
         self._placement_error = placement_error
@@ -248,13 +248,13 @@ class KinematicWorld(RestingObjects):
     def _above(self, x: float, y: float, height: float) -> Vector:
         """Return where the tool is when the held object, or else the tool, hovers over a point [m]."""
         ox, oy = self._offset_in_hand()
-        return (x + ox, y + oy, height + self.hover)
+        return (x + ox, y + oy, height + self.clearance)
 
     def _over_rim(self, target: str) -> Vector:
         """Return a point above a bowl's wall, on the side of the robot's base."""
         x, y, _ = self._positions[target]
         reach = self._by_name[target].size[0] / 2 / max(hypot(x, y), 1e-6)
-        return (x - reach * x, y - reach * y, self._top(target) + self.hover)
+        return (x - reach * x, y - reach * y, self._top(target) + self.clearance)
 
     def _offset_in_hand(self) -> tuple[float, float]:
         """Return the offset from the held object to the tool, seen from above [m]."""

@@ -20,7 +20,9 @@ PAUSE = (0.2, 1.5)  # [s]
 BEYOND = 0.03  # a goal, at most, where a motion overshoots [m]
 LIFT = 0.01  # of a first grasp that is let go again [m]
 NUDGE = (0.015, 0.04)  # by which a stray motion pushes an object [m]
-NEAR = 0.15  # the way of the hand, seen from above, where it pushes objects [m]
+NEAR = 0.15  # the way of the hand, seen from above, where the arm pushes objects [m]
+AIM = 0.08  # about where the hand is going, seen from above, where it pushes nothing [m]
+LIES = 0.002  # above the table, up to which an object lies on it [m]
 ROOM = 0.01  # that a nudged object keeps from others [m]
 
 
@@ -40,13 +42,14 @@ class PersonWorld(KinematicWorld):
         if not 0 < rate < inf:
             raise NtpError(f"rate: expected frames a second, found {rate}")
         self.habits = HABITS[person]
-        self.frame_seconds, self.hover = 1 / rate, self.habits.hover
+        self.frame_seconds, self.clearance = 1 / rate, self.habits.clearance
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         super().reset(scene, seed, disturbances)
         self._person = np.random.default_rng((seed, 5))
         self._tremor = np.random.default_rng((seed, 6))  # of its own: what is done does not hang on the rate
         self._tremble = np.zeros(3)
+        self._put: set[str] = set()  # objects that are where they belong
         self._trembled = 0.0
 
     # Looks --------------------------------------------------------------------------------------
@@ -96,7 +99,12 @@ class PersonWorld(KinematicWorld):
         """Push an object on the table that lies by the way."""
         start, end = np.array(self._gripper[:2]), np.array(goal[:2])
         near = [
-            name for name in self._items if self._is_loose(name) and self._from_way(name, start, end) < NEAR
+            name
+            for name in self._items
+            if name not in self._put
+            and self._is_loose(name)
+            and self._from_way(name, start, end) < NEAR
+            and float(np.linalg.norm(np.array(self._positions[name][:2]) - end)) > AIM
         ]
         if not near:
             return
@@ -105,14 +113,17 @@ class PersonWorld(KinematicWorld):
         shift = np.array([reach * np.cos(angle), reach * np.sin(angle), 0.0])
         x, y, _ = _shifted(self._positions[name], shift)
         if self._within_reach(x, y, (x, y)) == (x, y) and self._has_room(name, x, y):
-            self._positions[name] = _shifted(self._positions[name], shift)
-            self._emit()
+            begin = self._positions[name]
+            for share in (0.25, 0.5, 0.75, 1.0):
+                self._positions[name] = _shifted(begin, share * shift)
+                self._time += self.frame_seconds
+                self._emit()
 
     def _is_loose(self, name: str) -> bool:
         """Return whether an object lies on the table, and bears nothing."""
         low = self._positions[name][2] - self._items[name].size[2] / 2
         bears = any(self._on_top_of(other, name) for other in self._items)
-        return name != self._held and abs(low) < 0.002 and not bears and not self._contents(name)
+        return name != self._held and abs(low) < LIES and not bears and not self._contents(name)
 
     def _from_way(self, name: str, start: np.ndarray, end: np.ndarray) -> float:
         way, at = end - start, np.array(self._positions[name][:2]) - start
@@ -138,8 +149,8 @@ class PersonWorld(KinematicWorld):
             self._hold(target)
             self._wait(0.3)
             if self._does(0.5):
-                KinematicWorld._travel(self, _shifted(grip, np.array([0, 0, LIFT])))
-                KinematicWorld._travel(self, grip)
+                super()._travel(_shifted(grip, np.array([0, 0, LIFT])))
+                super()._travel(grip)
             self._let_go()
             self._wait(0.3)
             super()._pick_up(target, grip)
@@ -193,6 +204,7 @@ class PersonWorld(KinematicWorld):
         self._pick_up(item, self._grip(item))
 
     def _release(self) -> Outcome:
+        self._put |= {self._held} if self._held is not None else set()
         outcome = super()._release()
         if self._does(self.habits.goes_home):
             self._travel(HOME)

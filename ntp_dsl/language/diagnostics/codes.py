@@ -39,7 +39,7 @@ CODES: Mapping[str, str] = {
     "E112": "`by` names what is not allowed here",
     "E201": "a wrong number of arguments",
     "E202": "an argument of the wrong type",
-    "E203": "a number outside its range, or an empty range",
+    "E203": "a number outside its range, an empty range, or one without its upper unit",
     "E204": "a number of the wrong kind, or no number",
     "E205": "a condition in place of a value, or a value in place of a condition",
     "E206": "a loop over what has no elements",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, Fix
@@ -84,7 +85,8 @@ def measure(number: nodes.Number, expected: TypeName | None = None) -> Checked[T
 def _foreign_unit(number: nodes.Number, meant: nodes.Number, span: Span) -> Diagnostic:
     """Write the same quantity in a unit of the language."""
     text = format_expression(meant)
-    if meant.value == number.value:
+    one = in_our_units(1.0, number.unit)  # 0 lb is 0 kg, and yet another unit
+    if one is not None and one.value == 1.0:
         new = text if number.is_unit_shared else meant.unit
         message = f"there is no unit '{number.unit}'; it is written '{meant.unit}'"
         return Diagnostic("E107", message, span, fix=Fix(span, new, certain=True))
@@ -129,6 +131,12 @@ def _check_bound(table: SymbolTable, parameter: nodes.Parameter, bound: nodes.Nu
 
 def check_order(low: nodes.Number, high: nodes.Number, span: Span) -> Iterator[Diagnostic]:
     """Check that a range does not end below its start."""
+    if low.unit and not high.unit and high.value:
+        meant = format_expression(replace(high, unit=low.unit))
+        help = f"without a unit it is in SI: write '{meant}', or the unit that is meant"
+        fix = Fix(high.span, meant)
+        yield Diagnostic("E203", "the upper bound of this range has no unit", high.span, help=help, fix=fix)
+        return
     start, end = si(low), si(high)
     if start is None or end is None or start <= end:
         return
