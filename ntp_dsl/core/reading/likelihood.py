@@ -45,22 +45,23 @@ class Places:
     states: Sequence[State]
     care: float  # standard deviation of where it is aimed and seen, along each axis [m]
 
-    def likelihood(self, holds: Callable[[State], bool]) -> float:
+    def likelihood(self, holds: Callable[[State], bool]) -> float | None:
         """Return about how densely objects are put here so that something holds [1/m²]; 0 where it does not.
 
         It is a mixture of a normal distribution about the middle of where it holds and of a uniform one over
-        that. What holds at the farthest places has no middle that can be found: the uniform part remains.
+        that. None for what holds at one of the farthest places, as in a bowl: its middle cannot be found, and
+        things are put anywhere there.
         """
         inside = np.array([holds(state) for state in self.states])
         if not inside[0]:
             return 0.0
-        area = float(AREAS[inside].sum())
-        anywhere = CARELESS / area
         if inside[-AROUND:].any():
-            return anywhere
+            return None
+        area = float(AREAS[inside].sum())
         middle = (AREAS[inside, None] * OFFSETS[inside]).sum(axis=0) / area
         peak = 1 / (2 * np.pi * self.care**2)
-        return float((1 - CARELESS) * peak * np.exp(-0.5 * float(middle @ middle) / self.care**2) + anywhere)
+        careful = peak * np.exp(-0.5 * float(middle @ middle) / self.care**2)
+        return float((1 - CARELESS) * careful + CARELESS / area)
 
 
 def places(seen: State, item: str, perceive: Perceive) -> Places:

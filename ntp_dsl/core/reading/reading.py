@@ -22,7 +22,7 @@ from ntp_dsl.traces.schema import DemonstratedCall
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
 SAME = 1.1  # ratio of likelihoods up to which an element is kept rather than replaced by another
 UNLIKELY = 0.02  # probability below which others are not reported
-RIVALS = 12  # others that are tried in an element's place, the likeliest first
+RIVALS = 24  # others that are tried in an element's place
 TRIES = 300  # of other lists, between two improvements
 
 
@@ -55,6 +55,7 @@ class Reading:
     call: DemonstratedCall
     explained: int  # acts of the hand
     acts: int
+    acts_explained: frozenset[int] = frozenset()  # by their numbers
     unshown: tuple[str, ...] = ()  # fields of which no contract says anything
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
 
@@ -135,11 +136,11 @@ class Reader:
         doubts: list[Doubt] = []
         for place, own in enumerate(chosen):
             rivals = self._rivals(chosen, place, found)
-            if not rivals:
-                continue
             total = sum(rivals.values())
+            if not total:
+                continue
             best = max(rivals, key=rivals.__getitem__)
-            taken = best if rivals[best] > SAME * rivals[own] else own
+            taken = best if rivals[best] > SAME * rivals.get(own, 0.0) else own
             chosen = [*chosen[:place], taken, *chosen[place + 1 :]]
             others = [(each.element, fit / total) for each, fit in rivals.items() if each is not taken]
             others = sorted((each for each in others if each[1] > UNLIKELY), key=lambda each: -each[1])
@@ -169,27 +170,36 @@ class Reader:
         by_values.pop(tuple(_values(own.element)), None)
         if not by_values:
             return {}
-        likely = self._likelihoods([own, *by_values.values()])
-        first = sorted(by_values.values(), key=lambda each: -likely[each])[:RIVALS]
-        explained = self._told(chosen).explained
-        able = [
-            each
-            for each in first
-            if self._told([*chosen[:place], each, *chosen[place + 1 :]]).explained >= explained
-        ]
-        return {each: likely[each] for each in (own, *able)} if able else {}
+        able = {own: self._told(chosen).acts_explained}
+        for each in [*by_values.values()][:RIVALS]:
+            explained = self._told([*chosen[:place], each, *chosen[place + 1 :]]).acts_explained
+            if len(explained) >= len(able[own]):
+                able[each] = explained
+        last = own.rise - 1  # the act by which they come true
+        if any(last in explained for explained in able.values()):
+            able = {each: explained for each, explained in able.items() if last in explained}
+        likely = self._likelihoods([*able])
+        return likely if {*likely} - {own} else {}
 
     def _likelihoods(self, some: Sequence[Candidate]) -> dict[Candidate, float]:
-        """Return how likely elements are that come true together: alike where nothing was put down."""
+        """Return how likely elements are that come true together: alike where nothing was put down.
+
+        Those are left out that cannot be compared with the first one, which is always there.
+        """
         own = some[0]
         before, after = self.moments.ends[own.rise - 1 : own.rise + 1]
         moved = before.observation.held
         contract = self._contracts[own.parameter]
-        facts = [{*contract.facts(each.element, after)} for each in some]
-        if moved is None or moved == after.observation.held or all(each == facts[0] for each in facts):
+        facts = {each: {*contract.facts(each.element, after)} for each in some}
+        alike = [each for each in some if facts[each] == facts[own]]
+        if moved is None or moved == after.observation.held or len(alike) == len(some):
             return dict.fromkeys(some, 1.0)
         beside = self.moments.beside(self.moments.phases[own.rise][1] - 1, moved)
-        return {each: beside.likelihood(partial(contract.holds, each.element)) for each in some}
+        fits = {each: beside.likelihood(partial(contract.holds, each.element)) for each in some}
+        known = {each: fit for each, fit in fits.items() if fit is not None}
+        if own in known:
+            return known
+        return dict.fromkeys(alike, 1.0)
 
     def _with_surprises(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
@@ -350,7 +360,7 @@ class Reader:
             name=self.program.name, arguments=arguments, scope=self.moments.scope, done=True
         )
         call.children = []
-        top, explained = self._root(chosen, call), 0
+        top, explained = self._root(chosen, call), set[int]()
         for act in self.moments.acts:
             if self._explanation.step(unmarked(top), act) is None:
                 top = self._root(chosen, call)
@@ -358,10 +368,13 @@ class Reader:
                     continue
             after = self._explanation.step(top, act)
             assert after is not None, "it was explained just now"
-            top, explained = after, explained + 1
+            top = after
+            explained.add(act.number)
         self._explanation.finish(top, self.moments.scope[1] - 1)
         call.scope, call.done = self.moments.scope, True
-        return Reading(arguments, call, explained, len(self.moments.acts), self._unshown)
+        return Reading(
+            arguments, call, len(explained), len(self.moments.acts), frozenset(explained), self._unshown
+        )
 
 
 def _values(element: Element) -> list[str]:
