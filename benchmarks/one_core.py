@@ -19,6 +19,8 @@ import numpy as np
 import torch
 
 from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.core.dispatch.dispatcher import Dispatcher
+from ntp_dsl.core.dispatch.learned import LearnedDispatcher
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
 from ntp_dsl.core.one_core import load_one_core, shipped_core
 from ntp_dsl.core.perception.grounding import ground_all
@@ -179,25 +181,29 @@ def times(arguments: argparse.Namespace) -> dict[str, Any]:
     shown = Shown(evaluator.registry, evaluator.demonstration(instance, 0)[0].demonstration, core.grounding)
     reading = shown.reading(instance.program, instance.arguments, (0, len(shown.demonstration)))
     calls = [call for call in reading.call.walk() if call.name in evaluator.registry.programs]
-    rule = RuleDispatcher(shown.expert)
     seen = [shown.look(frame) for frame in range(len(shown.demonstration))]
-    alone = []
-    for number, look in enumerate(seen):
-        call = calls[number % len(calls)]
-        start = perf_counter()
-        rule.dispatch(call.name, call.arguments, shown.perceive(look), frozenset())
-        alone.append(perf_counter() - start)
-    batch = []
-    for first in range(0, len(seen) - 50, 10):
-        start = perf_counter()
-        for number, graded in enumerate(ground_all(core.grounding, seen[first : first + 50])):
-            state = shown.perceive(seen[first + number])
-            state.graded = graded
+    dispatchers: dict[str, Dispatcher] = {
+        "rule": RuleDispatcher(shown.expert),
+        "learned": LearnedDispatcher(shown.expert, core.dispatch),
+    }
+    for name, dispatcher in dispatchers.items():
+        alone = []
+        for number, look in enumerate(seen):
             call = calls[number % len(calls)]
-            rule.dispatch(call.name, call.arguments, state, frozenset())
-        batch.append((perf_counter() - start) / 50)
-    found["decision, 8 objects [us]"] = round(1e6 * float(np.median(alone)))
-    found["in a batch of 50 [us]"] = round(1e6 * float(np.median(batch)))
+            start = perf_counter()
+            dispatcher.dispatch(call.name, call.arguments, shown.perceive(look), frozenset())
+            alone.append(perf_counter() - start)
+        batch = []
+        for first in range(0, len(seen) - 50, 10):
+            start = perf_counter()
+            for number, graded in enumerate(ground_all(core.grounding, seen[first : first + 50])):
+                state = shown.perceive(seen[first + number])
+                state.graded = graded
+                call = calls[number % len(calls)]
+                dispatcher.dispatch(call.name, call.arguments, state, frozenset())
+            batch.append((perf_counter() - start) / 50)
+        found[f"decision by {name}, 8 objects [us]"] = round(1e6 * float(np.median(alone)))
+        found[f"the same, grounded in a batch of 50 [us], by {name}"] = round(1e6 * float(np.median(batch)))
     for library, task, label in (
         (examples_folder() / "object_sorting", "object_sorting", "15 objects"),
         (examples_folder() / "object_sorting", "many_objects", "45 objects"),
