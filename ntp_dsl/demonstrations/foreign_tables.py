@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,8 @@ def imported(path: Path, told: PoseMap, objects: Sequence[SceneObject]) -> Demon
     """Return the demonstration that a table holds.
 
     Args:
-        objects: of the scene; each of them, but tables, must be in the told.
+        told: what the columns are.
+        objects: of the scene; each of them, but tables, must be in the map.
 
     Raises `NtpError` for missing objects and columns, what is no number, and gaps that are too long.
     """
@@ -185,17 +187,13 @@ class _Reader:
         """Raise `NtpError` where a column is empty for too long, or all along."""
         if not there.any():
             raise NtpError(f"{self._path}: '{name}' has no number in any row")
-        known = np.flatnonzero(there)
-        ends = [0, *known, len(there) - 1]
-        longest = (
-            max(
-                float(self._times[after] - self._times[before])
-                for before, after in zip(ends, ends[1:], strict=False)
-                if not there[before : after + 1].all()
-            )
-            if not there.all()
-            else 0.0
-        )
+        ends = [0, *np.flatnonzero(there), len(there) - 1]
+        gaps = [
+            float(self._times[after] - self._times[before])
+            for before, after in pairwise(ends)
+            if not there[before : after + 1].all()
+        ]
+        longest = max(gaps, default=0.0)
         if longest > self._told.gap:
             raise NtpError(
                 f"{self._path}: '{name}' is empty for {longest:.2f} s, and gaps of at most "
@@ -205,11 +203,13 @@ class _Reader:
 
 def _times(path: Path, table: Any, told: PoseMap) -> NDArray[np.float64]:
     """Return the times from the first row on [s]."""
+    import pyarrow as pa
+
     name, unit = told.time.column, SECONDS[told.time.unit]
     _check_columns(path, table, [name])
     column = table[name]
-    if column.null_count == 0 and str(column.type).startswith(("int", "uint")) and len(column):
-        stamps = column.to_numpy()  # of nanoseconds since 1970, too long for a float
+    if len(column) and column.null_count == 0 and pa.types.is_integer(column.type):
+        stamps = column.to_numpy().astype(np.int64)  # nanoseconds since 1970 are too long for a float
         return np.asarray((stamps - stamps[0]).astype(np.float64) * unit)
     times = _numbers(path, table, [name])[:, 0] * unit
     if not len(times):
@@ -257,6 +257,5 @@ def _deviations(told: PoseMap, shown: Sequence[SceneObject], count: int) -> NDAr
     known = [told.objects[obj.name].deviation if obj.name in told.objects else None for obj in shown]
     if all(each is None for each in known):
         return None
-    return np.tile([each or 0.0 for each in known], (count, 1)).astype(
-        np.float32
-    )  # tables are where they are
+    exact = 0.0  # of tables, which have no columns
+    return np.tile([each or exact for each in known], (count, 1)).astype(np.float32)

@@ -85,9 +85,7 @@ class PoseMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     time: Time = Time()
     frame: Coordinates = Coordinates()
     gripper: Hand = Hand()
-    gap: Annotated[float, Meta(ge=0)] = (
-        0.5  # the longest, in which nothing was tracked, that is bridged in a straight line [s]
-    )
+    gap: Annotated[float, Meta(ge=0)] = 0.5  # the longest without tracking that is bridged [s]
 
 
 def template(objects: Sequence[SceneObject]) -> str:

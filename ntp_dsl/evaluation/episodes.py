@@ -38,7 +38,6 @@ from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import equip, make_world
 from ntp_dsl.worlds.habits import RATE, Person
-from ntp_dsl.worlds.people import PersonWorld
 from ntp_dsl.worlds.protocol import Disturbances
 
 
@@ -97,6 +96,8 @@ class Evaluator:
         self.world = make_world(plan.world, self.registry, gui=plan.gui, arm=plan.arm)
         self._shown_in = self.world  # where tasks are demonstrated
         if plan.demo_by is not None:
+            from ntp_dsl.worlds.people import PersonWorld  # as of any world, only where it is used
+
             self._shown_in = PersonWorld(plan.demo_by, plan.demo_rate)
             equip(self._shown_in, self.registry)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []

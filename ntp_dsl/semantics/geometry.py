@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import cos, isclose, sin, sqrt
 
 Vector = tuple[float, float, float]  # [m], world frame: x ahead of the robot's base, z up
 Quaternion = tuple[float, float, float, float]  # x, y, z, w, of length one; object to world
 
 UNTURNED: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+def moved(at: Vector, by: Iterable[float]) -> Vector:
+    """Return a point after a shift [m]."""
+    x, y, z = by
+    return at[0] + float(x), at[1] + float(y), at[2] + float(z)
 
 
 def about_vertical(yaw: float) -> Quaternion:

@@ -11,7 +11,7 @@ import numpy as np
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import free_places, height_below, place_in
-from ntp_dsl.semantics.geometry import Vector, about_vertical
+from ntp_dsl.semantics.geometry import Vector, about_vertical, moved
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
@@ -84,7 +84,7 @@ class KinematicWorld(RestingObjects):
         if not sigma:
             return self.truth()
         noisy = {
-            name: _moved(position, self._noise_rng.normal(0, sigma, 3))
+            name: moved(position, self._noise_rng.normal(0, sigma, 3))
             for name, position in self._positions.items()
         }
         return replace(self.truth(), positions=noisy, deviations=dict.fromkeys(noisy, sigma))
@@ -132,7 +132,7 @@ class KinematicWorld(RestingObjects):
         if lost is None or self._rng.random() >= self._disturbances.slips:
             self._travel(goal)
             return ACHIEVED
-        self._travel(_between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
+        self._travel(between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
         self._drop_held(spread=0.03)
         self.disturbed.add(lost)
         return Outcome(False, Failure.OBJECT_DROPPED, {"dropped": lost}, disturbances=(f"slip {lost}",))
@@ -233,7 +233,7 @@ class KinematicWorld(RestingObjects):
         self._gripper = (float(tool[0]), float(tool[1]), float(tool[2]))
         if self._held is not None:
             for name in (self._held, *self._load):
-                self._positions[name] = _moved(self._positions[name], shift)
+                self._positions[name] = moved(self._positions[name], shift)
 
     def _hover(self, target: str) -> Vector:
         surface = self._by_name[target]
@@ -272,7 +272,7 @@ class KinematicWorld(RestingObjects):
         before = np.array(self._positions[item])
         self._fall(item, float(before[0] + dx), float(before[1] + dy))
         for name in self._load:
-            self._positions[name] = _moved(self._positions[name], np.array(self._positions[item]) - before)
+            self._positions[name] = moved(self._positions[name], np.array(self._positions[item]) - before)
         self._load = []
 
     def _emit(self) -> None:
@@ -280,9 +280,6 @@ class KinematicWorld(RestingObjects):
             self.on_frame(self.observe())
 
 
-def _moved(position: Vector, shift: np.ndarray) -> Vector:
-    return (position[0] + float(shift[0]), position[1] + float(shift[1]), position[2] + float(shift[2]))
-
-
-def _between(start: Vector, goal: Vector, fraction: float) -> Vector:
-    return _moved(start, fraction * (np.array(goal) - np.array(start)))
+def between(start: Vector, goal: Vector, fraction: float) -> Vector:
+    """Return the point at a fraction of the way [m]."""
+    return moved(start, fraction * (np.array(goal) - np.array(start)))

@@ -9,10 +9,10 @@ import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.free_space import free_places
-from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.geometry import Vector, moved
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.worlds.habits import HABITS, RATE, Person
-from ntp_dsl.worlds.kinematic import HOME, KinematicWorld
+from ntp_dsl.worlds.kinematic import HOME, KinematicWorld, between
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Outcome, Scene
 
 CORRELATION = 0.05  # time of a tremor [s]
@@ -68,8 +68,8 @@ class PersonWorld(KinematicWorld):
         self._tremble = kept * self._tremble + np.sqrt(1 - kept**2) * fresh
         positions = dict(seen.positions)
         for name in (self._held, *self._load) if self._held is not None else ():
-            positions[name] = _shifted(positions[name], self._tremble)
-        return replace(seen, positions=positions, gripper=_shifted(seen.gripper, self._tremble))
+            positions[name] = moved(positions[name], self._tremble)
+        return replace(seen, positions=positions, gripper=moved(seen.gripper, self._tremble))
 
     # Motions ------------------------------------------------------------------------------------
 
@@ -85,7 +85,7 @@ class PersonWorld(KinematicWorld):
             way = np.array(goal) - np.array(self._gripper)
             length = float(np.linalg.norm(way))
             if length > 2 * BEYOND and abs(way[2]) < 0.5 * length:  # nobody pushes through the table
-                super()._travel(_shifted(goal, way / length * self._person.uniform(0.3, 1) * BEYOND))
+                super()._travel(moved(goal, way / length * self._person.uniform(0.3, 1) * BEYOND))
         super()._travel(goal)
 
     def _wait(self, seconds: float) -> None:
@@ -111,11 +111,11 @@ class PersonWorld(KinematicWorld):
         name = near[int(self._person.integers(len(near)))]
         angle, reach = self._person.uniform(0, 2 * np.pi), self._person.uniform(*NUDGE)
         shift = np.array([reach * np.cos(angle), reach * np.sin(angle), 0.0])
-        x, y, _ = _shifted(self._positions[name], shift)
+        x, y, _ = moved(self._positions[name], shift)
         if self._within_reach(x, y, (x, y)) == (x, y) and self._has_room(name, x, y):
             begin = self._positions[name]
             for share in (0.25, 0.5, 0.75, 1.0):
-                self._positions[name] = _shifted(begin, share * shift)
+                self._positions[name] = moved(begin, share * shift)
                 self._time += self.frame_seconds
                 self._emit()
 
@@ -149,14 +149,14 @@ class PersonWorld(KinematicWorld):
             self._hold(target)
             self._wait(0.3)
             if self._does(0.5):
-                super()._travel(_shifted(grip, np.array([0, 0, LIFT])))
+                super()._travel(moved(grip, (0, 0, LIFT)))
                 super()._travel(grip)
             self._let_go()
             self._wait(0.3)
             super()._pick_up(target, grip)
             self._travel(back)
-            return
-        super()._pick_up(target, grip)
+        else:
+            super()._pick_up(target, grip)
 
     def _let_go(self) -> None:
         self._held, self._closed, self._load = None, False, []
@@ -174,9 +174,7 @@ class PersonWorld(KinematicWorld):
         others = [name for name in self._items if name != target]
         if others:
             other = others[int(self._person.integers(len(others)))]
-            above = self._hover(other)
-            share = float(self._person.uniform(0.4, 1))
-            self._travel(_shifted(self._gripper, share * (np.array(above) - np.array(self._gripper))))
+            self._travel(between(self._gripper, self._hover(other), float(self._person.uniform(0.4, 1))))
             self._wait(float(self._person.uniform(0.1, 0.5)))
 
     def _try_elsewhere(self, target: str) -> None:
@@ -193,7 +191,7 @@ class PersonWorld(KinematicWorld):
         self._travel(above)
         x, y, z = self._positions[item]
         down = self._resting_height(item, x, y) - z
-        self._travel(_shifted(self._gripper, np.array([0, 0, down])))
+        self._travel(moved(self._gripper, (0, 0, down)))
         self._let_go()
         self._travel(above)
         self._wait(0.4)
@@ -204,12 +202,9 @@ class PersonWorld(KinematicWorld):
         self._pick_up(item, self._grip(item))
 
     def _release(self) -> Outcome:
-        self._put |= {self._held} if self._held is not None else set()
+        if self._held is not None:
+            self._put.add(self._held)
         outcome = super()._release()
         if self._does(self.habits.goes_home):
             self._travel(HOME)
         return outcome
-
-
-def _shifted(position: Vector, shift: np.ndarray) -> Vector:
-    return (position[0] + float(shift[0]), position[1] + float(shift[1]), position[2] + float(shift[2]))

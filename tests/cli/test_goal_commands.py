@@ -274,3 +274,14 @@ def test_answers_that_do_not_fit_are_misuse(
 
 def test_nothing_is_asked_where_nothing_is_open(tmp_path: Path) -> None:
     assert run(["run", *FEW, *KINEMATIC, "--ask-below", "1"]) == 0
+
+
+def test_a_demonstration_of_other_objects_is_refused_before_it_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["run", "seating", "seating", *KINEMATIC, "--out", str(tmp_path)]) == 0
+    capsys.readouterr()
+    shown = tmp_path / "episode_00000.demo.parquet"
+    assert run(["run", *FEW, *KINEMATIC, "--demo", str(shown)]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("the demonstration lacks block_0") and "acts of the hand" not in error

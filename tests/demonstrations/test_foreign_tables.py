@@ -15,6 +15,7 @@ from ntp_dsl.api import Task
 from ntp_dsl.cli.app import run
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
+from ntp_dsl.demonstrations.pose_maps import read_map
 
 WORDS = ["import-demo", "block_stacking", "few_placements", "--seed", "4"]
 ORIGIN, ROTATION = (0.4, -0.1, 0.02), (0.0, 10.0, 90.0)
@@ -178,8 +179,9 @@ def test_nothing_that_exists_is_replaced(
 def test_the_template_fits_the_task(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*WORDS, "--template"]) == 0
     text = capsys.readouterr().out
-    count = 40
-    names = [name for row in text.splitlines() if row.startswith("position") for name in row.split('"')[1::2]]
+    (tmp_path / "map.toml").write_text(text)
+    told, count = read_map(tmp_path / "map.toml"), 40
+    names = [name for each in (told.gripper, *told.objects.values()) for name in each.position]
     columns = {name: np.full(count, 0.3) for name in names}
     columns |= {"time": np.arange(count) / 10, "closed": np.zeros(count)}
     assert run(write(tmp_path, columns, text)) == 0

@@ -136,12 +136,12 @@ def _poses(folder: Path, shown: Demonstration) -> dict[str, Format]:
     """Return a table of poses, and its map."""
     scene = shown.objects
     text = template(scene)
-    names = [name for row in text.splitlines() if row.startswith("position") for name in row.split('"')[1::2]]
+    (folder / "map.toml").write_text(text)
+    told = read_map(folder / "map.toml")
+    names = [name for each in (told.gripper, *told.objects.values()) for name in each.position]
     rows = [["time", "closed", *names], *([k / 10, k % 2, *[0.1 * k] * len(names)] for k in range(4))]
     table = "\n".join(",".join(map(str, row)) for row in rows).encode()
     (folder / "poses.csv").write_bytes(table)
-    (folder / "map.toml").write_text(text)
-    told = read_map(folder / "map.toml")
     return {
         "poses": Format(
             "a.csv",

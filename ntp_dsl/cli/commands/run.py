@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -38,16 +38,13 @@ from ntp_dsl.cli.options import (
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
-from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.worlds.protocol import Disturbances
-
-if TYPE_CHECKING:
-    from ntp_dsl.core.shown import Shown
 
 
 def command(
@@ -140,48 +137,40 @@ def command(
     policy = None
     if ask_below is not None and recorded is None:
         recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
-    if recorded is not None and not expert:
+    if recorded is not None:
         policy = evaluator.policy(recorded)
-        if ask_below is not None:
-            _ask(evaluator, policy, recorded.demonstration, ask_below, answer or [])
-        _warn(evaluator, policy)
+        _look_through(evaluator, policy, recorded.demonstration, ask_below, answer or [])
     run_episode(evaluator, recorded, out, json, policy)
     return 0
 
 
-def _warn(evaluator: Evaluator, policy: Policy) -> None:
-    """Say so where a demonstration is not understood whole."""
-    source, instance = _source(policy), evaluator.instance(0)
-    if source is None or not evaluator.registry.programs[instance.program].takes_list:
+def _look_through(
+    evaluator: Evaluator, policy: Policy, shown: Demonstration, ask_below: float | None, answers: list[int]
+) -> None:
+    """Ask which elements of the program's lists are meant, and say so where not all is understood."""
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    instance = evaluator.instance(0)
+    check_objects(shown, instance.objects)
+    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+        if ask_below is not None:
+            raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
         return
-    reading = source.reading(instance.program, instance.arguments, source.scope())
+    if not evaluator.registry.programs[instance.program].takes_list:
+        return
+    source = policy.source
+    wanted = instance.program, instance.arguments, source.scope()
+    if ask_below is not None:
+        doubts = [each for each in source.reading(*wanted).doubts if each.probability < ask_below]
+        if meant := answered(evaluator.registry, shown, doubts, answers):
+            source.settle(*wanted, meant)
+    reading = source.reading(*wanted)
     if not reading.is_whole:
         messages.print(
             f"only {reading.explained} of {counted(reading.acts, 'act')} of the hand are explained; "
             "`ntp read` prints what was understood"
         )
-
-
-def _source(policy: Policy) -> Shown | None:
-    """Return the demonstration as the one core reads it; None for the baseline."""
-    from ntp_dsl.core.policy import OneShotPolicy
-    from ntp_dsl.core.shown import Shown
-
-    return policy.source if isinstance(policy, OneShotPolicy) and isinstance(policy.source, Shown) else None
-
-
-def _ask(
-    evaluator: Evaluator, policy: Policy, shown: Demonstration, threshold: float, answers: list[int]
-) -> None:
-    """Ask which elements of the program's lists are meant, where the demonstration does not tell."""
-    instance, source = evaluator.instance(0), _source(policy)
-    if source is None:
-        raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
-    scope = source.scope()
-    reading = source.reading(instance.program, instance.arguments, scope)
-    doubts = [each for each in reading.doubts if each.probability < threshold]
-    meant = answered(evaluator.registry, shown, doubts, answers)
-    source.settle(instance.program, instance.arguments, scope, meant)
 
 
 def run_episode(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.geometry import Vector, moved
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.perturbed_starts import perturbed_start
@@ -91,7 +91,7 @@ def shaken(seen: Observation, rng: np.random.Generator) -> Observation:
     """Return the moment with everything movable moved by millimetres, so that facts are close calls."""
     size = float(rng.uniform(0.003, 0.02))
     positions = {
-        name: _moved(at, rng.normal(0, size, 3)) if seen.by_name[name].movable else at
+        name: moved(at, rng.normal(0, size, 3)) if seen.by_name[name].movable else at
         for name, at in seen.positions.items()
     }
     x, y, z = np.array(seen.gripper) + rng.normal(0, size, 3)
@@ -108,7 +108,7 @@ def closed_on(truth: Observation, rng: np.random.Generator) -> Observation:
     aside = float(rng.choice([0.0003, 0.003, 0.02]))
     rise = rng.uniform(-0.6, 0.6) * truth.by_name[name].size[2] + rng.normal(0, 0.015)
     by = np.array([*rng.normal(0, aside, 2), rise])
-    return replace(truth, gripper=_moved(truth.positions[name], by), closed=True)
+    return replace(truth, gripper=moved(truth.positions[name], by), closed=True)
 
 
 def looked_at(truth: Observation, rng: np.random.Generator) -> Observation:
@@ -117,9 +117,5 @@ def looked_at(truth: Observation, rng: np.random.Generator) -> Observation:
     if not sigma:
         return truth
     deviations = {name: sigma * float(rng.uniform(0.25, 1.0)) for name in truth.positions}
-    positions = {name: _moved(at, rng.normal(0, deviations[name], 3)) for name, at in truth.positions.items()}
+    positions = {name: moved(at, rng.normal(0, deviations[name], 3)) for name, at in truth.positions.items()}
     return replace(truth, positions=positions, deviations=deviations)
-
-
-def _moved(at: Vector, by: np.ndarray) -> Vector:
-    return at[0] + float(by[0]), at[1] + float(by[1]), at[2] + float(by[2])

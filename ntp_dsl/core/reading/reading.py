@@ -53,11 +53,15 @@ class Reading:
 
     arguments: tuple[Argument, ...]
     call: DemonstratedCall
-    explained: int  # acts of the hand
-    acts: int
-    acts_explained: frozenset[int] = frozenset()  # by their numbers
+    acts_explained: frozenset[int]  # by the hand's acts' numbers
+    acts: int  # of the hand
     unshown: tuple[str, ...] = ()  # fields of which no contract says anything
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
+
+    @property
+    def explained(self) -> int:
+        """Return how many acts are explained."""
+        return len(self.acts_explained)
 
     @property
     def probability(self) -> float:
@@ -372,9 +376,7 @@ class Reader:
             explained.add(act.number)
         self._explanation.finish(top, self.moments.scope[1] - 1)
         call.scope, call.done = self.moments.scope, True
-        return Reading(
-            arguments, call, len(explained), len(self.moments.acts), frozenset(explained), self._unshown
-        )
+        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), self._unshown)
 
 
 def _values(element: Element) -> list[str]:

@@ -130,7 +130,7 @@ def _check_bound(table: SymbolTable, parameter: nodes.Parameter, bound: nodes.Nu
 
 
 def check_order(low: nodes.Number, high: nodes.Number, span: Span) -> Iterator[Diagnostic]:
-    """Check that a range does not end below its start."""
+    """Check that a range does not end below its start, and has its unit at its end."""
     if low.unit and not high.unit and high.value:
         meant = format_expression(replace(high, unit=low.unit))
         help = f"without a unit it is in SI: write '{meant}', or the unit that is meant"

@@ -70,7 +70,7 @@ def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
 
 def _in_unit_of(high: Number, low: Number) -> Number:
     """Return the lower bound of `3 .. 12 cm` in the unit that is written once, at the end."""
-    return low if low.unit else replace(low, unit=high.unit, is_unit_shared=True)
+    return low if low.unit or not high.unit else replace(low, unit=high.unit, is_unit_shared=True)
 
 
 class Builder(Terms):
