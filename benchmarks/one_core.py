@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 from ntp_dsl.common.resources import examples_folder
-from ntp_dsl.core.dispatch.dispatcher import Dispatcher
+from ntp_dsl.core.dispatch.dispatcher import Dispatcher, Situation
 from ntp_dsl.core.dispatch.learned import LearnedDispatcher
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
 from ntp_dsl.core.one_core import load_one_core, shipped_core
@@ -191,19 +191,21 @@ def times(arguments: argparse.Namespace) -> dict[str, Any]:
         for number, look in enumerate(seen):
             call = calls[number % len(calls)]
             start = perf_counter()
-            dispatcher.dispatch(call.name, call.arguments, shown.perceive(look), frozenset())
+            dispatcher.dispatch([Situation(call.name, call.arguments, shown.perceive(look))])
             alone.append(perf_counter() - start)
         batch = []
         for first in range(0, len(seen) - 50, 10):
             start = perf_counter()
+            situations = []
             for number, graded in enumerate(ground_all(core.grounding, seen[first : first + 50])):
                 state = shown.perceive(seen[first + number])
                 state.graded = graded
                 call = calls[number % len(calls)]
-                dispatcher.dispatch(call.name, call.arguments, state, frozenset())
+                situations.append(Situation(call.name, call.arguments, state))
+            dispatcher.dispatch(situations)
             batch.append((perf_counter() - start) / 50)
         found[f"decision by {name}, 8 objects [us]"] = round(1e6 * float(np.median(alone)))
-        found[f"the same, grounded in a batch of 50 [us], by {name}"] = round(1e6 * float(np.median(batch)))
+        found[f"the same, in a batch of 50 [us], by {name}"] = round(1e6 * float(np.median(batch)))
     for library, task, label in (
         (examples_folder() / "object_sorting", "object_sorting", "15 objects"),
         (examples_folder() / "object_sorting", "many_objects", "45 objects"),

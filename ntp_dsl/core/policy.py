@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.core.dispatch.dispatcher import Dispatcher
+from ntp_dsl.core.dispatch.dispatcher import Dispatcher, Situation
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Source
@@ -41,7 +41,7 @@ class OneShotPolicy:
         if arguments is None:
             reason = f"the demonstration does not show what {frame.program} is to do"
             return Choice(None, done=False, decision=Decision(reason=reason), seen=seen)
-        found = self._dispatcher.dispatch(frame.program, arguments, state, barred)
+        [found] = self._dispatcher.dispatch([Situation(frame.program, arguments, state, barred)])
         answer = found.answer
         decision = with_fields(found.decision, read=self.source.told(frame))
         if not isinstance(answer, NextCall):

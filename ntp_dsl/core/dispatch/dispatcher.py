@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +11,16 @@ from ntp_dsl.policies.expert import NextCall, Return
 from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Decision
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A running program, the state that it finds, and the callees that it may not call (None: no return)."""
+
+    program: str
+    arguments: tuple[Argument, ...]
+    state: Believed
+    barred: Barred = frozenset()
 
 
 @dataclass(frozen=True)
@@ -23,7 +34,5 @@ class Dispatched:
 class Dispatcher(Protocol):
     """Finds the next call of any declared program."""
 
-    def dispatch(
-        self, program: str, arguments: tuple[Argument, ...], state: Believed, barred: Barred
-    ) -> Dispatched:
-        """Return the next call, never one of the `barred` callees, or a return."""
+    def dispatch(self, situations: Sequence[Situation]) -> list[Dispatched]:
+        """Return for each situation the next call, never one of the barred callees, or a return."""

@@ -9,19 +9,19 @@ from typing import TypeVar
 import torch
 from msgspec.structs import replace
 
-from ntp_dsl.core.dispatch.dispatcher import Dispatched
+from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
 from ntp_dsl.core.dispatch.rows import Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
-from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
-from ntp_dsl.semantics.observation import Argument, without_lists
+from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 
 Value = TypeVar("Value", bound=str | float)
+
+Chances = tuple[list[float], float]  # how probable each call of a row is, and the end
 
 TOP = 5  # alternatives that a decision reports
 
@@ -36,21 +36,30 @@ class LearnedDispatcher:
     def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
         self._expert, self._network, self._rule = expert, network, RuleDispatcher(expert)
 
-    def dispatch(
-        self, program: str, arguments: tuple[Argument, ...], state: Believed, barred: Barred
-    ) -> Dispatched:
-        program_row = self._expert.registry.programs[program]
-        if program_row.in_python:
-            return self._rule.dispatch(program, arguments, state, barred)
-        row = unrolled(self._expert.registry, program_row, arguments, state)
-        chances, end = self._chances(row)
+    def dispatch(self, situations: Sequence[Situation]) -> list[Dispatched]:
+        registry = self._expert.registry
+        rows = [
+            None
+            if (program := registry.programs[each.program]).in_python
+            else unrolled(registry, program, each.arguments, each.state)
+            for each in situations
+        ]
+        chances = iter(self._chances([row for row in rows if row is not None]))
+        return [
+            self._rule.dispatch([each])[0] if row is None else self._dispatched(each, row, *next(chances))
+            for each, row in zip(situations, rows, strict=True)
+        ]
+
+    def _dispatched(self, situation: Situation, row: Row, chances: list[float], end: float) -> Dispatched:
         allowed = [
-            0.0 if call.callee in barred else chance for call, chance in zip(row.calls, chances, strict=True)
+            0.0 if call.callee in situation.barred else chance
+            for call, chance in zip(row.calls, chances, strict=True)
         ]
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
-        ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in barred)
+        ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in situation.barred)
         chance = end if ends or best is None else chances[best]
-        facts, statements = evidence(self._expert, program_row, arguments, state)
+        program = self._expert.registry.programs[situation.program]
+        facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
         decision = Decision(
             probability=rounded(chance),
             end_probability=rounded(end),
@@ -65,12 +74,13 @@ class LearnedDispatcher:
         return Dispatched(call, _with_call(decision, call, row, chances))
 
     @torch.inference_mode()
-    def _chances(self, row: Row) -> tuple[list[float], float]:
-        """Return the probability of each call, and of the end."""
-        if not row.calls:
-            return [], 1.0
-        calls, end = self._network(batched([row]))
-        return calls[0].exp().tolist(), float(end[0].exp())
+    def _chances(self, rows: Sequence[Row]) -> list[Chances]:
+        """Return how probable each call of each row is, and the end."""
+        if not any(row.calls for row in rows):
+            return [([], 1.0) for _ in rows]
+        calls, ends = self._network(batched(rows))
+        pairs = zip(rows, calls.exp().tolist(), ends.exp().tolist(), strict=True)
+        return [(chances[: len(row.calls)], end) if row.calls else ([], 1.0) for row, chances, end in pairs]
 
 
 def _with_call(decision: Decision, call: NextCall, row: Row, chances: list[float]) -> Decision:

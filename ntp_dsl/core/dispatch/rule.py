@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from ntp_dsl.core.dispatch.dispatcher import Dispatched
+from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
@@ -21,13 +21,15 @@ class RuleDispatcher:
     def __init__(self, expert: Expert) -> None:
         self.expert = expert
 
-    def dispatch(
-        self, program: str, arguments: tuple[Argument, ...], state: Believed, barred: Barred
-    ) -> Dispatched:
-        answer = self.expert.decide(program, arguments, state)
-        if isinstance(answer, NextCall) and answer.callee in barred:
+    def dispatch(self, situations: Sequence[Situation]) -> list[Dispatched]:
+        return [self._dispatched(each) for each in situations]
+
+    def _dispatched(self, situation: Situation) -> Dispatched:
+        arguments, state = situation.arguments, situation.state
+        answer = self.expert.decide(situation.program, arguments, state)
+        if isinstance(answer, NextCall) and answer.callee in situation.barred:
             answer = Return(False, f"{answer.callee} was of no use")
-        row = self.expert.registry.programs[program]
+        row = self.expert.registry.programs[situation.program]
         facts, statements = evidence(self.expert, row, arguments, state)
         sure = round(min((max(each.probability, 1 - each.probability) for each in facts), default=1.0), 4)
         return Dispatched(
