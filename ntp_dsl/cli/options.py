@@ -73,6 +73,14 @@ DemoNoise = Annotated[
         min=0, max=0.1, callback=number, help="Standard deviation of positions in the demonstration [m]."
     ),
 ]
+WholeScopes = Annotated[
+    bool,
+    typer.Option(
+        "--whole-scopes",
+        help="Let every program read its lists from the whole demonstration, not from its own part of it: "
+        "what scopes are good for is the difference.",
+    ),
+]
 DemoBy = Annotated[
     Person | None,
     typer.Option(

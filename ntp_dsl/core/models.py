@@ -28,8 +28,12 @@ from ntp_dsl.traces.decision import Dispatch
 class Model(Protocol):
     """What was learnt, for one library."""
 
-    def shown(self, demonstration: Demonstration) -> Policy:
-        """Return the policy that does what a demonstration shows."""
+    def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> Policy:
+        """Return the policy that does what a demonstration shows.
+
+        Args:
+            whole_scopes: every program reads its lists from the whole demonstration.
+        """
 
     def told(self) -> Policy:
         """Return the policy that does what the lists among its arguments say."""
@@ -43,12 +47,12 @@ class OneCoreModel:
     registry: Registry
     dispatch: Dispatch
 
-    def read(self, demonstration: Demonstration) -> Shown:
+    def read(self, demonstration: Demonstration, whole_scopes: bool = False) -> Shown:
         """Return a demonstration as it is read."""
-        return Shown(self.registry, demonstration, self.core.grounding)
+        return Shown(self.registry, demonstration, self.core.grounding, whole_scopes)
 
-    def shown(self, demonstration: Demonstration) -> OneShotPolicy:
-        return OneShotPolicy(self.read(demonstration), self._dispatcher())
+    def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> OneShotPolicy:
+        return OneShotPolicy(self.read(demonstration, whole_scopes), self._dispatcher())
 
     def told(self) -> OneShotPolicy:
         return OneShotPolicy(Told(self.registry, self.core.grounding), self._dispatcher())
@@ -66,7 +70,9 @@ class BaselineModel:
 
     core: Core
 
-    def shown(self, demonstration: Demonstration) -> Policy:
+    def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> Policy:
+        if whole_scopes:
+            raise NtpError("a checkpoint of `ntp train` has learnt its scopes: omit --whole-scopes")
         return LearnedPolicy(self.core, demonstration)
 
     def told(self) -> Policy:

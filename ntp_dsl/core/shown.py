@@ -72,10 +72,21 @@ class Told:
 
 
 class Shown:
-    """A demonstration: each program that takes lists reads them from its own scope of it."""
+    """A demonstration: each program that takes lists reads them from its own scope of it.
 
-    def __init__(self, registry: Registry, demonstration: Demonstration, network: Grounding) -> None:
+    Args:
+        whole_scopes: from all of it instead, to measure what scopes are good for.
+    """
+
+    def __init__(
+        self,
+        registry: Registry,
+        demonstration: Demonstration,
+        network: Grounding,
+        whole_scopes: bool = False,
+    ) -> None:
         self.registry, self.demonstration, self._network = registry, demonstration, network
+        self._whole_scopes = whole_scopes
         self.expert = Expert(registry)
         self._states = steadied(demonstration)
         self._moments = Moments(self._states, (0, len(demonstration)), self._perceive_all)
@@ -111,6 +122,8 @@ class Shown:
         return self.reading(frame.program, frame.arguments, frame.scope).arguments
 
     def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
+        if self._whole_scopes:
+            return self.scope()
         call = counterpart(self._call(frame), callee, arguments)
         return call.scope if call is not None else None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,6 +26,7 @@ from ntp_dsl.evaluation.episode_parts import (
     demonstration,
     drawn_instance,
 )
+from ntp_dsl.evaluation.scope_agreement import ScopeWatcher
 from ntp_dsl.execution.interpreter import Watcher
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
@@ -60,6 +61,7 @@ class Plan:
     demo_noise: float = 0.0  # standard, of the positions that a demonstration shows [m]
     demo_by: Person | None = None  # a simulated person, by whose hand the expert demonstrates
     demo_rate: float = RATE  # of such a demonstration: frames a second
+    whole_scopes: bool = False  # every program reads its lists from the whole demonstration
     goal: Path | None = None  # a file that tells the goal: nothing is demonstrated then
 
 
@@ -78,6 +80,7 @@ class Episode:
     simulated_seconds: float
     disturbances: int
     demonstrations: int  # attempts until one succeeded
+    scopes: Mapping[str, Sequence[float]]  # of calls by callee: overlap with the expert's, 0 to 1
     wall_seconds: float = field(default=0.0, compare=False)
     deciding_seconds: float = field(default=0.0, compare=False)
     planning_seconds: float = field(default=0.0, compare=False)
@@ -142,8 +145,11 @@ class Evaluator:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
         if self._model is None:
             return ScriptedPolicy(self.expert, recorded.calls if recorded else None)
-        policy: Policy = self._model.shown(recorded.demonstration) if recorded else self._model.told()
-        return policy
+        if recorded is None:
+            told: Policy = self._model.told()
+            return told
+        shown: Policy = self._model.shown(recorded.demonstration, self.plan.whole_scopes)
+        return shown
 
     def episode(
         self,
@@ -171,6 +177,8 @@ class Evaluator:
             except NoDemonstration as failure:
                 if self.is_learned:
                     return _without_demonstration(number, instance, failure)
+        shown = recorded.calls if recorded is not None and self.is_learned else None
+        scopes = ScopeWatcher(shown, watch) if shown is not None else None
         with traced(self.plan.traces, number) as writer:
             done = carry_out(
                 self.registry,
@@ -182,7 +190,7 @@ class Evaluator:
                 self.plan.seed,
                 number,
                 self.plan.disturbances,
-                watch,
+                scopes or watch,
                 on_frame,
             )
         run, verdict = done.run, done.verdict
@@ -198,6 +206,7 @@ class Evaluator:
             round(done.simulated_seconds, 3),
             run.disturbances,
             attempts if self.is_learned else 0,
+            scopes.overlaps if scopes is not None else {},
             done.wall_seconds,
             run.deciding_seconds,
             run.planning_seconds,
@@ -252,6 +261,7 @@ def _without_demonstration(number: int, instance: Instance, failure: NoDemonstra
         simulated_seconds=0.0,
         disturbances=0,
         demonstrations=ATTEMPTS,
+        scopes={},
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ntp_dsl.evaluation.episodes import Episode
+from ntp_dsl.evaluation.scope_agreement import ScopeAgreement, agreement
 from ntp_dsl.traces.schema import Attribution
 
 KINDS = (Attribution.DECISION, Attribution.PLANNER, Attribution.GRASP, Attribution.PHYSICS)
@@ -40,6 +41,7 @@ class Statistics:
     placements_per_episode: float
     disturbances: int
     demonstrations_repeated: int
+    scopes: Mapping[str, ScopeAgreement]  # of learned programs' calls, by callee
     failed: tuple[FailedEpisode, ...]
     seed: int
 
@@ -62,6 +64,7 @@ def statistics(episodes: Sequence[Episode], seed: int) -> Statistics:
         placements_per_episode=_mean(float(episode.placements) for episode in episodes),
         disturbances=sum(episode.disturbances for episode in episodes),
         demonstrations_repeated=sum(max(episode.demonstrations - 1, 0) for episode in episodes),
+        scopes=agreement([episode.scopes for episode in episodes]),
         failed=tuple(
             FailedEpisode(e.number, e.name, e.attributed_to, e.reason) for e in episodes if not e.success
         ),

@@ -12,6 +12,7 @@ from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
 from ntp_dsl.semantics.observation import Observation
 
 ANY = "any"
+ANY_KNOWN = frozenset({"holding"})  # predicates that say of themselves whether they hold of anything
 CENTRED = 0.015  # the target of programs; success tests accept more, so that no choice is borderline
 ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from the object to grasp, seen from above

@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 from ntp_dsl.language.names.signatures import si
@@ -13,7 +14,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.observation import Argument, Observation, Record
-from ntp_dsl.semantics.predicates import ANY, BUILT_IN, trait
+from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, trait
 
 Bindings = Mapping[str, Argument]
 
@@ -107,6 +108,25 @@ class State:
         """Return the names of the scene's objects of a type, in the observation's order."""
         is_a = self.registry.is_a
         return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
+
+    def values(self, type_name: str) -> list[str]:
+        """Return the members of an enumeration, or the objects and constants of a type."""
+        if type_name in self.registry.enums:
+            return list(self.registry.enums[type_name])
+        constants = [n for n, kind in self.registry.constants.items() if self.registry.is_a(kind, type_name)]
+        return list(dict.fromkeys([*self.objects(type_name), *constants]))
+
+    def ways(
+        self, declared: nodes.PredicateDeclaration, arguments: tuple[Argument, ...]
+    ) -> Iterator[tuple[Argument, ...]] | None:
+        """Return every way to put something in the place of each `any`; None where there is none to replace.
+
+        Of some predicates the world itself says whether they hold of anything.
+        """
+        if ANY not in arguments or declared.result is not None or _provider_name(declared) in ANY_KNOWN:
+            return None
+        pairs = zip(declared.parameters, arguments, strict=True)
+        return product(*(self.values(p.type.name) if each == ANY else (each,) for p, each in pairs))
 
     def true(self, expression: nodes.Expression | None, scope: Bindings) -> bool:
         """Return whether an expression holds; None always does."""
@@ -202,6 +222,9 @@ class State:
 
     def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
         declared = self.registry.predicates[predicate]
+        ways = self.ways(declared, arguments)
+        if ways is not None:
+            return any(self.reading(predicate, way) for way in ways)
         if declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             return self.true(declared.body, dict(zip(names, arguments, strict=True)))
@@ -209,10 +232,14 @@ class State:
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
         """Return the world's own predicate, a function in Python, or the reading of a trait."""
-        name = declared.by.id if declared.by else declared.name
+        name = _provider_name(declared)
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
             return function
         if name in self._built_in or declared.result is None:
             return self._built_in[name]
         return trait(declared.name)
+
+
+def _provider_name(declared: nodes.PredicateDeclaration) -> str:
+    return declared.by.id if declared.by else declared.name

@@ -85,6 +85,9 @@ MEANING = {
     "a truth as a thing": ("E205", PROGRAM + "    pick(@clear(x))\n"),
     "a loop over one thing": ("E206", PROGRAM + "    for y in @x:\n        pick(y)\n"),
     "a call with any": ("E207", PROGRAM + "    pick(@any)\n"),
+    "a reading of any": ("E207",
+        "enum Side: left, right\npredicate side(x: Object) -> Side\n"
+        "predicate odd(x: Object): side(x) == side(@any)\n"),
     "a thing like a number": ("E208", "predicate near(x: Object): @x == 3\n"),
     "a program twice": ("E301",
         PROGRAM + "    pick(x)\n" + PROGRAM.replace("go", "@go") + "    pick(x)\n"),

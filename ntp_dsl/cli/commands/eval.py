@@ -28,6 +28,7 @@ from ntp_dsl.cli.options import (
     Slips,
     Task,
     Topology,
+    WholeScopes,
     Workers,
     WorldName,
     shown_at,
@@ -57,6 +58,7 @@ def command(
     demo_noise: DemoNoise = 0.0,
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
+    whole_scopes: WholeScopes = False,
     tasks: Annotated[
         Path | None,
         typer.Option(
@@ -80,8 +82,8 @@ def command(
     path = model_or_expert(model, expert, dispatch)
     disturbances = Disturbances(slips, pushes, noise)
     ranges = varied(length, topology, semantics)
-    if expert and (demo_noise or demo_by):
-        raise NtpError("--expert needs no demonstration: omit --demo-noise and --demo-by")
+    if expert and (demo_noise or demo_by or whole_scopes):
+        raise NtpError("--expert needs no demonstration: omit --demo-noise, --demo-by and --whole-scopes")
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
     plan = Plan(
@@ -98,6 +100,7 @@ def command(
         demo_noise=demo_noise,
         demo_by=demo_by,
         demo_rate=shown_at(demo_by, demo_rate),
+        whole_scopes=whole_scopes,
         dispatch=dispatch,
     )
     done: list[Episode] = []
@@ -136,5 +139,11 @@ def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> 
         f"simulated {figures.simulated_seconds_per_episode:.1f} s, "
         f"{figures.placements_per_episode:.1f} placements"
     )
+    if figures.scopes:
+        lowest, worst = min(figures.scopes.items(), key=lambda each: each[1].overlap)
+        mean = sum(each.overlap for each in figures.scopes.values()) / len(figures.scopes)
+        answers.print(
+            f"scopes           {mean:.2f} of the frames as the expert's (least: {lowest} {worst.overlap:.2f})"
+        )
     for failure in figures.failed:
         answers.print(f"episode {failure.episode}: {failure.attributed_to}: {failure.reason}")

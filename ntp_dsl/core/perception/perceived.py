@@ -63,7 +63,10 @@ class Believed(State):
             return self.likely(fact.expression, fact.scope)
         declared = self.registry.predicates[fact.predicate]
         provider = declared.by.id if declared.by else declared.name
-        if declared.body is not None:
+        ways = self.ways(declared, fact.arguments)
+        if ways is not None:
+            chance = max((self.probability(Literal(fact.predicate, way)) for way in ways), default=0.0)
+        elif declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             chance = self.likely(declared.body, dict(zip(names, fact.arguments, strict=True)))
         elif provider in self._chances:

@@ -241,10 +241,7 @@ class ListContract:
     def _values(self, field: Parameter, state: State) -> Sequence[str] | None:
         if self.registry.is_number(field.type):
             return None
-        if field.type in self.registry.enums:
-            return self.registry.enums[field.type]
-        constants = [n for n, kind in self.registry.constants.items() if self.registry.is_a(kind, field.type)]
-        return list(dict.fromkeys([*state.objects(field.type), *constants]))
+        return state.values(field.type)
 
     def agrees(self, bound: Bound, state: State, last: set[str]) -> bool:
         """Return whether the conditions that name a field bound last, and none that is not bound, hold."""

@@ -43,19 +43,22 @@ class Explanation:
         """Return the running call after an act that it explains; None where it does not explain it."""
         if top.rest:
             return replace(top, rest=top.rest - 1)
+        noted: DemonstratedCall | None = None
         for frame in (act.start, *act.before):
             state = self.moments.state(frame)
-            found = self._descend(top, state, frame)
+            begin = max(act.arrived, frame) if frame in act.before else act.left
+            found = self._descend(top, state, begin)
             if found is None:
                 return None
             top, primitive = found
+            noted = self._note_primitive(top, primitive, begin, noted)
             if frame not in act.before:  # the hand is still on its way
                 continue
             if any(self._came_true(primitive, state, self.moments.state(after)) for after in act.after):
-                self._note_primitive(top, primitive, frame, act.frame)
+                _ends(noted, act.end)
                 return top
             if (rest := self._acts_of(primitive, act, state)) is not None:
-                self._note_primitive(top, primitive, frame, self.moments.acts[act.number + rest].frame)
+                _ends(noted, self.moments.acts[act.number + rest].end)
                 return replace(top, rest=rest)
         return None
 
@@ -75,12 +78,17 @@ class Explanation:
                 return later.number - act.number
         return None
 
-    def finish(self, top: Running, frame: int) -> None:
+    def finish(self, top: Running) -> None:
         """Let the calls that are done in the last state return."""
-        self._descend(top, self.moments.state(frame), frame)
+        end = self.moments.scope[1]
+        self._descend(top, self.moments.state(end - 1), end)
 
     def _descend(self, top: Running, state: State, frame: int) -> tuple[Running, NextCall] | None:
-        """Return the running call that would call a primitive next, and which; None if none would."""
+        """Return the running call that would call a primitive next, and which; None if none would.
+
+        Args:
+            frame: in which calls are noted to begin and to end.
+        """
         for _ in range(DECISIONS):
             try:
                 decision = self.expert.decide(top.program, top.arguments, state)
@@ -88,7 +96,7 @@ class Explanation:
                 return None
             if isinstance(decision, Return):
                 if top.call is not None:
-                    top.call.scope = top.call.scope[0], frame + 1
+                    _ends(top.call, frame)
                     top.call.done = decision.done
                 if top.caller is None:
                     return None
@@ -102,8 +110,7 @@ class Explanation:
     def _enter(self, top: Running, decision: NextCall, frame: int) -> Running:
         call = None
         if top.call is not None:
-            first, ends = top.call.scope[0], [each.scope[1] for each in top.call.children]
-            begin = max([first, frame, *ends]) if ends or frame > first else first
+            begin = max([top.call.scope[0], frame, *(each.scope[1] for each in top.call.children)])
             call = DemonstratedCall(
                 name=decision.callee, arguments=decision.arguments, scope=(begin, begin), done=False
             )
@@ -111,13 +118,21 @@ class Explanation:
             top.call.children.append(call)
         return Running(decision.callee, decision.arguments, top, call)
 
-    def _note_primitive(self, top: Running, primitive: NextCall, begin: int, end: int) -> None:
-        if top.call is not None:
-            top.call.children.append(
-                DemonstratedCall(
-                    name=primitive.callee, arguments=primitive.arguments, scope=(begin, end + 1), done=True
-                )
-            )
+    def _note_primitive(
+        self, top: Running, primitive: NextCall, begin: int, before: DemonstratedCall | None
+    ) -> DemonstratedCall | None:
+        """Note a primitive that begins, and that the one before it has ended, if it is another."""
+        if top.call is None:
+            return None
+        if before is not None:
+            if (before.name, before.arguments) == (primitive.callee, primitive.arguments):
+                return before
+            _ends(before, begin)
+        call = DemonstratedCall(
+            name=primitive.callee, arguments=primitive.arguments, scope=(begin, begin), done=True
+        )
+        top.call.children.append(call)
+        return call
 
     def _came_true(self, primitive: NextCall, before: State, after: State) -> bool:
         """Return whether something that a primitive achieves was missing, and all of it holds afterwards."""
@@ -139,3 +154,9 @@ def unmarked(top: Running) -> Running:
     """Return a running call in which nothing of what is shown is noted."""
     caller = unmarked(top.caller) if top.caller is not None else None
     return replace(top, caller=caller, call=None)
+
+
+def _ends(call: DemonstratedCall | None, frame: int) -> None:
+    """Note the frame in which a call has ended: it has at least one."""
+    if call is not None:
+        call.scope = call.scope[0], max(frame, call.scope[0] + 1)

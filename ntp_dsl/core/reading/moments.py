@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ntp_dsl.core.perception.steadied import Steadied
 from ntp_dsl.core.reading.likelihood import Perceive, Places, places
@@ -15,6 +16,9 @@ from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
 LOOKS = 5  # between its arrival and the act, at most
+SPAN = 0.1  # before and after a frame: over these the hand's speed is measured [s]
+STILL = 1e-3  # [m/s] speeds nearer than this are the same
+LIFTED = 0.02  # of the hand, at least, where it is told from its stops when it comes and goes [m]
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,9 @@ class Act:
     start: int  # of the phase before it
     before: tuple[int, ...]  # when the hand is where it acts, in their order
     after: tuple[int, ...]
+    left: int  # the first frame in which the hand is on its way, after the act before
+    arrived: int  # the first in which it is there
+    end: int  # the first in which it has left again
 
 
 class Moments:
@@ -72,17 +79,59 @@ class Moments:
 
     @cached_property
     def acts(self) -> list[Act]:
-        pairs = zip(self.phases, self.phases[1:], strict=False)
-        return [
-            Act(number, after[0], phase[0], self._before(*phase), self._after(*after))
-            for number, (phase, after) in enumerate(pairs)
-        ]
+        found: list[Act] = []
+        for number, (phase, after) in enumerate(zip(self.phases, self.phases[1:], strict=False)):
+            arrival = self._arrival(*phase)
+            left = found[-1].end if found else phase[0]
+            before, later = self._before(arrival, phase[1]), self._after(*after)
+            arrived = max(left, self._stop(arrival, phase[1], arrival))
+            end = self._departure(*after)
+            found.append(Act(number, after[0], phase[0], before, later, left, arrived, end))
+        return found
 
-    def _before(self, begin: int, end: int) -> tuple[int, ...]:
-        """Return some frames of a phase from when the hand is where it will act."""
+    def _arrival(self, begin: int, end: int) -> int:
+        """Return the first frame of a phase from which on the hand is where it will act."""
         hand = self._shown.demonstration.grippers[begin:end, :2]
         away = np.flatnonzero(np.linalg.norm(hand - hand[-1], axis=1) > ARRIVED)
-        arrival = begin + (int(away[-1]) + 1 if len(away) else 0)
+        return begin + (int(away[-1]) + 1 if len(away) else 0)
+
+    def _departure(self, begin: int, end: int) -> int:
+        """Return the first frame of a phase in which the hand has left the place where it acted."""
+        hand = self._shown.demonstration.grippers[begin:end, :2]
+        away = np.flatnonzero(np.linalg.norm(hand - hand[0], axis=1) > ARRIVED)
+        if not len(away) and end == self.scope[1]:
+            return end  # it stays
+        gone = begin + int(away[0]) if len(away) else end
+        return self._stop(begin, gone, gone)
+
+    def _stop(self, begin: int, end: int, otherwise: int) -> int:
+        """Return the first frame after the hand, while it is up, has been slowest.
+
+        A motion begins and ends at rest: so it is told where coming, acting and going meet.
+
+        Args:
+            otherwise: returned where the hand is not lifted.
+        """
+        heights = self._shown.demonstration.grippers[begin:end, 2]
+        if not len(heights) or np.ptp(heights) < LIFTED:
+            return otherwise
+        up = heights >= (heights.min() + heights.max()) / 2
+        speeds = np.where(up, self._speeds[begin:end], np.inf)
+        return begin + int(np.flatnonzero(speeds <= speeds.min() + STILL)[-1]) + 1
+
+    @cached_property
+    def _speeds(self) -> NDArray[np.float64]:
+        """Return how fast the hand is in each frame, (T,) [m/s]."""
+        demonstration = self._shown.demonstration
+        times, hand = demonstration.times.astype(float), demonstration.grippers
+        first = np.searchsorted(times, times - SPAN - 1e-6)
+        last = np.searchsorted(times, times + SPAN + 1e-6) - 1
+        spent = np.maximum(times[last] - times[first], 1e-6)
+        return np.asarray(np.linalg.norm(hand[last] - hand[first], axis=1) / spent)
+
+    @staticmethod
+    def _before(arrival: int, end: int) -> tuple[int, ...]:
+        """Return some frames of a phase from when the hand is where it will act."""
         looks = np.linspace(arrival, end - 1, min(LOOKS, end - arrival)).round().astype(int)
         return tuple(dict.fromkeys(looks.tolist()))
 

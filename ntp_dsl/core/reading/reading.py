@@ -374,7 +374,7 @@ class Reader:
             assert after is not None, "it was explained just now"
             top = after
             explained.add(act.number)
-        self._explanation.finish(top, self.moments.scope[1] - 1)
+        self._explanation.finish(top)
         call.scope, call.done = self.moments.scope, True
         return Reading(arguments, call, frozenset(explained), len(self.moments.acts), self._unshown)
 

@@ -21,6 +21,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.semantics.state import Literal, State
 
 AGREE, OF_EACH = 0.995, 0.99
@@ -55,18 +56,9 @@ def all_facts(registry: Registry, state: State) -> Iterator[Literal]:
     for declared in registry.predicates.values():
         if declared.result is not None:
             continue
-        options = [values_of(registry, state, parameter.type.name) for parameter in declared.parameters]
+        options = [state.values(parameter.type.name) for parameter in declared.parameters]
         if all(options):
             yield from (Literal(declared.name, values) for values in product(*options))
-
-
-def values_of(registry: Registry, state: State, type_name: str) -> list[Any]:
-    if type_name in registry.enums:
-        return list(registry.enums[type_name])
-    if type_name not in registry.parents:
-        return []  # of records and numbers there are too many
-    constants = [name for name, kind in registry.constants.items() if registry.is_a(kind, type_name)]
-    return list(dict.fromkeys([*state.objects(type_name), *constants]))
 
 
 def lifted(seen: Observation, by: float) -> Observation:
@@ -117,6 +109,24 @@ def test_what_does_not_hold_is_as_probable_as_its_complement() -> None:
     for fact in all_facts(believed.registry, believed):
         opposite = Literal(fact.predicate, fact.arguments, positive=False)
         assert number(believed.probability(fact)) + number(believed.probability(opposite)) == pytest.approx(1)
+
+
+def test_a_fact_of_any_holds_where_it_holds_of_something() -> None:
+    task = draw(library("table_cleanup"), "table_cleanup", 0)
+    watched = Watched(expert_policy(task))
+    run(task, watched)
+    true: dict[str, int] = {}
+    for seen in watched.seen[::9]:
+        exact = State(task.registry, seen)
+        believed = Perceived(task.registry, seen, the_core().grounding)
+        for predicate, below in product(("on", "in", "stowed", "covers"), exact.objects("Place")):
+            of_any = Literal(predicate, (ANY, below))
+            each = [Literal(predicate, (item, below)) for item in exact.objects("Object")]
+            assert exact.holds(of_any) is any(map(exact.holds, each))
+            assert believed.probability(of_any) == max(map(believed.probability, each))
+            assert believed.holds(of_any) is any(map(believed.holds, each))
+            true[predicate] = true.get(predicate, 0) + exact.holds(of_any)
+    assert all(true.values())
 
 
 # Gradients
