@@ -5,6 +5,7 @@ from __future__ import annotations
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatcher, Situation
+from ntp_dsl.core.dispatch.evidence import rounded
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Source
@@ -43,12 +44,25 @@ class OneShotPolicy:
             return Choice(None, done=False, decision=Decision(reason=reason), seen=seen)
         [found] = self._dispatcher.dispatch([Situation(frame.program, arguments, state, barred)])
         answer = found.answer
-        decision = with_fields(found.decision, read=self.source.told(frame))
+        given = answer.arguments if isinstance(answer, NextCall) else None
+        certainty = self._certainty(frame) * self.source.certainty(frame, given)
+        probability = found.decision.probability
+        decision = with_fields(
+            found.decision,
+            read=self.source.told(frame),
+            probability=rounded(probability * certainty) if probability is not None else None,
+        )
         if not isinstance(answer, NextCall):
+            decision = with_fields(decision, achieved=rounded(found.achieved * certainty))
             return Choice(None, done=answer.done, decision=decision, seen=seen)
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)
-        return Choice(answer.callee, passed, scope, decision=decision, seen=seen)
+        return Choice(answer.callee, passed, scope, matched=certainty, decision=decision, seen=seen)
+
+    @staticmethod
+    def _certainty(frame: Frame) -> float:
+        """Return how probable it is that what was read is right which led to a running program."""
+        return 1.0 if frame.matched is None else float(frame.matched)
 
     def _perceived(self, seen: Observation) -> Perceived:
         if self._last is None or self._last.observation != seen:

@@ -18,7 +18,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Frame
 from ntp_dsl.policies.scripted import alike, counterpart
-from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.traces import decision as traced
 from ntp_dsl.traces.schema import DemonstratedCall
 
@@ -41,6 +41,13 @@ class Source(Protocol):
 
     def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
         """Return the frames that show a program's call."""
+
+    def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
+        """Return how probable it is that a running program has read its lists rightly.
+
+        Args:
+            arguments: of a call, whose elements alone count; None for all that the program has read.
+        """
 
     def told(self, frame: Frame) -> traced.Reading | None:
         """Return, once, what a running program reads of its lists."""
@@ -66,6 +73,9 @@ class Told:
 
     def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
         return None
+
+    def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
+        return 1.0
 
     def told(self, frame: Frame) -> traced.Reading | None:
         return None
@@ -127,6 +137,14 @@ class Shown:
         call = counterpart(self._call(frame), callee, arguments)
         return call.scope if call is not None else None
 
+    def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
+        if frame.scope is None or not self.registry.programs[frame.program].takes_list:
+            return 1.0
+        reading = self.reading(frame.program, frame.arguments, frame.scope)
+        if arguments is None:
+            return reading.probability
+        return reading.certainty([each for each in without_lists(arguments) if isinstance(each, str)])
+
     def told(self, frame: Frame) -> traced.Reading | None:
         row = self.registry.programs[frame.program]
         if frame.scope is None or not row.takes_list:
@@ -157,11 +175,27 @@ class Shown:
         """Return what a part of the demonstration says of a program's lists, and which calls it shows."""
         key = program, without_list_values(arguments), scope
         if key not in self._readings:
-            reader = self._reader(program, arguments, scope)
-            found = reader.read()
+            reader, found = self._read(program, arguments, scope)
             said = {doubt: answer for doubt in found.doubts if (answer := self._answer(doubt)) is not None}
             self._readings[key] = reader.settled(found, said) if said else found
         return self._readings[key]
+
+    def _read(self, program: str, arguments: Arguments, scope: Scope) -> tuple[Reader, Reading]:
+        """Return a reading and who read it. What nothing explains may lie a little elsewhere than is seen."""
+        reader = self._reader(program, arguments, scope)
+        found = reader.read()
+        for stray in found.strays:
+            offset = reader.place_of(stray)
+            if offset is None:
+                continue
+            before, self._moments = self._moments, self._moments.moved(stray.item, stray.frame, offset)
+            other = self._reader(program, arguments, scope)
+            better = other.read()
+            if better.explained > found.explained and len(better.strays) < len(found.strays):
+                reader, found = other, better
+            else:
+                self._moments = before
+        return reader, found
 
     def settle(
         self, program: str, arguments: Arguments, scope: Scope, answers: Mapping[Doubt, Element]

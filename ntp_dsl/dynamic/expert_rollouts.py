@@ -21,7 +21,6 @@ from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
 from ntp_dsl.traces.phrases import format_argument
-from ntp_dsl.traces.schema import Ending
 from ntp_dsl.worlds.protocol import World
 
 MAX_OBJECTS_FOR_ALL_TRIALS, MIN_OBJECTS_FOR_ONE_TRIAL = 16, 60
@@ -107,7 +106,7 @@ class ExpertRollouts:
         interpreter = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch)
         run = interpreter.run(instance.program, instance.arguments)
         goal = ", ".join(map(str, instance.goal))
-        deadlock = policy.deadlocks[-1][1] if policy.deadlocks and run.ending is Ending.UNFINISHED else None
+        deadlock = policy.deadlocks[-1][1] if policy.deadlocks and run.gave_up else None
         return Trial(start, run, self._unmet(instance), number, scene, goal, deadlock)
 
     def _facts(self, instance: Instance) -> list[Fact]:
@@ -200,7 +199,7 @@ def _check_reached(
             yield _deadlock(trial.deadlock, task.name, trial.start, span, "E605")
             return
     tried = sum(trial.start != "missing object" for trial in trials)
-    refused = all(trial.run.failures and trial.run.ending is not Ending.UNFINISHED for trial in failed)
+    refused = all(trial.run.failures and not trial.run.gave_up for trial in failed)
     kinds = ", ".join(dict.fromkeys(trial.start for trial in failed))
     example = failed[0]
     notes = [Note(f"{example.unmet[0]} does not hold at the end; the run ended: {example.run}")]

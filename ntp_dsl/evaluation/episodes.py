@@ -81,6 +81,7 @@ class Episode:
     disturbances: int
     demonstrations: int  # attempts until one succeeded
     scopes: Mapping[str, Sequence[float]]  # of calls by callee: overlap with the expert's, 0 to 1
+    confidence: float | None  # of the policy, that it has done what was shown
     wall_seconds: float = field(default=0.0, compare=False)
     deciding_seconds: float = field(default=0.0, compare=False)
     planning_seconds: float = field(default=0.0, compare=False)
@@ -207,6 +208,7 @@ class Evaluator:
             run.disturbances,
             attempts if self.is_learned else 0,
             scopes.overlaps if scopes is not None else {},
+            run.confidence,
             done.wall_seconds,
             run.deciding_seconds,
             run.planning_seconds,
@@ -262,6 +264,7 @@ def _without_demonstration(number: int, instance: Instance, failure: NoDemonstra
         disturbances=0,
         demonstrations=ATTEMPTS,
         scopes={},
+        confidence=None,
     )
 
 

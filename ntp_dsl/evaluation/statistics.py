@@ -26,6 +26,15 @@ class FailedEpisode:
 
 
 @dataclass(frozen=True)
+class Confidence:
+    """How sure a policy is that it has done what was shown: means, and whether that tells the failures."""
+
+    of_successes: float | None  # None where there are none, as the next
+    of_failures: float | None
+    auroc: float | None  # the probability that it is surer of a success than of a failure
+
+
+@dataclass(frozen=True)
 class Statistics:
     """The figures of many episodes; times are means over the episodes."""
 
@@ -42,6 +51,7 @@ class Statistics:
     disturbances: int
     demonstrations_repeated: int
     scopes: Mapping[str, ScopeAgreement]  # of learned programs' calls, by callee
+    confidence: Confidence | None  # None where the policy says of no episode how sure it is
     failed: tuple[FailedEpisode, ...]
     seed: int
 
@@ -65,10 +75,24 @@ def statistics(episodes: Sequence[Episode], seed: int) -> Statistics:
         disturbances=sum(episode.disturbances for episode in episodes),
         demonstrations_repeated=sum(max(episode.demonstrations - 1, 0) for episode in episodes),
         scopes=agreement([episode.scopes for episode in episodes]),
+        confidence=_confidence(episodes),
         failed=tuple(
             FailedEpisode(e.number, e.name, e.attributed_to, e.reason) for e in episodes if not e.success
         ),
         seed=seed,
+    )
+
+
+def _confidence(episodes: Sequence[Episode]) -> Confidence | None:
+    wins = [each.confidence for each in episodes if each.success and each.confidence is not None]
+    losses = [each.confidence for each in episodes if not each.success and each.confidence is not None]
+    if not wins and not losses:
+        return None
+    pairs = [(win > loss) + 0.5 * (win == loss) for win in wins for loss in losses]
+    return Confidence(
+        of_successes=_mean(iter(wins)) if wins else None,
+        of_failures=_mean(iter(losses)) if losses else None,
+        auroc=_mean(iter(pairs)) if pairs else None,
     )
 
 

@@ -20,6 +20,7 @@ from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
 
 MAX_DEPTH = 48
+GOING_ROUND = "calls come round to the states in which they were made before"
 CONFIRMATIONS = 2  # a root must say «done» for that many observations in a row
 NOTHING_HELPS = "nothing that the program knows helps"
 SECOND_LOOK = 0.5  # between them, so that falling objects come to rest [s]
@@ -52,11 +53,31 @@ class Run:
     changes: int = 0  # of the world, by primitives
     in_vain: Refusals = field(default_factory=Refusals)  # calls that changed nothing
     made: Refusals = field(default_factory=lambda: Refusals(ROUNDS))  # primitives that changed something
+    rounds: tuple[bool, bool] = (False, False)  # whether a call came round: in this pass, and the one before
+    missing: str = ""  # the first fact of the goal that does not hold, when the root returned last
+    least: float | None = None  # of the decisions' probabilities; None where the policy gives none
+    achieved: float | None = None  # how probably the goal holds, when the root returned last
 
     @property
     def done(self) -> bool:
         """Return whether the program says that it is done."""
         return self.ending is Ending.DONE
+
+    @property
+    def gave_up(self) -> bool:
+        """Return whether the program itself found nothing more to do, although it was not done."""
+        return self.ending in (Ending.UNFINISHED, Ending.CIRCULAR)
+
+    @property
+    def confidence(self) -> float | None:
+        """Return how probable the policy finds it that what was shown is done; None where it cannot tell.
+
+        A wrong decision is mended at the next look, and a wrong reading is not: so this is the probability
+        that the goal holds at last, and that it was read rightly.
+        """
+        if self.least is None or self.ending is Ending.DONE:
+            return self.achieved
+        return self.achieved if self.gave_up and self.achieved is not None else 0.0
 
     def __str__(self) -> str:
         """Return how it ended, and why."""
@@ -65,7 +86,13 @@ class Run:
     def end(self) -> End:
         """Return the trace's record of its end."""
         assert self.ending is not None, "the run is not over"
-        return End(ending=self.ending, reason=self.reason, primitives=self.primitives)
+        return End(
+            ending=self.ending,
+            reason=self.reason,
+            primitives=self.primitives,
+            confidence=self.confidence,
+            least=self.least,
+        )
 
 
 @dataclass(frozen=True)
@@ -122,7 +149,9 @@ class Interpreter:
             if not done:
                 retries += 1
                 if retries > self.limits.retries:
-                    run.ending, run.reason = Ending.UNFINISHED, NOTHING_HELPS
+                    run.ending = Ending.CIRCULAR if run.rounds[0] else Ending.UNFINISHED
+                    why = GOING_ROUND if run.rounds[0] else NOTHING_HELPS
+                    run.reason = f"{why}, and {run.missing} does not hold" if run.missing else why
             self.world.settle(SECOND_LOOK)
         return run
 
@@ -130,11 +159,14 @@ class Interpreter:
         """Run one pass from the root to its return; return whether it says «done»."""
         stack = [_Open(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
+        run.rounds = False, run.rounds[0]
         while True:
             frame, number, changes = stack[-1].frame, stack[-1].number, stack[-1].changes
             idle += 1
             if reason := self._stop(idle, len(stack), run):
                 run.ending, run.reason = Ending.STOPPED, reason
+                if any(run.rounds):
+                    run.ending, run.reason = Ending.CIRCULAR, f"{GOING_ROUND}; stopped {reason}"
                 for each in reversed(stack):
                     self.writer.returned(each.number, CallOutcome.STOPPED, self.frame_number())
                 return False
@@ -184,10 +216,16 @@ class Interpreter:
         refused = False
         while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
             refused |= found is not InVain.NEEDLESS
+            if found is InVain.CIRCULAR:
+                run.rounds = True, run.rounds[1]
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
         if choice.callee is None and refused:
             choice = replace(choice, done=False)
+        run.least = _lesser(run.least, choice.decision.probability)
+        if len(stack) == 1 and choice.callee is None:
+            run.achieved = choice.decision.achieved
+            run.missing = next((each.fact for each in choice.decision.facts if each.probability <= 0.5), "")
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
         self._check(choice)
@@ -303,3 +341,7 @@ class Interpreter:
         self.writer.returned(number, came_to, self.frame_number(), execution=execution)
         if self.interfere is not None:
             self.interfere(self.world)
+
+
+def _lesser(some: float | None, other: float | None) -> float | None:
+    return min((each for each in (some, other) if each is not None), default=None)

@@ -114,6 +114,7 @@ class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     seconds: Seconds = 0.0  # wall time
     probability: Probability | None = None  # of the whole decision
     end_probability: Probability | None = None  # that the program is at its end
+    achieved: Probability | None = None  # of a return: that all holds that the program is to achieve
     callees: Ranking[str] = ()
     arguments: tuple[Ranking[str | float], ...] = ()  # one for each argument or field of a record
     scopes: Ranking[Frames | None] = ()

@@ -12,7 +12,7 @@ from msgspec import Struct
 from ntp_dsl.common.decoding import Count
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Record, SceneObject
-from ntp_dsl.traces.decision import NO_DECISION, Decision, Dispatch, Frames, Seconds
+from ntp_dsl.traces.decision import NO_DECISION, Decision, Dispatch, Frames, Probability, Seconds
 from ntp_dsl.worlds.protocol import Disturbances, Failure, Outcome
 
 FORMAT = "ntp-trace"
@@ -75,7 +75,8 @@ class Ending(StrEnum):
     """How a run ended."""
 
     DONE = "done"
-    UNFINISHED = "unfinished"  # no statement of the program helps
+    UNFINISHED = "unfinished"  # no statement of the program helps: the goal cannot be achieved any more
+    CIRCULAR = "circular"  # what helps comes round to the same states again and again
     STOPPED = "stopped"  # by a limit
 
 
@@ -169,6 +170,8 @@ class End(Struct, tag_field="event", tag="end", frozen=True, omit_defaults=True,
     ending: Ending
     reason: str = ""
     primitives: Count = 0
+    confidence: Probability | None = None  # that what was shown is done, as the policy finds
+    least: Probability | None = None  # of the decisions' probabilities
     success: bool | None = None  # None where it was not judged
     attributed_to: Attribution | None = None  # of a failure
     verdict: str = ""

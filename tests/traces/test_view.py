@@ -37,10 +37,10 @@ def chromium() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Record a scripted and a learned episode from one seed, and write the page of both."""
+    """Record a scripted and a learned episode from one seed, with other slips, and the page of both."""
     path = tmp_path_factory.mktemp("viewed")
     assert run([*WELL, "--expert", "--out", str(path / "a")]) == 0
-    assert run([*WELL, "--out", str(path / "b")]) == 0
+    assert run([*WELL, "--slips", ".4", "--out", str(path / "b")]) == 0
     files = [str(path / side / "episode_00000.trace.jsonl") for side in "ab"]
     assert run(["trace", "view", *files, "--out", str(path / "both.html")]) == 0
     assert run(["trace", "view", files[1], "--out", str(path / "one.html")]) == 0

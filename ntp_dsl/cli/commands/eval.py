@@ -36,7 +36,7 @@ from ntp_dsl.cli.options import (
 )
 from ntp_dsl.common.signals import uninterrupted
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
-from ntp_dsl.evaluation.statistics import Statistics, statistics
+from ntp_dsl.evaluation.statistics import Confidence, Statistics, statistics
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.worlds.protocol import Disturbances
 
@@ -122,6 +122,17 @@ def command(
     return 0
 
 
+def _confidence(figures: Confidence) -> str:
+    parts = [
+        f"{value:.2f} where it {what}"
+        for value, what in ((figures.of_successes, "succeeded"), (figures.of_failures, "failed"))
+        if value is not None
+    ]
+    if figures.auroc is not None:
+        parts.append(f"AUROC {figures.auroc:.2f}")
+    return ", ".join(parts)
+
+
 def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> None:
     if json:
         print_json({**asdict(figures), "episodes_wanted": wanted, "interrupted": interrupted})
@@ -145,5 +156,7 @@ def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> 
         answers.print(
             f"scopes           {mean:.2f} of the frames as the expert's (least: {lowest} {worst.overlap:.2f})"
         )
+    if figures.confidence is not None:
+        answers.print(f"confidence       {_confidence(figures.confidence)}")
     for failure in figures.failed:
         answers.print(f"episode {failure.episode}: {failure.attributed_to}: {failure.reason}")

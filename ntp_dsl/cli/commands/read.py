@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from ntp_dsl.core.reading.reading import Doubt
 
 
+SURE = 0.95  # probability of numbers from which on nothing is said of them
+
+
 def command(
     library: Library,
     task: Task,
@@ -40,8 +43,8 @@ def command(
     """Print what a demonstration says: the lists that the task's program is to be called with.
 
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
-    is explained by it; others, which elements may as well be others, and how probable each is. Exit status:
-    0 all of it is explained, 1 some of it is not.
+    is explained by it; others, which elements may as well be others, how probable each is, which numbers may
+    be off, and what was put somewhere for no reason. Exit status: 0 all of it is explained, 1 some is not.
 
     Example: ntp read block_stacking block_stacking --seed 3 > goal.txt
     """
@@ -83,6 +86,16 @@ def command(
                 "unshown": list(reading.unshown),
                 "probability": round(reading.probability, 4),
                 "doubts": [_doubt(registry, each) for each in reading.doubts],
+                "measures": [
+                    {
+                        "list": each.parameter,
+                        "number": each.number + 1,
+                        "element": format_element(registry, each.element),
+                        "probability": round(each.probability, 4),
+                    }
+                    for each in reading.measures
+                ],
+                "strays": [{"item": each.item, "frame": each.frame} for each in reading.strays],
             }
         )
     else:
@@ -93,6 +106,13 @@ def command(
         for question, _ in questions(registry, demonstration, reading.doubts):
             for row in question.splitlines():
                 answers.print(f"# {row}")
+        for stray in reading.strays:
+            time = float(demonstration.times[stray.frame])
+            answers.print(f"# not explained: where {printable(stray.item)} is put last, at {time:.1f} s")
+        for each in reading.measures:
+            if each.probability < SURE:
+                what = printable(format_element(registry, each.element))
+                answers.print(f"# the numbers of {what} are near enough: {each.probability:.0%}")
         for row in text.splitlines():
             answers.print(printable(row))
     return int(not reading.is_whole)

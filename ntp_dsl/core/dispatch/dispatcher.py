@@ -29,6 +29,7 @@ class Dispatched:
 
     answer: NextCall | Return
     decision: Decision
+    achieved: float  # how probably all holds that the program is to achieve
 
 
 class Dispatcher(Protocol):

@@ -24,13 +24,15 @@ Value = TypeVar("Value", bound=str | float)
 Chances = tuple[list[float], float]  # how probable each call of a row is, and the end
 
 TOP = 5  # alternatives that a decision reports
+LEAST = 1e-9  # of a probability that others are divided by
 
 
 class LearnedDispatcher:
     """Decides by a network over a program's row; what has no row is left to the rule.
 
     Where a return is barred, as at a program's first step, the most probable call is made, however
-    improbable: its caller made sure that there is something to do.
+    improbable: its caller made sure that there is something to do. The probability of a decision is that
+    among what is not barred.
     """
 
     def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
@@ -57,7 +59,8 @@ class LearnedDispatcher:
         ]
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
         ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in situation.barred)
-        chance = end if ends or best is None else chances[best]
+        possible = sum(allowed) + (0.0 if None in situation.barred else end)
+        chance = (end if ends or best is None else chances[best]) / max(possible, LEAST)
         program = self._expert.registry.programs[situation.program]
         facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
         decision = Decision(
@@ -67,11 +70,11 @@ class LearnedDispatcher:
             facts=facts,
             statements=statements,
         )
+        achieved = min((float(row.probabilities[at]) for at in row.achieved), default=1.0)
         if ends or best is None:
-            done = all(float(row.probabilities[at]) > 0.5 for at in row.achieved)
-            return Dispatched(Return(done), decision)
+            return Dispatched(Return(achieved > 0.5), decision, achieved)
         call = row.calls[best]
-        return Dispatched(call, _with_call(decision, call, row, chances))
+        return Dispatched(call, _with_call(decision, call, row, chances), achieved)
 
     @torch.inference_mode()
     def _chances(self, rows: Sequence[Row]) -> list[Chances]:

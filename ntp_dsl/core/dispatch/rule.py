@@ -31,6 +31,7 @@ class RuleDispatcher:
             answer = Return(False, f"{answer.callee} was of no use")
         row = self.expert.registry.programs[situation.program]
         facts, statements = evidence(self.expert, row, arguments, state)
+        end = rounded(self._end_probability(row, arguments, state))
         sure = round(min((max(each.probability, 1 - each.probability) for each in facts), default=1.0), 4)
         return Dispatched(
             answer,
@@ -40,11 +41,12 @@ class RuleDispatcher:
                 scripted=row.in_python,
                 callees=(Alternative(answer.callee, sure),) if isinstance(answer, NextCall) else (),
                 arguments=_certain(answer, sure) if isinstance(answer, NextCall) else (),
-                end_probability=rounded(self._end_probability(row, arguments, state)),
+                end_probability=end,
                 probability=sure,
                 facts=facts,
                 statements=statements,
             ),
+            end,
         )
 
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:

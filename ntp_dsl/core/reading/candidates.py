@@ -19,10 +19,10 @@ from ntp_dsl.core.reading.numbers import (
     lines,
     middle,
 )
-from ntp_dsl.language.logic.facts import bind, substitute
+from ntp_dsl.language.logic.list_contracts import conditions, parts_about, unfolded, unmentioned
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.visitors import conjuncts, free_names, walk
+from ntp_dsl.language.syntax.visitors import walk
 from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.predicates import MissingTrait
 from ntp_dsl.semantics.state import Fact, Literal, State
@@ -32,7 +32,6 @@ Bound = tuple[tuple[str, str | float], ...]
 ANGLE = "angle"
 NUMBER = "number"  # the type of what has no unit
 COMMON = 0.3  # of the objects of a type
-UNFOLDED = 8  # predicates in one another
 
 
 @dataclass(frozen=True)
@@ -61,42 +60,22 @@ class ListContract:
         moved: Container[str],
     ) -> None:
         self.registry, self.parameter, self._scope, self._moved = registry, parameter, scope, moved
-        parts = conjuncts(program.achieves) if program.achieves is not None else ()
-        self.parts = tuple(part for part in parts if parameter.name in free_names(part))
+        self.parts = parts_about(parameter.name, program.achieves)
         declared = registry.records.get(parameter.type, (Parameter("", parameter.type),))
         self._declared = [field.name for field in declared]
         self.fields = sorted(declared, key=lambda field: registry.is_number(field.type))  # numbers last
         self._atoms = [found for part in self.parts for found in self._of_the_element(part)]
         self._is_taken_apart = all(map(self._can_be_taken_apart, self.parts))
         self._read = [*dict.fromkeys(name for part in self.parts for name in self._readings_in(part, set()))]
-        conditions = [condition for part in self.parts for condition in self._conditions(part)]
-        self._lines = list(dict.fromkeys(each for condition in conditions for each in lines(condition)))
+        said = conditions(self.parts, registry.predicates)
+        self._lines = list(dict.fromkeys(each for condition in said for each in lines(condition)))
 
     @property
     def unmentioned(self) -> list[str]:
         """Return the fields of an element that the contract never mentions."""
         if not self._declared[0]:
             return []
-        inner = [each for part in self.parts for said in self._conditions(part) for each in walk(said)]
-        used = {each.name for each in inner if isinstance(each, nodes.Field)}
-        if any(self._is_of_whole_records(each) for each in inner):
-            return []
-        return [name for name in self._declared if name not in used]
-
-    def _is_of_whole_records(self, said: object) -> bool:
-        """Return whether a predicate that is not taken apart takes elements as a whole."""
-        if not isinstance(said, nodes.Atom):
-            return False
-        declared = self.registry.predicates.get(said.predicate)
-        if declared is None or [*self._unfolded(said)] != [said]:
-            return False
-        return any(each.type.name == self.parameter.type for each in declared.parameters)
-
-    def _conditions(self, part: nodes.Expression) -> Iterator[nodes.Expression]:
-        """Yield a part of the contract, and its conditions with composed predicates taken apart."""
-        yield part
-        if isinstance(part, nodes.Quantified):
-            yield from self._unfolded(part.body)
+        return unmentioned(self.parts, self.parameter.type, self._declared, self.registry.predicates)
 
     def holds(self, element: Element, state: State) -> bool:
         """Return whether all that the contract says of an element holds, and whether it says anything."""
@@ -274,8 +253,8 @@ class ListContract:
         """Return whether the conditions on an element's fields are all that a part says of it."""
         match part:
             case nodes.Quantified("all", body, (generator,)) if generator.condition is None:
-                conditions = [*self._unfolded(body)]
-                return all(self._fields_in(each, generator.variable) is not None for each in conditions)
+                said = unfolded(body, self.registry.predicates)
+                return all(self._fields_in(each, generator.variable) is not None for each in said)
         return False
 
     def _of_the_element(self, part: nodes.Expression) -> Iterator[tuple[str, nodes.Expression, set[str]]]:
@@ -284,22 +263,10 @@ class ListContract:
             case nodes.Quantified("all", body, (generator,)) if generator.condition is None:
                 if generator.iterable.id != self.parameter.name:
                     return
-                for condition in self._unfolded(body):
+                for condition in unfolded(body, self.registry.predicates):
                     used = self._fields_in(condition, generator.variable)
                     if used is not None:
                         yield generator.variable, condition, used
-
-    def _unfolded(self, condition: nodes.Expression, depth: int = UNFOLDED) -> Iterator[nodes.Expression]:
-        """Yield what must hold for a condition to, with composed predicates taken apart."""
-        for part in conjuncts(condition):
-            declared = self.registry.predicates.get(part.predicate) if isinstance(part, nodes.Atom) else None
-            body = declared.body if declared is not None and depth else None
-            if body is None or any(isinstance(each, nodes.Quantified) for each in walk(body)):
-                yield part  # names in a quantified body cannot be replaced
-            else:
-                assert isinstance(part, nodes.Atom) and declared is not None
-                replaced = substitute(body, bind(declared.parameters, part.arguments))
-                yield from self._unfolded(replaced, depth - 1)
 
     def _readings_in(self, expression: nodes.Expression, seen: set[str]) -> Iterator[str]:
         """Yield the predicates in an expression, and in the bodies of these, that tell a value."""

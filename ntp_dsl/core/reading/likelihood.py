@@ -6,7 +6,7 @@ Only directions along the table count: how high an object lies is up to what is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +19,11 @@ from ntp_dsl.semantics.state import State
 RINGS = np.array([0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04])  # radii at which places are tried [m]
 AROUND = 12  # places on each of them
 CARE = 0.004  # with which people's hands aim, standard along each axis [m]
+FARTHEST = 3.0  # standard deviations of where an object is seen
 CARELESS = 0.1  # of all placements: anywhere an element holds
 
 Perceive = Callable[[Sequence[Observation]], Sequence[State]]
+Offset = tuple[float, float]  # along the table [m]
 
 
 def _offsets() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -62,6 +64,26 @@ class Places:
         peak = 1 / (2 * np.pi * self.care**2)
         careful = peak * np.exp(-0.5 * float(middle @ middle) / self.care**2)
         return float((1 - CARELESS) * careful + CARELESS / area)
+
+    def certainty(self, holds: Callable[[State], bool], deviation: float) -> float:
+        """Return how probably something that is seen to hold does so where the object really lies.
+
+        Args:
+            deviation: of what is seen, standard along each axis [m].
+        """
+        inside = np.array([holds(state) for state in self.states])
+        weights = AREAS * np.exp(-0.5 * (OFFSETS**2).sum(axis=1) / deviation**2)
+        return float(weights[inside].sum() / weights.sum())
+
+    def nearby(self, deviation: float) -> Iterator[tuple[Offset, State]]:
+        """Yield where else the object may lie as far as can be seen, the nearest first, and the state then.
+
+        Args:
+            deviation: of what is seen, standard along each axis [m].
+        """
+        for (dx, dy), state in zip(OFFSETS.tolist(), self.states, strict=True):
+            if np.hypot(dx, dy) <= FARTHEST * deviation:
+                yield (dx, dy), state
 
 
 def places(seen: State, item: str, perceive: Perceive) -> Places:

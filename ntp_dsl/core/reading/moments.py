@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ntp_dsl.core.perception.steadied import Steadied
-from ntp_dsl.core.reading.likelihood import Perceive, Places, places
+from ntp_dsl.core.reading.likelihood import Offset, Perceive, Places, places
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.semantics.state import State
 
@@ -61,6 +61,15 @@ class Moments:
     def beside(self, frame: int, item: str) -> Places:
         """Return the states that a frame would show if an object lay a little beside where it does."""
         return places(self.state(frame), item, self._perceive)
+
+    def moved(self, item: str, frame: int, by: Offset) -> Moments:
+        """Return the states that would be shown if an object lay elsewhere while it rests as in a frame."""
+        index = self._shown.demonstration.names.index(item)
+        positions = self._shown.positions.copy()
+        others = np.flatnonzero((positions[frame:, index] != positions[frame, index]).any(axis=1))
+        end = frame + int(others[0]) if len(others) else len(positions)
+        positions[frame:end, index, :2] += by
+        return Moments(replace(self._shown, positions=positions), self.scope, self._perceive)
 
     def within(self, scope: Scope) -> Moments:
         """Return those of a part of this part."""

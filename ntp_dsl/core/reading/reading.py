@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice, permutations, product
-from math import prod
+from math import hypot, prod
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
+from ntp_dsl.core.reading.likelihood import Offset
 from ntp_dsl.core.reading.moments import Moments
 from ntp_dsl.core.reading.numbers import ranges_of
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.predicates import stands_on
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
 SAME = 1.1  # ratio of likelihoods up to which an element is kept rather than replaced by another
+MISSED = 0.1  # probability that a list is right which does not tell where something was put last
 UNLIKELY = 0.02  # probability below which others are not reported
 RIVALS = 24  # others that are tried in an element's place
 TRIES = 300  # of other lists, between two improvements
@@ -41,10 +44,36 @@ class Doubt:
     others: tuple[tuple[Element, float], ...]  # the most probable first
     answer: Element | None = None  # of whoever was asked
 
+    def certainty(self, named: Set[str]) -> float:
+        """Return how probable it is that an element is meant that names all of some objects and members."""
+        others = (chance for element, chance in self.others if named <= {*_values(element)})
+        return self.probability + sum(others)
+
     @property
     def offered(self) -> frozenset[Element]:
         """Return all elements that may be meant."""
         return frozenset((self.element, *(element for element, _ in self.others)))
+
+
+@dataclass(frozen=True)
+class Measure:
+    """An element with numbers, and how probably they are as near to those that are meant as it matters."""
+
+    parameter: str
+    number: int  # of the element, in its list
+    element: Element
+    probability: float
+
+    def certainty(self, named: Set[str]) -> float:
+        return self.probability
+
+
+@dataclass(frozen=True)
+class Stray:
+    """An object that was put down last by an act that nothing explains, and the first frame after that."""
+
+    item: str
+    frame: int
 
 
 @dataclass(frozen=True)
@@ -57,6 +86,8 @@ class Reading:
     acts: int  # of the hand
     unshown: tuple[str, ...] = ()  # fields of which no contract says anything
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
+    measures: tuple[Measure, ...] = ()  # elements with numbers, where there is noise
+    strays: tuple[Stray, ...] = ()
 
     @property
     def explained(self) -> int:
@@ -65,11 +96,26 @@ class Reading:
 
     @property
     def probability(self) -> float:
-        """Return how probable it is that each element is meant, rather than one that explains as much.
+        """Return how probable it is that the lists are right.
 
-        It says nothing of acts that are not explained, and takes the doubts for independent.
+        Each element may be meant, or one that explains as much; its numbers may be near enough; and what
+        was put somewhere last, for no reason that the lists give, may not matter. All these are taken for
+        independent.
         """
-        return prod(each.probability for each in self.doubts if each.answer is None)
+        return prod(each.probability for each in self._uncertain) * MISSED ** len(self.strays)
+
+    def certainty(self, objects: Collection[str]) -> float:
+        """Return how probable it is that the elements are right that name all of some objects and members."""
+        if not objects:
+            return 1.0
+        named = {*objects}
+        concerned = [each for each in self._uncertain if named <= {*_values(each.element)}]
+        return prod(each.certainty(named) for each in concerned)
+
+    @property
+    def _uncertain(self) -> Iterator[Doubt | Measure]:
+        yield from (each for each in self.doubts if each.answer is None)
+        yield from self.measures
 
     @property
     def is_whole(self) -> bool:
@@ -119,7 +165,31 @@ class Reader:
                 break
         chosen = self._with_surprises(chosen, reading, found)
         chosen, doubts = self._weighed(chosen, found)
-        return replace(self._told(chosen), doubts=doubts)
+        return self._finished(chosen, doubts, tuple(self._measures(chosen)))
+
+    def place_of(self, stray: Stray) -> Offset | None:
+        """Return how far beside a stray object's place, at least, it would be where an element says.
+
+        Nothing is returned where no place is near enough that it may lie there, as far as can be seen.
+        """
+        phase = next(end for begin, end in self.moments.phases if begin <= stray.frame < end) - 1
+        seen = self.moments.state(phase)
+        deviation = seen.observation.deviations.get(stray.item, 0.0)
+        if not deviation:
+            return None
+        known = {*self._naming(stray.item, seen)}
+        for offset, state in self.moments.beside(phase, stray.item).nearby(deviation):
+            if {*self._naming(stray.item, state)} - known:
+                return offset
+        return None
+
+    def _naming(self, item: str, state: State) -> Iterator[tuple[str, Element]]:
+        """Yield the elements that hold in a state and name an object."""
+        for parameter in self._lists:
+            ranges = ranges_of(self.expert.registry, self.program, parameter)
+            for element in self._contracts[parameter.name].elements(state, ranges, thorough=False):
+                if item in _values(element):
+                    yield parameter.name, element
 
     def settled(self, reading: Reading, answers: Mapping[Doubt, Element]) -> Reading:
         """Return a reading in which somebody has said which elements are meant."""
@@ -131,7 +201,42 @@ class Reader:
             for number, element in enumerate(value)
         ]
         doubts = tuple(replace(each, answer=answers.get(each, each.answer)) for each in reading.doubts)
-        return replace(self._told(chosen), doubts=doubts)
+        kept = tuple(each for each in reading.measures if (each.parameter, each.number) not in said)
+        return self._finished(chosen, doubts, kept)
+
+    def _finished(
+        self, chosen: Sequence[Candidate], doubts: tuple[Doubt, ...], measures: tuple[Measure, ...]
+    ) -> Reading:
+        reading = self._told(chosen)
+        strays = tuple(self._strays(reading.acts_explained))
+        return replace(reading, doubts=doubts, measures=measures, strays=strays)
+
+    def _measures(self, chosen: Sequence[Candidate]) -> Iterator[Measure]:
+        """Yield how near the numbers are that were read where something was put down."""
+        counts: Counter[str] = Counter()
+        for each in chosen:
+            number = counts[each.parameter]
+            counts[each.parameter] += 1
+            moved = self.moments.ends[each.rise - 1].observation.held if each.rise else None
+            seen = self.moments.ends[each.rise].observation
+            names = _values(each.element)
+            deviation = hypot(*(seen.deviations.get(name, 0.0) for name in {*names, moved} if name))
+            if moved is None or not deviation or len(names) == _size(each.element):
+                continue
+            beside = self.moments.beside(self.moments.phases[each.rise][1] - 1, moved)
+            holds = partial(self._contracts[each.parameter].holds, each.element)
+            yield Measure(each.parameter, number, each.element, beside.certainty(holds, deviation))
+
+    def _strays(self, explained: Collection[int]) -> Iterator[Stray]:
+        held = [each.observation.held for each in self.moments.ends]
+        last = {
+            item: act
+            for act, item, after in zip(self.moments.acts, held[:-1], held[1:], strict=True)
+            if item and item != after
+        }
+        for item, act in last.items():
+            if act.number not in explained:
+                yield Stray(item, act.frame)
 
     def _weighed(
         self, chosen: list[Candidate], found: Sequence[Candidate]
@@ -146,14 +251,28 @@ class Reader:
             best = max(rivals, key=rivals.__getitem__)
             taken = best if rivals[best] > SAME * rivals.get(own, 0.0) else own
             chosen = [*chosen[:place], taken, *chosen[place + 1 :]]
-            others = [(each.element, fit / total) for each, fit in rivals.items() if each is not taken]
+            others = [(each, fit / total) for each, fit in rivals.items() if each is not taken]
             others = sorted((each for each in others if each[1] > UNLIKELY), key=lambda each: -each[1])
-            if others:
+            if not others:
+                continue
+            calls = self._calls(chosen)
+            share = rivals[taken] / total
+            doubtful: list[tuple[Element, float]] = []
+            for other, chance in others:
+                if self._calls([*chosen[:place], other, *chosen[place + 1 :]]) == calls:
+                    share += chance  # nothing that is done depends on which of the two is meant
+                else:
+                    doubtful.append((other.element, chance))
+            if doubtful:
                 number = [each for each in chosen if each.parameter == own.parameter].index(taken)
                 frame = self.moments.phases[own.rise][0]
-                share = rivals[taken] / total
-                doubts.append(Doubt(own.parameter, number, frame, taken.element, share, tuple(others)))
+                doubts.append(Doubt(own.parameter, number, frame, taken.element, share, tuple(doubtful)))
         return chosen, tuple(doubts)
+
+    def _calls(self, chosen: Sequence[Candidate]) -> list[tuple[str, tuple[str | float, ...]]]:
+        """Return the calls that the demonstration shows with some elements."""
+        calls = self._told(chosen).call.walk()
+        return [(each.name, without_lists(each.arguments)) for each in calls]
 
     def _rivals(
         self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]
@@ -377,6 +496,10 @@ class Reader:
         self._explanation.finish(top)
         call.scope, call.done = self.moments.scope, True
         return Reading(arguments, call, frozenset(explained), len(self.moments.acts), self._unshown)
+
+
+def _size(element: Element) -> int:
+    return len(element.fields) if isinstance(element, Record) else 1
 
 
 def _values(element: Element) -> list[str]:

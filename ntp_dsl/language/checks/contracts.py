@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ntp_dsl.language.checks.condition_lints import check_program
+from ntp_dsl.language.checks.shown_lists import check_lists
 from ntp_dsl.language.checks.success_checks import check_success
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import EVERY
@@ -26,6 +27,8 @@ def check_contract(
     yield from check_program(contracts, declaration)
     if declaration.achieves is None:
         yield _no_promise(declaration, contracts)
+    else:
+        yield from check_lists(declaration, contracts)
     yield from _missing(list(contracts.unmet(declaration)), contracts)
 
 

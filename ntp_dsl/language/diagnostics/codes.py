@@ -81,6 +81,8 @@ CODES: Mapping[str, str] = {
     "N106": "no task uses a program or composed predicate",
     "N401": "a promise that no call of the program refers to",
     "N403": "a number that a call requires, and that may change by itself",
+    "N404": "a list of which no demonstration can show anything",
+    "N405": "a field of a list's elements that no contract mentions",
     "N501": "a success that the program does not promise",
     "E601": "an api does not achieve what it promises",
     "E602": "a goal holds before anything is done",

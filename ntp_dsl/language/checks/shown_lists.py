@@ -1,0 +1,37 @@
+"""Checks of what a demonstration can show of a program's lists."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.logic.list_contracts import parts_about, unmentioned
+from ntp_dsl.language.logic.preconditions import Contracts
+from ntp_dsl.language.syntax.nodes import Field, ProgramDeclaration
+from ntp_dsl.language.syntax.visitors import walk_statement
+
+
+def check_lists(program: ProgramDeclaration, contracts: Contracts) -> Iterator[Diagnostic]:
+    """Note the lists, and the fields of elements that its body needs, of which a contract says nothing."""
+    if contracts.has_error(program):
+        return
+    table = contracts.table
+    for parameter in program.parameters:
+        if not parameter.type.is_list:
+            continue
+        name, of = parameter.name, parameter.type.name
+        parts = parts_about(name, program.achieves)
+        record = table.records.get(of)
+        if not parts:
+            taken = "it is read as empty" if record else f"every {of} is taken"
+            message = f"nothing that '{program.name}' achieves is about '{name}': no demonstration shows it"
+            help = f"say what is to hold of each element, all ... for x in {name}; else {taken}"
+            yield Diagnostic("N404", message, parameter.span, help=help)
+        elif record is not None:
+            terms = [each for statement in program.body for each in walk_statement(statement)]
+            needed = {each.name for each in terms if isinstance(each, Field)}
+            fields = [each.name for each in record.fields if each.name in needed]
+            for field in unmentioned(parts, of, fields, table.predicates):
+                message = f"nothing that '{program.name}' achieves is about '{field}' of '{name}'"
+                help = "a demonstration shows it only by the calls that the hand's acts come of"
+                yield Diagnostic("N405", message, parameter.span, help=help)
