@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import StrEnum
 from typing import Annotated, Generic, TypeVar
 
@@ -83,6 +84,12 @@ class Doubt(Struct, frozen=True, omit_defaults=True):
     probability: Probability
     others: tuple[Other, ...]
     answer: Argument | None = None  # of whoever was asked which is meant
+
+    @property
+    def offered(self) -> Iterator[tuple[Argument, Probability]]:
+        """Yield all elements that may be meant, each with its probability."""
+        yield self.element, self.probability
+        yield from ((each.element, each.probability) for each in self.others)
 
 
 class Reading(Struct, frozen=True, omit_defaults=True):

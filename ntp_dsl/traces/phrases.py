@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ntp_dsl.common.text import printable
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.traces.decision import Frames
+from ntp_dsl.traces.decision import Doubt, Frames
 from ntp_dsl.traces.schema import Call, Header
 
 MAX_LIST_ITEMS = 3  # of a list in a text
@@ -26,6 +26,13 @@ def format_call(call: Call) -> str:
 def format_invocation(name: str, arguments: tuple[Argument, ...]) -> str:
     """Return a callee with its arguments as text."""
     return printable(f"{name}({', '.join(map(format_argument, arguments))})")
+
+
+def format_doubt(doubt: Doubt) -> str:
+    """Return as text which element of a list may be which, and what somebody answered."""
+    texts = [f"{format_argument(element)} {chance:.0%}" for element, chance in doubt.offered]
+    answer = f"; answered {format_argument(doubt.answer)}" if doubt.answer is not None else ""
+    return printable(f"element {doubt.number + 1} of '{doubt.parameter}': {' or '.join(texts)}{answer}")
 
 
 def headline(header: Header) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ntp_dsl.extras import needing
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.traces.decision import Reading
 from ntp_dsl.traces.outline import dataframe, outline
 from ntp_dsl.traces.schema import ROOT, Call, End, Header, Motion, PolicyKind
 
@@ -58,6 +59,14 @@ class Trace:
             yield call, False
             running.append(call)
         yield from ((call, True) for call in reversed(running) if call.outcome)
+
+    def readings(self) -> Iterator[tuple[Call, Reading]]:
+        """Yield what programs read of their lists, each with the program's call."""
+        for call in self.calls:
+            if call.decision.read is not None and call.parent != ROOT:
+                yield self.calls[call.parent], call.decision.read
+            if call.return_decision is not None and call.return_decision.read is not None:
+                yield call, call.return_decision.read
 
     @property
     def is_replayed(self) -> bool:

@@ -56,6 +56,11 @@ def _evidence(measurements: Mapping[str, Any]) -> str:
 def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
     """Yield the alternatives of the decision: callees, arguments, scopes, and the caller's end."""
     decision = call.decision
+    for doubt in decision.read.doubts if decision.read is not None else ():
+        title = f"element {doubt.number + 1} of {doubt.parameter}, as its caller read it"
+        yield title, [(format_argument(element), chance) for element, chance in doubt.offered]
+        if doubt.answer is not None:
+            yield "as somebody answered", [(format_argument(doubt.answer), 1.0)]
     yield from _ranking("callee", decision.callees)
     for number, ranking in enumerate(decision.arguments, 1):
         yield from _ranking(f"argument {number}", ranking)

@@ -26,9 +26,11 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.observation import Record
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace, read_trace
+from ntp_dsl.traces.schema import ROOT
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.user_code.loading import load_with_python
@@ -131,7 +133,30 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
 
     demonstration = read_demonstration(demo, trace.header.objects)
     check_shown(trace, demonstration)
-    return open_model(model, registry, trace.header.program, trace.header.dispatch).shown(demonstration)
+    policy = open_model(model, registry, trace.header.program, trace.header.dispatch).shown(demonstration)
+    _heed_answers(trace, policy)
+    return policy
+
+
+def _heed_answers(trace: Trace, policy: Policy) -> None:
+    """Let a policy read of its lists what somebody answered when the trace was made."""
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+        return
+    source = policy.source
+    for call, read in trace.readings():
+        said = {(each.parameter, each.number): each.answer for each in read.doubts if each.answer is not None}
+        if not said or call.parent != ROOT:
+            continue  # programs that a list is passed on to heed the answers of the root
+        wanted = call.name, call.arguments, source.scope()
+        doubts = source.reading(*wanted).doubts
+        answers = {each: said.get((each.parameter, each.number)) for each in doubts}
+        source.settle(
+            *wanted,
+            {each: answer for each, answer in answers.items() if isinstance(answer, Record | str)},
+        )
 
 
 def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:

@@ -17,7 +17,7 @@ from ntp_dsl.cli.trace_folders import summary, traces_in
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
-from ntp_dsl.traces.phrases import format_call, headline
+from ntp_dsl.traces.phrases import format_call, format_doubt, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.times import Times, inclusive_times
@@ -68,6 +68,9 @@ def command(
     narrowed = failed or only is not None
     for row in _lines(trace, times, chosen, narrowed):
         answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
+    for call, reading in trace.readings():
+        for doubt in reading.doubts:
+            answers.print(Text(f"{call.name} read {format_doubt(doubt)}", style="yellow"))
     answers.print(_ending(trace))
 
 
@@ -186,5 +189,6 @@ def _ending(trace: Trace) -> Text:
     succeeded = end.ending is Ending.DONE if end.success is None else end.success
     reason = f": {end.reason}" if end.reason else ""
     failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
-    text = printable(f"{end.ending}{reason} ({end.primitives} primitives){failed}")
+    sure = f", confidence {end.confidence:.0%}" if end.confidence is not None else ""
+    text = printable(f"{end.ending}{reason} ({end.primitives} primitives{sure}){failed}")
     return Text(text, style="green" if succeeded else "red")

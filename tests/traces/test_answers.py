@@ -1,0 +1,42 @@
+"""A trace keeps what was asked and answered: it is shown, and a replay heeds it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.page.page import page
+from ntp_dsl.traces.reader import read_trace
+
+BRIDGES = Path(__file__).parents[1] / "evaluation" / "domains" / "bridges"
+QUESTION = "(plank_2, pillar_4, pillar_5) 50% or (plank_2, pillar_5, pillar_4) 50%"
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run a task of which either pillar of two may be the left one, and say that it is the other."""
+    path = tmp_path_factory.mktemp("answered")
+    asked = "--world kinematic --seed 0 --ask-below 0.9 --answer 2 --answer 2".split()
+    assert run(["run", str(BRIDGES), "bridges", *asked, "--out", str(path)]) == 0
+    return path / "episode_00000.trace.jsonl"
+
+
+def test_question_and_answer_are_shown(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["trace", "show", str(answered)]) == 0
+    shown = capsys.readouterr().out
+    assert f"{QUESTION}; answered (plank_2, pillar_5, pillar_4)" in shown
+    assert "confidence 100%" in shown
+
+
+def test_the_page_has_them_where_the_program_decides(answered: Path) -> None:
+    trace = read_trace(answered)
+    text = page(compare(trace, trace), (answered.parent, answered.parent))
+    assert "as its caller read it" in text and "as somebody answered" in text
+
+
+def test_a_replay_reads_what_was_answered(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["trace", "replay", str(answered), "--library", str(BRIDGES)]) == 0
+    assert "the same" in capsys.readouterr().out
