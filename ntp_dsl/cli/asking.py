@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.evaluation.question_picture import question_picture
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.tasks.goal_text import Element, format_element
@@ -25,7 +28,7 @@ def questions(
 ) -> Iterator[tuple[str, list[Element]]]:
     """Yield a question for each doubt, and the elements among which to choose."""
     for doubt in doubts:
-        offered = [(doubt.element, doubt.probability), *doubt.others][:MOST]
+        offered = _offered(doubt)
         texts = [printable(format_element(registry, element)) for element, _ in offered]
         width = max(map(len, texts))
         rows = [
@@ -39,6 +42,25 @@ def questions(
             more > 0
         )
         yield "\n".join([head, *rows]), [element for element, _ in offered]
+
+
+def _offered(doubt: Doubt) -> list[tuple[Element, float]]:
+    return [(doubt.element, doubt.probability), *doubt.others][:MOST]
+
+
+def draw_questions(
+    folder: Path, registry: Registry, demonstration: Demonstration, doubts: Sequence[Doubt]
+) -> Iterator[Path]:
+    """Write a picture of each question to a folder, and yield its file."""
+    for number, doubt in enumerate(doubts, 1):
+        offered = [
+            (element, f"{printable(format_element(registry, element))}  {chance:.0%}")
+            for element, chance in _offered(doubt)
+        ]
+        path = folder / f"question_{number}.svg"
+        with written_whole(path) as partial:
+            partial.write_text(question_picture(demonstration, doubt.frame, offered), encoding="utf-8")
+        yield path
 
 
 def answered(

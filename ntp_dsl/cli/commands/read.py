@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ntp_dsl.cli.asking import questions
+from ntp_dsl.cli.asking import draw_questions, questions
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
@@ -38,6 +38,9 @@ def command(
     demo_noise: DemoNoise = 0.0,
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for a picture of each element that may be another.")
+    ] = None,
     json: Json = False,
 ) -> int:
     """Print what a demonstration says: the lists that the task's program is to be called with.
@@ -69,6 +72,9 @@ def command(
     scope = source.scope()
     assert scope is not None
     reading = source.reading(instance.program, instance.arguments, scope)
+    if pictures is not None:
+        for path in draw_questions(pictures, registry, demonstration, reading.doubts):
+            messages.print(f"wrote {path}")
     program = registry.programs[instance.program]
     text = format_lists(registry, program, reading.arguments)
     if json:

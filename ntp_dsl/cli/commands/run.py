@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.asking import answered
+from ntp_dsl.cli.asking import answered, draw_questions
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
@@ -163,6 +163,9 @@ def _look_through(
     wanted = instance.program, instance.arguments, source.scope()
     if ask_below is not None:
         doubts = [each for each in source.reading(*wanted).doubts if each.probability < ask_below]
+        if evaluator.plan.traces is not None:
+            for path in draw_questions(evaluator.plan.traces, evaluator.registry, shown, doubts):
+                messages.print(f"wrote {path}")
         if meant := answered(evaluator.registry, shown, doubts, answers):
             source.settle(*wanted, meant)
     reading = source.reading(*wanted)

@@ -1,0 +1,139 @@
+"""A question as a picture: the scene from above, and which objects each of the offered elements names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from html import escape
+from math import atan2, degrees
+
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.semantics.observation import Record, SceneObject
+
+SCALE = 1000  # pixels a metre
+MARGIN = 0.06  # around all objects [m]
+APART = 5  # pixels between the lines of two elements that name the same objects
+KEY = 24  # pixels a line of the key
+LETTER = 7.2
+COLOURS = ("#0a5cc2", "#bf3989", "#1a7f37", "#9a6700", "#8250df")
+ROUND = ("cylinder", "bowl", "sphere")
+STYLE = """
+text { font: 12px ui-monospace, "DejaVu Sans Mono", monospace; fill: #24292f; }
+.page { fill: #ffffff; }
+.object { fill: #eaeef2; stroke: #8c959f; }
+.name { font-size: 10px; fill: #57606a; text-anchor: middle; }
+.way { fill: none; stroke-width: 3; stroke-linejoin: round; }
+.number { fill: #ffffff; font-weight: bold; text-anchor: middle; }
+@media (prefers-color-scheme: dark) {
+text { fill: #e6edf3; }
+.page { fill: #0d1117; }
+.object { fill: #21262d; stroke: #6e7681; }
+.name { fill: #9da7b3; }
+.number { fill: #ffffff; }
+}
+"""
+
+Point = tuple[float, float]
+
+
+def question_picture(
+    demonstration: Demonstration, frame: int, offered: Sequence[tuple[Record | str, str]]
+) -> str:
+    """Return an SVG of a frame from above, the arm's base below it.
+
+    Args:
+        offered: elements, each with the text that stands for it in the key; a line leads along the objects
+            that an element names, from the first, with a large dot, in their order.
+    """
+    view = _View(demonstration, frame)
+    width = max(view.width, *(LETTER * len(text) + 2 * KEY for _, text in offered))
+    height = view.height + KEY * (len(offered) + 1)
+    drawn = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        f'viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
+        f"<title>Which is meant? {escape('; '.join(text for _, text in offered))}</title>",
+        f"<style>{STYLE}</style>",
+        '<rect class="page" width="100%" height="100%"/>',
+        *view.objects(),
+    ]
+    for number, (element, text) in enumerate(offered):
+        colour = COLOURS[number % len(COLOURS)]
+        way = [view.place(name) for name in _named(element) if name in demonstration.names]
+        drawn += _way(way, number, colour)
+        at = view.height + KEY * (number + 0.5)
+        drawn += _badge((KEY, at), number, colour)
+        drawn.append(f'<text x="{2 * KEY}" y="{at + 4:.0f}">{escape(text)}</text>')
+    return "\n".join([*drawn, "</svg>"]) + "\n"
+
+
+class _View:
+    """A frame of a demonstration from above, in pixels: x goes up, y to the left."""
+
+    def __init__(self, demonstration: Demonstration, frame: int) -> None:
+        self._shown = demonstration
+        self._at = dict(zip(demonstration.names, demonstration.positions[frame].tolist(), strict=True))
+        turns = demonstration.orientations
+        self._turns = dict(
+            zip(demonstration.names, turns[frame].tolist() if turns is not None else (), strict=False)
+        )
+        reach = max((max(obj.size[:2]) / 2 for obj in demonstration.objects if not obj.roomy), default=0.0)
+        xs = [at[0] for at in self._at.values()]
+        ys = [at[1] for at in self._at.values()]
+        self._top, self._left = max(xs) + reach + MARGIN, max(ys) + reach + MARGIN
+        self.height = SCALE * (self._top - min(xs) + reach + MARGIN)
+        self.width = SCALE * (self._left - min(ys) + reach + MARGIN)
+
+    def place(self, name: str) -> Point:
+        x, y, _ = self._at[name]
+        return SCALE * (self._left - y), SCALE * (self._top - x)
+
+    def objects(self) -> Iterator[str]:
+        """Yield the objects from the lowest up, each with its name."""
+        for obj in sorted(self._shown.objects, key=lambda each: self._at[each.name][2]):
+            if SCALE * max(obj.size[:2]) > self.width:
+                continue  # as of a table
+            x, y = self.place(obj.name)
+            yield self._outline(obj, x, y)
+            below = y + SCALE * obj.size[0] / 2 + 11
+            yield f'<text class="name" x="{x:.0f}" y="{below:.0f}">{escape(obj.name)}</text>'
+
+    def _outline(self, obj: SceneObject, x: float, y: float) -> str:
+        tall, wide = (SCALE * size for size in obj.size[:2])
+        if obj.shape in ROUND:
+            across, along = f"{wide / 2:.0f}", f"{tall / 2:.0f}"
+            return f'<ellipse class="object" cx="{x:.0f}" cy="{y:.0f}" rx="{across}" ry="{along}"/>'
+        turn = f' transform="rotate({-self._yaw(obj.name):.0f} {x:.0f} {y:.0f})"'
+        return (
+            f'<rect class="object" x="{x - wide / 2:.0f}" y="{y - tall / 2:.0f}" width="{wide:.0f}" '
+            f'height="{tall:.0f}" rx="2"{turn}/>'
+        )
+
+    def _yaw(self, name: str) -> float:
+        """Return how far an object is turned about the vertical, counter-clockwise from above [deg]."""
+        x, y, z, w = self._turns.get(name, (0.0, 0.0, 0.0, 1.0))
+        return degrees(atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def _named(element: Record | str) -> list[str]:
+    values = [value for _, value in element.fields] if isinstance(element, Record) else [element]
+    return [value for value in values if isinstance(value, str)]
+
+
+def _way(points: Sequence[Point], number: int, colour: str) -> Iterator[str]:
+    """Yield a line along points with its number on the first part, beside the lines of other elements."""
+    aside = APART * (number - 1)
+    moved = [(x + aside, y + aside) for x, y in points]
+    if not moved:
+        return
+    text = " ".join(f"{x:.0f},{y:.0f}" for x, y in moved)
+    yield f'<polyline class="way" stroke="{colour}" points="{text}"/>'
+    (ax, ay), (bx, by) = moved[0], moved[1] if len(moved) > 1 else moved[0]
+    share = 0.35 + 0.1 * (number % 4)
+    yield from _badge((ax + share * (bx - ax), ay + share * (by - ay)), number, colour)
+    for place, (x, y) in enumerate(moved):
+        yield f'<circle cx="{x:.0f}" cy="{y:.0f}" r="{4 if place else 7}" fill="{colour}"/>'
+
+
+def _badge(at: Point, number: int, colour: str) -> Iterator[str]:
+    x, y = at
+    yield f'<circle cx="{x:.0f}" cy="{y:.0f}" r="9" fill="{colour}"/>'
+    yield f'<text class="number" x="{x:.0f}" y="{y + 4:.0f}">{number + 1}</text>'
