@@ -18,6 +18,7 @@ from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.core.policy import OneShotPolicy
 from ntp_dsl.core.reading.reading import Reading
+from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Episode, Evaluator, Plan
 from ntp_dsl.evaluation.statistics import statistics
 from ntp_dsl.language.loader import load
@@ -76,7 +77,10 @@ def _names(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
 
 
 def _is_right(registry: Registry, instance: Instance, reading: Reading, start: State) -> bool:
-    """Return whether lists have the elements that are meant, but for what held all along, and numbers."""
+    """Return whether lists have the elements that are meant: no others, and all that did not hold anyway.
+
+    Numbers are not compared.
+    """
     program = registry.programs[instance.program]
     lists = zip(program.parameters, reading.arguments, instance.arguments, strict=True)
     for parameter, read, meant in lists:
@@ -117,15 +121,16 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             recorded, _ = evaluator.demonstration(instance, number)
             policy = evaluator.policy(recorded)
             assert isinstance(policy, OneShotPolicy)
-            source: Any = policy.source
+            source = policy.source
+            assert isinstance(source, Shown)
             reading = source.reading(instance.program, instance.arguments, source.scope())
             start = State(evaluator.registry, source.look(0))
             is_right = _is_right(evaluator.registry, instance, reading, start)
             rows["list"].append((reading.probability, is_right))
             compared = Compared(policy, evaluator.expert, rows)
             episodes.append(evaluator.episode(number, recorded, policy=compared))
-        wins = sum(bool(each.success) for each in episodes)
-        print(f"{task}: {wins} of {len(episodes)}", flush=True)
+        wins = sum(bool(each.success) for each in episodes[-arguments.episodes :])
+        print(f"{task}: {wins} of {arguments.episodes}", flush=True)
     figures = statistics(episodes, arguments.seed)
     return {
         "episodes": figures.episodes,

@@ -45,7 +45,8 @@ class OneShotPolicy:
         [found] = self._dispatcher.dispatch([Situation(frame.program, arguments, state, barred)])
         answer = found.answer
         given = answer.arguments if isinstance(answer, NextCall) else None
-        certainty = self._certainty(frame) * self.source.certainty(frame, given)
+        led_here = 1.0 if frame.matched is None else float(frame.matched)  # what its callers have read
+        certainty = led_here * self.source.certainty(frame, given)
         probability = found.decision.probability
         decision = with_fields(
             found.decision,
@@ -58,11 +59,6 @@ class OneShotPolicy:
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)
         return Choice(answer.callee, passed, scope, matched=certainty, decision=decision, seen=seen)
-
-    @staticmethod
-    def _certainty(frame: Frame) -> float:
-        """Return how probable it is that what was read is right which led to a running program."""
-        return 1.0 if frame.matched is None else float(frame.matched)
 
     def _perceived(self, seen: Observation) -> Perceived:
         if self._last is None or self._last.observation != seen:

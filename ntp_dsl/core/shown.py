@@ -175,27 +175,29 @@ class Shown:
         """Return what a part of the demonstration says of a program's lists, and which calls it shows."""
         key = program, without_list_values(arguments), scope
         if key not in self._readings:
-            reader, found = self._read(program, arguments, scope)
+            reader, found, self._moments = self._read(program, arguments, scope)
             said = {doubt: answer for doubt in found.doubts if (answer := self._answer(doubt)) is not None}
             self._readings[key] = reader.settled(found, said) if said else found
         return self._readings[key]
 
-    def _read(self, program: str, arguments: Arguments, scope: Scope) -> tuple[Reader, Reading]:
-        """Return a reading and who read it. What nothing explains may lie a little elsewhere than is seen."""
-        reader = self._reader(program, arguments, scope)
+    def _read(self, program: str, arguments: Arguments, scope: Scope) -> tuple[Reader, Reading, Moments]:
+        """Return a reading, who read it, and the states that it was read from.
+
+        What nothing explains may lie a little elsewhere than it is seen. Only what the root reads is moved.
+        """
+        moments = self._moments
+        reader = self._reader(program, arguments, moments.within(scope))
         found = reader.read()
-        for stray in found.strays:
-            offset = reader.place_of(stray)
+        for stray in found.strays if scope == self.scope() else ():
+            offset = reader.place_of(stray) if stray in found.strays else None
             if offset is None:
                 continue
-            before, self._moments = self._moments, self._moments.moved(stray.item, stray.frame, offset)
-            other = self._reader(program, arguments, scope)
+            moved = moments.moved(*offset)
+            other = self._reader(program, arguments, moved.within(scope))
             better = other.read()
             if better.explained > found.explained and len(better.strays) < len(found.strays):
-                reader, found = other, better
-            else:
-                self._moments = before
-        return reader, found
+                reader, found, moments = other, better, moved
+        return reader, found, moments
 
     def settle(
         self, program: str, arguments: Arguments, scope: Scope, answers: Mapping[Doubt, Element]
@@ -221,13 +223,13 @@ class Shown:
                 return element
         return None
 
-    def _reader(self, program: str, arguments: Arguments, scope: Scope) -> Reader:
+    def _reader(self, program: str, arguments: Arguments, moments: Moments) -> Reader:
         row = self.registry.programs[program]
         if len(arguments) != len(row.parameters):
             raise NtpError(f"'{program}' takes {len(row.parameters)} arguments, here are {len(arguments)}")
         pairs = zip(row.parameters, arguments, strict=True)
         given = {parameter.name: value for parameter, value in pairs if not parameter.is_list}
-        return Reader(self.expert, row, given, self._moments.within(scope))
+        return Reader(self.expert, row, given, moments)
 
     def _call(self, frame: Frame) -> DemonstratedCall | None:
         """Return the call that shows a running program: the root's, or one below of the same frames."""

@@ -17,7 +17,7 @@ from ntp_dsl.traces.schema import DemonstratedCall
 class ScopeAgreement:
     """The scopes of one callee's calls, beside the expert's of the same calls."""
 
-    calls: int  # that the expert made as well; recoveries have no counterpart
+    calls: int  # that the expert made as well, each time that it is made
     overlap: float  # mean intersection over union of the frames
 
 

@@ -54,7 +54,8 @@ class Run:
     in_vain: Refusals = field(default_factory=Refusals)  # calls that changed nothing
     made: Refusals = field(default_factory=lambda: Refusals(ROUNDS))  # primitives that changed something
     rounds: tuple[bool, bool] = (False, False)  # whether a call came round: in this pass, and the one before
-    missing: str = ""  # the first fact of the goal that does not hold, when the root returned last
+    tells: bool = False  # the policy says how probably programs have achieved what they are to
+    missing: str = ""  # the first fact that a return of the root rests on and that does not hold
     least: float | None = None  # of the decisions' probabilities; None where the policy gives none
     achieved: float | None = None  # how probably the goal holds, when the root returned last
 
@@ -75,9 +76,7 @@ class Run:
         A wrong decision is mended at the next look, and a wrong reading is not: so this is the probability
         that the goal holds at last, and that it was read rightly.
         """
-        if self.least is None or self.ending is Ending.DONE:
-            return self.achieved
-        return self.achieved if self.gave_up and self.achieved is not None else 0.0
+        return self.achieved if self.achieved is not None else 0.0 if self.tells else None
 
     def __str__(self) -> str:
         """Return how it ended, and why."""
@@ -159,13 +158,13 @@ class Interpreter:
         """Run one pass from the root to its return; return whether it says «done»."""
         stack = [_Open(root, self._enter(root, ROOT, NO_DECISION, self.world.truth()), run.changes)]
         idle, fresh = 0, True  # fresh: the top of the stack has just been called
-        run.rounds = False, run.rounds[0]
+        run.rounds, run.achieved, run.missing = (False, run.rounds[0]), None, ""
         while True:
             frame, number, changes = stack[-1].frame, stack[-1].number, stack[-1].changes
             idle += 1
             if reason := self._stop(idle, len(stack), run):
                 run.ending, run.reason = Ending.STOPPED, reason
-                if any(run.rounds):
+                if any(run.rounds) and run.failing < self.limits.like_failures:
                     run.ending, run.reason = Ending.CIRCULAR, f"{GOING_ROUND}; stopped {reason}"
                 for each in reversed(stack):
                     self.writer.returned(each.number, CallOutcome.STOPPED, self.frame_number())
@@ -223,6 +222,7 @@ class Interpreter:
         if choice.callee is None and refused:
             choice = replace(choice, done=False)
         run.least = _lesser(run.least, choice.decision.probability)
+        run.tells |= choice.decision.achieved is not None
         if len(stack) == 1 and choice.callee is None:
             run.achieved = choice.decision.achieved
             run.missing = next((each.fact for each in choice.decision.facts if each.probability <= 0.5), "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 from msgspec.structs import replace as with_fields
 
@@ -11,7 +11,7 @@ from ntp_dsl.policies.protocol import Barred, Frame, Policy, Tracking
 from ntp_dsl.policies.scripted import ScriptedPolicy, counterpart
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.traces.decision import NO_DECISION, Answer, Decision
-from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, DemonstratedCall, PolicyKind
+from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, Call, PolicyKind
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import World
@@ -35,7 +35,7 @@ class Replay:
 
     def __init__(self, registry: Registry, policy: Policy, trace: Trace) -> None:
         self.registry, self.policy, self.trace = registry, policy, trace
-        self._matched: dict[int, DemonstratedCall | None] = {}
+        self._matched: dict[int, Any] = {}  # what the policy knows of each call
 
     def write(self, writer: TraceWriter, model: str | None = None) -> None:
         """Write the trace again, with the policy's answer beside each decision.
@@ -59,7 +59,10 @@ class Replay:
         decision = NO_DECISION
         if call.parent != ROOT:
             caller = self.trace.calls[call.parent]
-            decision = self._asked(caller, seen, call.decision, is_first=self._is_first(call))
+            decision, matched = self._asked(caller, seen, call.decision, is_first=self._is_first(call))
+            answer = decision.answer
+            if answer is not None and (answer.callee, answer.arguments) == (call.name, call.arguments):
+                self._matched[call.id] = matched
         self._match(call)
         writer.call(
             call.parent,
@@ -79,7 +82,7 @@ class Replay:
             writer.returned(call.id, call.outcome, end_frame, execution=call.execution)
             return
         seen = self.trace.states[call.end_state]
-        decision = self._asked(call, seen, call.return_decision or NO_DECISION, is_first=False)
+        decision, _ = self._asked(call, seen, call.return_decision or NO_DECISION, is_first=False)
         writer.returned(call.id, call.outcome, end_frame, writer.state(seen), decision)
 
     def _is_first(self, call: Call) -> bool:
@@ -87,11 +90,16 @@ class Replay:
         caller = self.trace.calls[call.parent]
         return caller.parent != ROOT and call.id == caller.id + 1
 
-    def _asked(self, caller: Call, seen: Observation, followed: Decision, is_first: bool) -> Decision:
-        """Return the policy's decision with its answer; the statement is the one that the trace followed."""
+    def _asked(
+        self, caller: Call, seen: Observation, followed: Decision, is_first: bool
+    ) -> tuple[Decision, Any]:
+        """Return the policy's decision with its answer, and what it knows of the call that it would make.
+
+        The statement is the one that the trace followed.
+        """
         arguments = self._arguments(caller)
         if arguments is None:
-            return Decision(source=followed.source)
+            return Decision(source=followed.source), None
         frame = Frame(caller.name, arguments, caller.scope, self._matched.get(caller.id))
         barred: Barred = frozenset({None} if is_first else ())
         if isinstance(self.policy, Tracking):
@@ -101,7 +109,7 @@ class Replay:
             choice = self.policy.decide(frame, world, barred)
         is_api = choice.callee in self.registry.apis
         answer = Answer(choice.callee, is_api, choice.arguments, choice.scope)
-        return with_fields(choice.decision, source=followed.source, answer=answer)
+        return with_fields(choice.decision, source=followed.source, answer=answer), choice.matched
 
     def _arguments(self, caller: Call) -> tuple[Argument, ...] | None:
         """Return the caller's arguments; None where a script needs lists that the trace lacks."""

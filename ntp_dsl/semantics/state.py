@@ -13,7 +13,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
-from ntp_dsl.semantics.observation import Argument, Observation, Record
+from ntp_dsl.semantics.observation import Argument, Observation, Record, without_lists
 from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, trait
 
 Bindings = Mapping[str, Argument]
@@ -45,13 +45,20 @@ class Literal:
     positive: bool = True
 
     def provides(self, other: Fact) -> bool:
-        """Return whether this fact implies the other: `holding(x)` provides `holding(any)`."""
-        return (
-            isinstance(other, Literal)
-            and self.predicate == other.predicate
-            and self.positive == other.positive
-            and all(b in (a, ANY) for a, b in zip(self.arguments, other.arguments, strict=True))
-        )
+        """Return whether this fact implies the other.
+
+        `holding(x)` provides `holding(any)`, and `not holding(any)` provides `not holding(x)`.
+        """
+        if not isinstance(other, Literal) or self.predicate != other.predicate:
+            return False
+        some, more = (self, other) if self.positive else (other, self)
+        pairs = zip(some.arguments, more.arguments, strict=True)
+        return self.positive == other.positive and all(b in (a, ANY) for a, b in pairs)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Return the objects and members that it is about."""
+        return _names(self.arguments)
 
     def __str__(self) -> str:
         text = f"{self.predicate}({', '.join(map(str, self.arguments))})"
@@ -69,6 +76,11 @@ class Condition:
 
     def provides(self, other: Fact) -> bool:
         return self == other
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Return the objects and members that it is about."""
+        return _names(tuple(value for _, value in self.bindings))
 
     def __str__(self) -> str:
         return self.text
@@ -123,7 +135,7 @@ class State:
 
         Of some predicates the world itself says whether they hold of anything.
         """
-        if ANY not in arguments or declared.result is not None or _provider_name(declared) in ANY_KNOWN:
+        if ANY not in arguments or declared.result is not None or provider_of(declared) in ANY_KNOWN:
             return None
         pairs = zip(declared.parameters, arguments, strict=True)
         return product(*(self.values(p.type.name) if each == ANY else (each,) for p, each in pairs))
@@ -232,7 +244,7 @@ class State:
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
         """Return the world's own predicate, a function in Python, or the reading of a trait."""
-        name = _provider_name(declared)
+        name = provider_of(declared)
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
             return function
@@ -241,5 +253,10 @@ class State:
         return trait(declared.name)
 
 
-def _provider_name(declared: nodes.PredicateDeclaration) -> str:
+def _names(arguments: tuple[Argument, ...]) -> frozenset[str]:
+    return frozenset(each for each in without_lists(arguments) if isinstance(each, str))
+
+
+def provider_of(declared: nodes.PredicateDeclaration) -> str:
+    """Return the name of what evaluates a predicate without a body."""
     return declared.by.id if declared.by else declared.name

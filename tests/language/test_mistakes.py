@@ -58,6 +58,7 @@ SYNTAX = {
     "a crooked indent": ("E001", "program go(x: T):\n        achieves p(x)\n    @pick(x)\n"),
     "an indent too many": ("E001", "program go(x: T):\n    achieves p(x)\n        @pick(x)\n"),
 }
+PAIR = "record Pair(a: Object, b: Object)\npredicate fit(p: Pair) by python\n"
 MEANING = {
     "an unknown type": ("E103", "predicate near(x: @Objct)\n"),
     "an unknown parent": ("E103", "type Cup is @Movabel\n"),
@@ -85,6 +86,9 @@ MEANING = {
     "a truth as a thing": ("E205", PROGRAM + "    pick(@clear(x))\n"),
     "a loop over one thing": ("E206", PROGRAM + "    for y in @x:\n        pick(y)\n"),
     "a call with any": ("E207", PROGRAM + "    pick(@any)\n"),
+    "any record": ("E207", PAIR + "predicate odd(x: Object): fit(@any)\n"),
+    "any length": ("E207",
+        "predicate near(x: Object, by: length) by python\npredicate odd(x: Object): near(x, @any)\n"),
     "a reading of any": ("E207",
         "enum Side: left, right\npredicate side(x: Object) -> Side\n"
         "predicate odd(x: Object): side(x) == side(@any)\n"),

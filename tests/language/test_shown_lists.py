@@ -35,5 +35,16 @@ def test_what_no_contract_mentions_is_noted(achieves: str) -> None:
     assert all(part in message for part, message in zip(wanted, found, strict=True))
 
 
+def test_a_field_of_another_list_is_not_taken_for_one_of_this() -> None:
+    text = f"""{HEAD}program move(moves: list[Move], more: list[Move]):
+    achieves (all brought(m) for m in moves) and (all on(m.item, m.way) for m in more)
+    for m in moves:
+        clear(m.item)
+    for m in more:
+        clear(m.way)
+"""
+    assert not [each for each in diagnose_text(text).diagnostics if each.code in ("N404", "N405")]
+
+
 def test_a_field_that_the_body_does_not_need_is_not_noted() -> None:
     assert noted("all brought(m) for m in moves", "item", "end") == []

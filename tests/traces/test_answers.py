@@ -37,6 +37,18 @@ def test_the_page_has_them_where_the_program_decides(answered: Path) -> None:
     assert "as its caller read it" in text and "as somebody answered" in text
 
 
+def test_a_replay_is_as_sure_as_the_run_was(tmp_path: Path) -> None:
+    shown = "--world kinematic --seed 1 --demo-noise 0.01".split()
+    run(["run", str(BRIDGES.parent / "sky"), "sky", *shown, "--out", str(tmp_path)])
+    file, replayed = tmp_path / "episode_00000.trace.jsonl", tmp_path / "replayed.jsonl"
+    run(["trace", "replay", str(file), "--library", str(BRIDGES.parent / "sky"), "--out", str(replayed)])
+    pairs = list(zip(read_trace(file).calls, read_trace(replayed).calls, strict=True))
+    assert any((call.decision.probability or 1) < 0.9 for call, _ in pairs)
+    assert [call.decision.probability for call, _ in pairs] == [
+        each.decision.probability for _, each in pairs
+    ]
+
+
 def test_a_replay_reads_what_was_answered(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "replay", str(answered), "--library", str(BRIDGES)]) == 0
     assert "the same" in capsys.readouterr().out

@@ -24,7 +24,6 @@ Value = TypeVar("Value", bound=str | float)
 Chances = tuple[list[float], float]  # how probable each call of a row is, and the end
 
 TOP = 5  # alternatives that a decision reports
-LEAST = 1e-9  # of a probability that others are divided by
 
 
 class LearnedDispatcher:
@@ -60,7 +59,8 @@ class LearnedDispatcher:
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
         ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in situation.barred)
         possible = sum(allowed) + (0.0 if None in situation.barred else end)
-        chance = (end if ends or best is None else chances[best]) / max(possible, LEAST)
+        weight = end if ends or best is None else allowed[best]
+        chance = weight / possible if possible else 1.0
         program = self._expert.registry.programs[situation.program]
         facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
         decision = Decision(

@@ -11,7 +11,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State
+from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State, provider_of
 
 
 class Believed(State):
@@ -62,14 +62,13 @@ class Believed(State):
         if isinstance(fact, Condition):
             return self.likely(fact.expression, fact.scope)
         declared = self.registry.predicates[fact.predicate]
-        provider = declared.by.id if declared.by else declared.name
         ways = self.ways(declared, fact.arguments)
         if ways is not None:
             chance = max((self.probability(Literal(fact.predicate, way)) for way in ways), default=0.0)
         elif declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             chance = self.likely(declared.body, dict(zip(names, fact.arguments, strict=True)))
-        elif provider in self._chances:
+        elif (provider := provider_of(declared)) in self._chances:
             chance = self._chances[provider](*fact.arguments)
         else:
             chance = float(bool(self.reading(fact.predicate, fact.arguments)))

@@ -76,7 +76,7 @@ class Places:
         return float(weights[inside].sum() / weights.sum())
 
     def nearby(self, deviation: float) -> Iterator[tuple[Offset, State]]:
-        """Yield where else the object may lie as far as can be seen, the nearest first, and the state then.
+        """Yield where the object may lie as far as can be seen, the nearest first, and the state then.
 
         Args:
             deviation: of what is seen, standard along each axis [m].

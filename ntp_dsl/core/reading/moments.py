@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ntp_dsl.core.perception.steadied import Steadied
 from ntp_dsl.core.reading.likelihood import Offset, Perceive, Places, places
 from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.semantics.free_space import load
 from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
 LOOKS = 5  # between its arrival and the act, at most
-SPAN = 0.1  # before and after a frame: over these the hand's speed is measured [s]
+SPAN = 0.1  # before and after a frame, and at least one frame each: there the hand's speed is measured [s]
 STILL = 1e-3  # [m/s] speeds nearer than this are the same
-LIFTED = 0.02  # of the hand, at least, where it is told from its stops when it comes and goes [m]
+LIFTED = 0.02  # of the hand's heights as it comes or goes, below which it counts as not lifted [m]
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,18 @@ class Moments:
         return places(self.state(frame), item, self._perceive)
 
     def moved(self, item: str, frame: int, by: Offset) -> Moments:
-        """Return the states that would be shown if an object lay elsewhere while it rests as in a frame."""
-        index = self._shown.demonstration.names.index(item)
+        """Return the states that would be shown if an object, and what lies in it, lay elsewhere.
+
+        It lies there for as long as it rests as in a frame.
+        """
         positions = self._shown.positions.copy()
-        others = np.flatnonzero((positions[frame:, index] != positions[frame, index]).any(axis=1))
-        end = frame + int(others[0]) if len(others) else len(positions)
-        positions[frame:end, index, :2] += by
+        for name in (item, *load(self.state(frame).observation, item)):
+            index = self._shown.demonstration.names.index(name)
+            still = (positions[:, index] == positions[frame, index]).all(axis=1)
+            others = np.flatnonzero(~still)
+            begin = int(others[others < frame].max(initial=-1)) + 1
+            end = int(others[others > frame].min(initial=len(positions)))
+            positions[begin:end, index, :2] += by
         return Moments(replace(self._shown, positions=positions), self.scope, self._perceive)
 
     def within(self, scope: Scope) -> Moments:
@@ -133,8 +140,10 @@ class Moments:
         """Return how fast the hand is in each frame, (T,) [m/s]."""
         demonstration = self._shown.demonstration
         times, hand = demonstration.times.astype(float), demonstration.grippers
-        first = np.searchsorted(times, times - SPAN - 1e-6)
+        count = np.arange(len(times))
+        first = np.minimum(np.searchsorted(times, times - SPAN - 1e-6), np.maximum(count - 1, 0))
         last = np.searchsorted(times, times + SPAN + 1e-6) - 1
+        last = np.maximum(last, np.minimum(count + 1, len(times) - 1))
         spent = np.maximum(times[last] - times[first], 1e-6)
         return np.asarray(np.linalg.norm(hand[last] - hand[first], axis=1) / spent)
 

@@ -12,7 +12,7 @@ from math import hypot, prod
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
 from ntp_dsl.core.reading.likelihood import Offset
-from ntp_dsl.core.reading.moments import Moments
+from ntp_dsl.core.reading.moments import Act, Moments
 from ntp_dsl.core.reading.numbers import ranges_of
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert
@@ -164,23 +164,24 @@ class Reader:
             if reading.is_whole or not self._has_numbers():
                 break
         chosen = self._with_surprises(chosen, reading, found)
+        chosen = self._with_purposes(chosen, found)
         chosen, doubts = self._weighed(chosen, found)
         return self._finished(chosen, doubts, tuple(self._measures(chosen)))
 
-    def place_of(self, stray: Stray) -> Offset | None:
-        """Return how far beside a stray object's place, at least, it would be where an element says.
+    def place_of(self, stray: Stray) -> tuple[str, int, Offset] | None:
+        """Return a stray object, a frame in which it rests, and how far beside that an element would hold.
 
         Nothing is returned where no place is near enough that it may lie there, as far as can be seen.
         """
-        phase = next(end for begin, end in self.moments.phases if begin <= stray.frame < end) - 1
-        seen = self.moments.state(phase)
+        frame = next(end for begin, end in self.moments.phases if begin <= stray.frame < end) - 1
+        seen = self.moments.state(frame)
         deviation = seen.observation.deviations.get(stray.item, 0.0)
         if not deviation:
             return None
         known = {*self._naming(stray.item, seen)}
-        for offset, state in self.moments.beside(phase, stray.item).nearby(deviation):
+        for offset, state in self.moments.beside(frame, stray.item).nearby(deviation):
             if {*self._naming(stray.item, state)} - known:
-                return offset
+                return stray.item, frame, offset
         return None
 
     def _naming(self, item: str, state: State) -> Iterator[tuple[str, Element]]:
@@ -208,7 +209,7 @@ class Reader:
         self, chosen: Sequence[Candidate], doubts: tuple[Doubt, ...], measures: tuple[Measure, ...]
     ) -> Reading:
         reading = self._told(chosen)
-        strays = tuple(self._strays(reading.acts_explained))
+        strays = tuple(self._strays(chosen, reading.acts_explained))
         return replace(reading, doubts=doubts, measures=measures, strays=strays)
 
     def _measures(self, chosen: Sequence[Candidate]) -> Iterator[Measure]:
@@ -227,7 +228,8 @@ class Reader:
             holds = partial(self._contracts[each.parameter].holds, each.element)
             yield Measure(each.parameter, number, each.element, beside.certainty(holds, deviation))
 
-    def _strays(self, explained: Collection[int]) -> Iterator[Stray]:
+    def _strays(self, chosen: Sequence[Candidate], explained: Collection[int]) -> Iterator[Stray]:
+        """Yield what was put down last by an act that neither a call nor what an element says explains."""
         held = [each.observation.held for each in self.moments.ends]
         last = {
             item: act
@@ -235,8 +237,36 @@ class Reader:
             if item and item != after
         }
         for item, act in last.items():
-            if act.number not in explained:
-                yield Stray(item, act.frame)
+            if act.number in explained or any(self._is_served(each, item, act) for each in chosen):
+                continue
+            yield Stray(item, act.frame)
+
+    def _with_purposes(self, chosen: list[Candidate], found: Sequence[Candidate]) -> list[Candidate]:
+        """Return the elements, with others for whose sake objects were put down last, though by no call.
+
+        Whoever demonstrates may go about it in another order than the program would.
+        """
+        reading = self._told(chosen)
+        acts = {act.frame: act for act in self.moments.acts}
+        for stray in [*self._strays(chosen, reading.acts_explained)]:
+            act = acts[stray.frame]
+            for each in found:
+                if each.rise <= act.number or each in chosen or not self._is_served(each, stray.item, act):
+                    continue
+                contract = self._contracts[each.parameter]
+                if contract.is_common(each.element, stray.item, self.moments.ends[0]):
+                    continue  # it may be so by chance
+                more = self._told(self._with(chosen, each))
+                if more.explained >= reading.explained:
+                    chosen, reading = self._with(chosen, each), more
+                    break
+        return chosen
+
+    def _is_served(self, candidate: Candidate, item: str, act: Act) -> bool:
+        """Return whether an act makes something true of an object that is a part of what an element says."""
+        before, after = self.moments.ends[act.number : act.number + 2]
+        facts = self._contracts[candidate.parameter].facts(candidate.element, after)
+        return any(item in fact.names and after.holds(fact) and not before.holds(fact) for fact in facts)
 
     def _weighed(
         self, chosen: list[Candidate], found: Sequence[Candidate]

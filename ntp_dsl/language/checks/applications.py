@@ -34,7 +34,8 @@ class ApplicationChecker:
             yield self._no_predicate(atom, names)
             yield from self.arguments.check_alone(atom, names)
             return None
-        yield from self.arguments.check(atom, declared, declared.parameters, names, allow_wildcard=True)
+        is_condition = declared.result is None
+        yield from self.arguments.check(atom, declared, declared.parameters, names, is_condition)
         return declared
 
     def _no_predicate(self, atom: nodes.Atom, names: Names) -> Diagnostic:

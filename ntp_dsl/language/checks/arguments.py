@@ -45,7 +45,7 @@ class ArgumentChecker:
             yield self._wrong_number(node, declared, parameters, scope, note)
             return
         for index, argument in enumerate(given):
-            if allow_wildcard and isinstance(argument, nodes.Wildcard):
+            if isinstance(argument, nodes.Wildcard) and allow_wildcard and self._has_any(parameters[index]):
                 continue
             found = yield from self._value(argument, names, parameters[index].type)
             if found is None:
@@ -56,6 +56,11 @@ class ArgumentChecker:
                     return  # they are only in the wrong order, which is one mistake
             elif isinstance(argument, nodes.Number):
                 yield from _check_range(parameters[index], argument, note)
+
+    def _has_any(self, parameter: Parameter) -> bool:
+        """Return whether a parameter is of objects or members, of which `any` may be one."""
+        type = parameter.type
+        return not (type.is_list or type.name in self._table.records or type.name in NUMBER_TYPES)
 
     def check_alone(self, node: nodes.Atom | nodes.Call, names: Names) -> Iterator[Diagnostic]:
         """Check the arguments by themselves, where the parameters are not known."""
@@ -75,7 +80,7 @@ class ArgumentChecker:
     def _accepts(self, names: Names, allow_wildcard: bool) -> Callable[[Parameter, Expression], bool]:
         def accepts(parameter: Parameter, argument: Expression) -> bool:
             if isinstance(argument, nodes.Wildcard):
-                return allow_wildcard
+                return allow_wildcard and self._has_any(parameter)
             found, wrong = outcome(self._value(argument, names, parameter.type))
             return not wrong and (found is None or fits(self._table, found, parameter.type))
 

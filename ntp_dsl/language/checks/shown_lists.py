@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.logic.list_contracts import parts_about, unmentioned
 from ntp_dsl.language.logic.preconditions import Contracts
-from ntp_dsl.language.syntax.nodes import Field, ProgramDeclaration
+from ntp_dsl.language.syntax.nodes import Field, Generator, ProgramDeclaration
 from ntp_dsl.language.syntax.visitors import walk_statement
 
 
@@ -23,15 +23,25 @@ def check_lists(program: ProgramDeclaration, contracts: Contracts) -> Iterator[D
         parts = parts_about(name, program.achieves)
         record = table.records.get(of)
         if not parts:
-            taken = "it is read as empty" if record else f"every {of} is taken"
+            taken = f"every {of} is taken" if of in table.types else "it is read as empty"
             message = f"nothing that '{program.name}' achieves is about '{name}': no demonstration shows it"
             help = f"say what is to hold of each element, all ... for x in {name}; else {taken}"
             yield Diagnostic("N404", message, parameter.span, help=help)
         elif record is not None:
-            terms = [each for statement in program.body for each in walk_statement(statement)]
-            needed = {each.name for each in terms if isinstance(each, Field)}
+            needed = _fields_of(program, name)
             fields = [each.name for each in record.fields if each.name in needed]
             for field in unmentioned(parts, of, fields, table.predicates):
                 message = f"nothing that '{program.name}' achieves is about '{field}' of '{name}'"
                 help = "a demonstration shows it only by the calls that the hand's acts come of"
                 yield Diagnostic("N405", message, parameter.span, help=help)
+
+
+def _fields_of(program: ProgramDeclaration, name: str) -> set[str]:
+    """Return the fields that a program's body takes of the elements of a list."""
+    found: set[str] = set()
+    for statement in program.body:
+        terms = list(walk_statement(statement))
+        loops = [each for each in terms if isinstance(each, Generator) and each.iterable.id == name]
+        variables = {each.variable for each in loops}
+        found |= {each.name for each in terms if isinstance(each, Field) and each.value.id in variables}
+    return found

@@ -150,11 +150,6 @@ class TypeChecker:
             case nodes.Atom():
                 declared = yield from self._applications.predicate(expression, names)
                 if declared is None or declared.result is not None:
-                    for each in expression.arguments:
-                        if declared is not None and isinstance(each, nodes.Wildcard):
-                            help = f"say which: some {declared.name}(x) == ... for x in TYPE"
-                            message = f"'{declared.name}' tells a value of one object, and 'any' is none"
-                            yield Diagnostic("E207", message, each.span, help=help)
                     result = declared.result if declared else None
                     return result if result and result.name in self._table.type_names() else None
                 if self._is_mistaken(declared):
@@ -165,7 +160,7 @@ class TypeChecker:
                 yield Diagnostic("E205", message, expression.span, help=help, fix=fix)
                 return None
             case nodes.Wildcard():
-                help = "'any' can only be a predicate's argument, as in holding(any)"
+                help = "'any' is some object or member, as in holding(any); else say which"
                 fix = self._only(expression, names, expected)
                 message = "'any' is no particular object"
                 yield Diagnostic("E207", message, expression.span, help=help, fix=fix)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from one_core_samples import library, shown, the_core, the_model
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Dispatcher, Situation
 from ntp_dsl.core.dispatch.learned import LearnedDispatcher
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
-from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.expert import Expert, Return
 
 
 @pytest.fixture(params=["rule", "learned"])
@@ -61,3 +63,13 @@ def test_no_barred_callee_is_called(by: str) -> None:
     for callee in called:
         barred = [Situation(each.program, each.arguments, each.state, frozenset({callee})) for each in every]
         assert all(getattr(each.answer, "callee", None) != callee for each in deciding.dispatch(barred))
+
+
+def test_what_alone_is_left_is_certain(by: str) -> None:
+    """The probability of a decision is that among what is not barred."""
+    deciding = dispatcher(by, "block_stacking")
+    for each in situations("block_stacking", 3):
+        barred = frozenset({*each.state.registry.programs, *each.state.registry.apis})
+        [found] = deciding.dispatch([replace(each, barred=barred)])
+        assert found.decision.probability is not None and found.decision.probability > 0.5
+        assert isinstance(found.answer, Return)

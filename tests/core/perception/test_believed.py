@@ -129,6 +129,27 @@ def test_a_fact_of_any_holds_where_it_holds_of_something() -> None:
     assert all(true.values())
 
 
+def test_what_a_fact_provides_holds_where_it_does() -> None:
+    """Of any object and of one, negated and not."""
+    task = draw(library("table_cleanup"), "table_cleanup", 0)
+    watched = Watched(expert_policy(task))
+    run(task, watched)
+    provided = 0
+    for seen in watched.seen[::20]:
+        state = State(task.registry, seen)
+        below = state.objects("Tray")[0]
+        some = [
+            Literal("in", (item, below), way)
+            for item in [ANY, *state.objects("Fork")]
+            for way in (True, False)
+        ]
+        for one, other in product(some, some):
+            if one.provides(other):
+                provided += one != other
+                assert state.holds(other) or not state.holds(one), (one, other)
+    assert provided
+
+
 # Gradients
 
 OBJECTS = ("a", "b", "c")
