@@ -134,7 +134,11 @@ class Shown:
     def scope_of(self, frame: Frame, callee: str, arguments: Arguments) -> Scope | None:
         if self._whole_scopes:
             return self.scope()
-        call = counterpart(self._call(frame), callee, arguments)
+        caller = self._call(frame)
+        declared = self.registry.programs.get(callee)
+        if caller is not None and declared is not None and declared.takes_list:
+            return hull(caller, callee, arguments)
+        call = counterpart(caller, callee, arguments)
         return call.scope if call is not None else None
 
     def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
@@ -243,6 +247,17 @@ class Shown:
                 if same and alike(call.arguments, frame.arguments):
                     return call
         return None
+
+
+def hull(caller: DemonstratedCall, callee: str, arguments: Arguments) -> Scope | None:
+    """Return the frames from the first to the last call of a program of lists, which may be interrupted."""
+    given = without_list_values(arguments)
+    same = [
+        each.scope
+        for each in caller.children
+        if each.name == callee and alike(without_list_values(each.arguments), given)
+    ]
+    return (min(begin for begin, _ in same), max(end for _, end in same)) if same else None
 
 
 def without_list_values(arguments: Arguments) -> Arguments:

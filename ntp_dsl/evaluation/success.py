@@ -18,7 +18,7 @@ from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
-from ntp_dsl.semantics.state import Bindings, Fact, Literal, State
+from ntp_dsl.semantics.state import Bindings, Fact, Literal, State, provider_of
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome
@@ -96,7 +96,7 @@ def _shortfall(
             return Shortfall(ShortfallKind.NOT_ACHIEVED, f"{literal} does not hold")
     literals = [part for fact in facts for part in _parts(state, fact)]
     for literal in literals:
-        if literal.positive and _built_in(registry, literal.predicate) in CONTACT_PREDICATES:
+        if literal.positive and provider_of(registry.predicates[literal.predicate]) in CONTACT_PREDICATES:
             item, support = map(str, literal.arguments)
             if not world.supported(item, support):
                 return Shortfall(ShortfallKind.NO_CONTACT, f"{item} does not touch {support}")
@@ -119,9 +119,17 @@ def _shortfall(
 
 
 def _parts(state: State, fact: Fact) -> Iterator[Literal]:
-    """Yield the literals that make a fact true: the parts of a composed one, the true options of an `or`."""
+    """Yield the literals that make a fact true: the parts of a composed one, the true options of an `or`,
+    and those of the objects for which one of any object is true.
+    """
     if isinstance(fact, Literal):
         declared = state.registry.predicates[fact.predicate]
+        ways = state.ways(declared, fact.arguments)
+        if ways is not None:
+            of_each = [Literal(fact.predicate, way) for way in ways]
+            for witness in filter(state.holds, of_each if fact.positive else ()):
+                yield from _parts(state, witness)
+            return
         if declared.body is None:
             yield fact
             return
@@ -138,12 +146,6 @@ def _parts(state: State, fact: Fact) -> Iterator[Literal]:
         return
     for each in state.literals(body, scope, positive):
         yield from _parts(state, each)
-
-
-def _built_in(registry: Registry, predicate: str) -> str:
-    """Return the name of a predicate in the worlds."""
-    provider = registry.predicates[predicate].by
-    return provider.id if provider else predicate
 
 
 def _above(scene: Scene, support: Argument) -> set[str]:

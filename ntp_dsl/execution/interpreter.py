@@ -87,7 +87,7 @@ class Run:
         assert self.ending is not None, "the run is not over"
         return End(
             ending=self.ending,
-            reason=self.reason,
+            reason=f"{self.reason}, and {self.missing} does not hold" if self.missing else self.reason,
             primitives=self.primitives,
             confidence=self.confidence,
             least=self.least,
@@ -149,8 +149,7 @@ class Interpreter:
                 retries += 1
                 if retries > self.limits.retries:
                     run.ending = Ending.CIRCULAR if run.rounds[0] else Ending.UNFINISHED
-                    why = GOING_ROUND if run.rounds[0] else NOTHING_HELPS
-                    run.reason = f"{why}, and {run.missing} does not hold" if run.missing else why
+                    run.reason = GOING_ROUND if run.rounds[0] else NOTHING_HELPS
             self.world.settle(SECOND_LOOK)
         return run
 

@@ -61,7 +61,8 @@ class Literal:
         return _names(self.arguments)
 
     def __str__(self) -> str:
-        text = f"{self.predicate}({', '.join(map(str, self.arguments))})"
+        given = [f"{each:g}" if isinstance(each, float) else str(each) for each in self.arguments]
+        text = f"{self.predicate}({', '.join(given)})"
         return text if self.positive else f"not {text}"
 
 
@@ -135,7 +136,8 @@ class State:
 
         Of some predicates the world itself says whether they hold of anything.
         """
-        if ANY not in arguments or declared.result is not None or provider_of(declared) in ANY_KNOWN:
+        is_known = declared.by is None and declared.name in ANY_KNOWN
+        if ANY not in arguments or declared.result is not None or is_known:
             return None
         pairs = zip(declared.parameters, arguments, strict=True)
         return product(*(self.values(p.type.name) if each == ANY else (each,) for p, each in pairs))

@@ -81,5 +81,5 @@ def test_what_cannot_be_done_any_more_is_named() -> None:
     policy = evaluator.policy(recorded)
     run = Interpreter(evaluator.registry, policy, world).run(instance.program, instance.arguments)
     assert run.ending is Ending.UNFINISHED
-    assert f"on({item}, " in run.reason and "does not hold" in run.reason
+    assert f"on({item}, " in run.end().reason and "does not hold" in run.end().reason
     assert run.confidence is not None and run.confidence < 0.1

@@ -108,7 +108,10 @@ def command(
         acts = counted(reading.acts, "act")
         answers.print(f"# {reading.explained} of {acts} of the hand explained, by {program.name}")
         for field in reading.unshown:
-            answers.print(f"# {field}: no contract shows it; the first value that explains as much is taken")
+            answers.print(
+                f"# {field}: nothing that {program.name} achieves is about it; "
+                "of values that explain as much the first is taken"
+            )
         for question, _ in questions(registry, demonstration, reading.doubts):
             for row in question.splitlines():
                 answers.print(f"# {row}")

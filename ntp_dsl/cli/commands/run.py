@@ -208,6 +208,7 @@ def run_episode(
             {
                 "success": episode.success,
                 "success_authors": episode.success_authors,
+                "confidence": episode.confidence,
                 "attributed_to": episode.attributed_to,
                 "reason": episode.reason,
                 "primitives": episode.primitives,

@@ -84,7 +84,7 @@ class Reading:
     call: DemonstratedCall
     acts_explained: frozenset[int]  # by the hand's acts' numbers
     acts: int  # of the hand
-    unshown: tuple[str, ...] = ()  # fields of which no contract says anything
+    unshown: tuple[str, ...] = ()  # fields of lists, as `goal.place`, of which the contract says nothing
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
     measures: tuple[Measure, ...] = ()  # elements with numbers, where there is noise
     strays: tuple[Stray, ...] = ()
@@ -102,7 +102,8 @@ class Reading:
         was put somewhere last, for no reason that the lists give, may not matter. All these are taken for
         independent.
         """
-        return prod(each.probability for each in self._uncertain) * MISSED ** len(self.strays)
+        missed = max(len(self.strays), int(self.acts > 0 and not self.explained))
+        return prod(each.probability for each in self._uncertain) * MISSED**missed
 
     def certainty(self, objects: Collection[str]) -> float:
         """Return how probable it is that the elements are right that name all of some objects and members."""
@@ -143,7 +144,6 @@ class Reader:
             each.name: ListContract(expert.registry, program, each, scope, moved) for each in self._lists
         }
 
-        self._unshown = tuple(field for each in self._contracts.values() for field in each.unmentioned)
         self._untold: Mapping[str, tuple[str, ...]] = {}  # lists that no contract tells: all there are
 
     def read(self) -> Reading:
@@ -431,7 +431,6 @@ class Reader:
             best = self._best_addition(chosen, risen, at, longer)
             if best is None:
                 at += 1
-                top = self._root(chosen)
             else:
                 chosen = longer(chosen, best)
                 top = self._root(chosen)
@@ -469,14 +468,13 @@ class Reader:
         return self._explanation.step(self._root(chosen), self.moments.acts[at]) is not None
 
     def _count_explained(self, chosen: Sequence[Candidate], at: int) -> int:
-        """Return how many acts from one on are explained; after one that is not, the program begins anew."""
-        top: Running | None = self._root(chosen)
+        """Return how many acts from one on are explained."""
+        top = self._root(chosen)
         count = 0
         for act in self.moments.acts[at:]:
-            after = self._explanation.step(top, act) if top is not None else None
-            if after is None:
-                after = self._explanation.step(self._root(chosen), act)
-            top, count = after, count + (after is not None)
+            after = self._explanation.step(top, act) or self._explanation.step(self._root(chosen), act)
+            if after is not None:
+                top, count = after, count + 1
         return count
 
     @staticmethod
@@ -516,16 +514,23 @@ class Reader:
         top, explained = self._root(chosen, call), set[int]()
         for act in self.moments.acts:
             if self._explanation.step(unmarked(top), act) is None:
-                top = self._root(chosen, call)
-                if self._explanation.step(unmarked(top), act) is None:
-                    continue
+                anew = self._root(chosen, call)
+                if self._explanation.step(unmarked(anew), act) is None:
+                    continue  # what runs goes on: somebody fumbles
+                top = anew
             after = self._explanation.step(top, act)
             assert after is not None, "it was explained just now"
             top = after
             explained.add(act.number)
         self._explanation.finish(top)
         call.scope, call.done = self.moments.scope, True
-        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), self._unshown)
+        unshown = tuple(
+            f"{name}.{field}"
+            for name, contract in self._contracts.items()
+            if any(each.parameter == name for each in chosen)
+            for field in contract.unmentioned
+        )
+        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), unshown)
 
 
 def _size(element: Element) -> int:

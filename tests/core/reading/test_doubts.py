@@ -125,7 +125,7 @@ def posts(bay: object) -> tuple[object, set[object]]:
 
 
 @pytest.mark.parametrize(
-    ("name", "task", "unshown"), [("lorry", "lorry", ()), ("unpacking", "emptying", ("shelf",))]
+    ("name", "task", "unshown"), [("lorry", "lorry", ()), ("unpacking", "emptying", ("goal.shelf",))]
 )
 def test_a_predicate_over_whole_records_may_show_any_field(
     name: str, task: str, unshown: tuple[str, ...]

@@ -187,7 +187,7 @@ def _ending(trace: Trace) -> Text:
     if end is None:
         return Text("cut off: the trace ends here", style="yellow")
     succeeded = end.ending is Ending.DONE if end.success is None else end.success
-    reason = f": {end.reason}" if end.reason else ""
+    reason = f": {end.reason}" if end.reason and not end.verdict else ""  # a verdict says it as well
     failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
     sure = f", confidence {end.confidence:.0%}" if end.confidence is not None else ""
     text = printable(f"{end.ending}{reason} ({end.primitives} primitives{sure}){failed}")
