@@ -20,7 +20,7 @@ from ntp_dsl.core.policy import OneShotPolicy
 from ntp_dsl.core.reading.reading import Reading
 from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Episode, Evaluator, Plan
-from ntp_dsl.evaluation.statistics import statistics
+from ntp_dsl.evaluation.statistics import calibration_error, statistics
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert, NextCall
@@ -136,23 +136,11 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
         "episodes": figures.episodes,
         "failed": sum(not each.success for each in episodes),
         "confidence": vars(figures.confidence) if figures.confidence else None,
-        "calibration error": {kind: round(_error(found), 4) for kind, found in rows.items()},
+        "calibration error": {kind: round(calibration_error(found), 4) for kind, found in rows.items()},
         "right": {
             kind: round(float(np.mean([each for _, each in found])), 4) for kind, found in rows.items()
         },
     }
-
-
-def _error(rows: list[tuple[float, bool]]) -> float:
-    """Return the expected calibration error, in 10 bins."""
-    chances, truths = np.array([p for p, _ in rows]), np.array([t for _, t in rows], dtype=float)
-    bins = np.minimum((10 * chances).astype(int), 9)
-    parts = [
-        (bins == k).mean() * abs(chances[bins == k].mean() - truths[bins == k].mean())
-        for k in range(10)
-        if (bins == k).any()
-    ]
-    return float(sum(parts))
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Evaluator, Plan, run_all
+from ntp_dsl.evaluation.statistics import calibration_error
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
@@ -69,7 +70,9 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
                     told.setdefault(literal.predicate, []).append(
                         (float(perceived.probability(literal)), true.holds(literal))
                     )
-        found[f"{1000 * noise:g} mm"] = {name: round(_error(rows), 4) for name, rows in sorted(told.items())}
+        found[f"{1000 * noise:g} mm"] = {
+            name: round(calibration_error(rows), 4) for name, rows in sorted(told.items())
+        }
     return found
 
 
@@ -107,17 +110,6 @@ def _are_near(truth: Observation, a: str, b: str) -> bool:
     way = np.abs(np.subtract(truth.positions[a], truth.positions[b]))[:2]
     reach = (np.array(truth.by_name[a].size[:2]) + truth.by_name[b].size[:2]) / 2
     return bool((way < reach + 0.04).all())
-
-
-def _error(rows: list[tuple[float, bool]]) -> float:
-    chances, truths = np.array([p for p, _ in rows]), np.array([t for _, t in rows], dtype=float)
-    bins = np.minimum((10 * chances).astype(int), 9)
-    shares = [
-        (bins == k).mean() * abs(chances[bins == k].mean() - truths[bins == k].mean())
-        for k in range(10)
-        if (bins == k).any()
-    ]
-    return float(sum(shares))
 
 
 # Rule and learnt dispatcher ---------------------------------------------------------------------

@@ -1,0 +1,26 @@
+"""Figures over many episodes."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ntp_dsl.evaluation.statistics import calibration_error
+
+CHANCES = st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1)
+
+
+@given(CHANCES, st.randoms())
+def test_the_order_of_what_was_found_does_not_matter(rows: list[tuple[float, bool]], random: object) -> None:
+    shuffled = sorted(rows, key=lambda _: random.random())  # type: ignore[attr-defined]
+    assert abs(calibration_error(rows) - calibration_error(shuffled)) < 1e-9
+    assert 0 <= calibration_error(rows) <= 1
+
+
+def test_who_is_as_often_right_as_sure_has_no_error() -> None:
+    rows = [(0.25, number % 4 == 0) for number in range(40)] + [
+        (0.75, number % 4 != 0) for number in range(40)
+    ]
+    assert calibration_error(rows) == 0
+    assert calibration_error([(1.0, False)]) == 1
+    assert calibration_error([(0.9, True), (0.1, False)]) < 0.11
