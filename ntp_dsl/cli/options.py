@@ -77,8 +77,8 @@ WholeScopes = Annotated[
     bool,
     typer.Option(
         "--whole-scopes",
-        help="Let every program read its lists from the whole demonstration, not from its own part of it: "
-        "what scopes are good for is the difference.",
+        help="Let every program read its lists from the whole demonstration, not from its own part of it; "
+        "the difference shows what scopes contribute.",
     ),
 ]
 DemoBy = Annotated[

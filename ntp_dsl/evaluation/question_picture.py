@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from html import escape
 from math import atan2, degrees
+
+import numpy as np
 
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.semantics.observation import Record, SceneObject
 
-SCALE = 1000  # pixels a metre
-MARGIN = 0.06  # around all objects [m]
+SCALE = 1500  # pixels a metre
+MARGIN = 0.06  # around the objects that are named [m]
+LOOKS = 8  # frames of which the middle is drawn
 APART = 5  # pixels between the lines of two elements that name the same objects
 KEY = 24  # pixels a line of the key
 LETTER = 7.2
@@ -38,13 +41,14 @@ Point = tuple[float, float]
 def question_picture(
     demonstration: Demonstration, frame: int, offered: Sequence[tuple[Record | str, str]]
 ) -> str:
-    """Return an SVG of a frame from above, the arm's base below it.
+    """Return an SVG of what is around the objects in question, from above; the arm's base lies below it.
 
     Args:
         offered: elements, each with the text that stands for it in the key; a line leads along the objects
             that an element names, from the first, with a large dot, in their order.
     """
-    view = _View(demonstration, frame)
+    named = {name for element, _ in offered for name in _named(element)}
+    view = _View(demonstration, frame, named & {*demonstration.names})
     width = max(view.width, *(LETTER * len(text) + 2 * KEY for _, text in offered))
     height = view.height + KEY * (len(offered) + 1)
     drawn = [
@@ -68,16 +72,18 @@ def question_picture(
 class _View:
     """A frame of a demonstration from above, in pixels: x goes up, y to the left."""
 
-    def __init__(self, demonstration: Demonstration, frame: int) -> None:
+    def __init__(self, demonstration: Demonstration, frame: int, named: Collection[str]) -> None:
         self._shown = demonstration
-        self._at = dict(zip(demonstration.names, demonstration.positions[frame].tolist(), strict=True))
+        looks = np.median(demonstration.positions[frame : frame + LOOKS], axis=0)
+        self._at = dict(zip(demonstration.names, looks.tolist(), strict=True))
         turns = demonstration.orientations
         self._turns = dict(
             zip(demonstration.names, turns[frame].tolist() if turns is not None else (), strict=False)
         )
-        reach = max((max(obj.size[:2]) / 2 for obj in demonstration.objects if not obj.roomy), default=0.0)
-        xs = [at[0] for at in self._at.values()]
-        ys = [at[1] for at in self._at.values()]
+        near = [obj for obj in demonstration.objects if obj.name in named and not obj.roomy]
+        near = near or [*demonstration.objects]
+        reach = max(max(obj.size[:2]) / 2 for obj in near)
+        xs, ys, _ = zip(*(self._at[obj.name] for obj in near), strict=True)
         self._top, self._left = max(xs) + reach + MARGIN, max(ys) + reach + MARGIN
         self.height = SCALE * (self._top - min(xs) + reach + MARGIN)
         self.width = SCALE * (self._left - min(ys) + reach + MARGIN)
@@ -87,11 +93,11 @@ class _View:
         return SCALE * (self._left - y), SCALE * (self._top - x)
 
     def objects(self) -> Iterator[str]:
-        """Yield the objects from the lowest up, each with its name."""
+        """Yield the objects that are on the page, from the lowest up, each with its name."""
         for obj in sorted(self._shown.objects, key=lambda each: self._at[each.name][2]):
-            if SCALE * max(obj.size[:2]) > self.width:
-                continue  # as of a table
             x, y = self.place(obj.name)
+            if obj.roomy or not (0 < x < self.width and 0 < y < self.height):
+                continue
             yield self._outline(obj, x, y)
             below = y + SCALE * obj.size[0] / 2 + 11
             yield f'<text class="name" x="{x:.0f}" y="{below:.0f}">{escape(obj.name)}</text>'

@@ -23,6 +23,7 @@ class FailedEpisode:
     task: str
     attributed_to: Attribution | None
     reason: str
+    confidence: float | None
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,9 @@ def statistics(episodes: Sequence[Episode], seed: int) -> Statistics:
         scopes=agreement([episode.scopes for episode in episodes]),
         confidence=_confidence(episodes),
         failed=tuple(
-            FailedEpisode(e.number, e.name, e.attributed_to, e.reason) for e in episodes if not e.success
+            FailedEpisode(e.number, e.name, e.attributed_to, e.reason, e.confidence)
+            for e in episodes
+            if not e.success
         ),
         seed=seed,
     )

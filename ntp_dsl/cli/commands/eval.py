@@ -75,7 +75,9 @@ def command(
 
     `success` is strict: all placements centred and in contact, no other object moved, the hand empty, and
     unchanged two seconds later. `success_authors` is the test of the paper's authors.
-    After an interruption, the report is of the episodes so far.
+    After an interruption, the report is of the episodes so far. `confidence` is how probable the program
+    finds it, on average, that it has done what was shown, where it succeeded and where it failed; AUROC is
+    the chance that a success has more of it than a failure (1 is perfect, 0.5 is worthless).
 
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
@@ -154,9 +156,11 @@ def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> 
         lowest, worst = min(figures.scopes.items(), key=lambda each: each[1].overlap)
         mean = sum(each.overlap for each in figures.scopes.values()) / len(figures.scopes)
         answers.print(
-            f"scopes           {mean:.2f} of the frames as the expert's (least: {lowest} {worst.overlap:.2f})"
+            f"scopes           {mean:.2f} overlap with the frames of the expert's calls "
+            f"(least: {lowest} {worst.overlap:.2f})"
         )
     if figures.confidence is not None:
         answers.print(f"confidence       {_confidence(figures.confidence)}")
     for failure in figures.failed:
-        answers.print(f"episode {failure.episode}: {failure.attributed_to}: {failure.reason}")
+        sure = f" (confidence {failure.confidence:.0%})" if failure.confidence is not None else ""
+        answers.print(f"episode {failure.episode}{sure}: {failure.attributed_to}: {failure.reason}")

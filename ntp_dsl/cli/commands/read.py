@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ntp_dsl.core.reading.reading import Doubt
 
 
-SURE = 0.95  # probability of numbers from which on nothing is said of them
+SURE = 0.95  # probability from which on nothing is said
 
 
 def command(
@@ -107,10 +107,12 @@ def command(
     else:
         acts = counted(reading.acts, "act")
         answers.print(f"# {reading.explained} of {acts} of the hand explained, by {program.name}")
+        if reading.probability < SURE:
+            answers.print(f"# probability {reading.probability:.0%}")
         for field in reading.unshown:
             answers.print(
                 f"# {field}: nothing that {program.name} achieves is about it; "
-                "of values that explain as much the first is taken"
+                "it is read from what the hand does alone"
             )
         for question, _ in questions(registry, demonstration, reading.doubts):
             for row in question.splitlines():

@@ -75,11 +75,12 @@ def command(
             min=0,
             max=1,
             callback=optional_number,
-            help="Ask which element is meant where none is that probable.",
+            help="Ask which element is meant if the best one is less probable than this.",
         ),
     ] = None,
     answer: Annotated[
-        list[int] | None, typer.Option(min=1, help="Answer to a question, by its number; once for each.")
+        list[int] | None,
+        typer.Option(min=1, help="Answer to a question, by number; repeat it for each question, in order."),
     ] = None,
     arm: Arm = None,
     gui: Gui = False,
@@ -134,9 +135,8 @@ def command(
     )
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
-    policy = None
-    if ask_below is not None and recorded is None:
         recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    policy = None
     if recorded is not None:
         policy = evaluator.policy(recorded)
         _look_through(evaluator, policy, recorded.demonstration, ask_below, answer or [])
@@ -224,6 +224,8 @@ def run_episode(
     if json:
         return
     work = f"{counted(episode.primitives, 'primitive')}, {episode.simulated_seconds:.1f} s of robot time"
+    if episode.confidence is not None:
+        work += f", confidence {episode.confidence:.0%}"
     if episode.success is None:
         messages.print("the demonstration states no goal, so the result was not judged")
         answers.print(f"finished, not judged: {work}")

@@ -23,6 +23,7 @@ from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
 SAME = 1.1  # ratio of likelihoods up to which an element is kept rather than replaced by another
+AHEAD = 6  # acts after one that what runs does not explain, by which it is told whether it goes on
 MISSED = 0.1  # probability that a list is right which does not tell where something was put last
 UNLIKELY = 0.02  # probability below which others are not reported
 RIVALS = 24  # others that are tried in an element's place
@@ -422,9 +423,7 @@ class Reader:
         at = 0
         acts = self.moments.acts
         while at < len(acts):
-            after = self._explanation.step(top, acts[at])
-            if after is None:
-                after = self._explanation.step(self._root(chosen), acts[at])
+            after = self._after(top, chosen, at)
             if after is not None:
                 top, at = after, at + 1
                 continue
@@ -471,8 +470,37 @@ class Reader:
         """Return how many acts from one on are explained."""
         top = self._root(chosen)
         count = 0
-        for act in self.moments.acts[at:]:
-            after = self._explanation.step(top, act) or self._explanation.step(self._root(chosen), act)
+        for number in range(at, len(self.moments.acts)):
+            after = self._after(top, chosen, number)
+            if after is not None:
+                top, count = after, count + 1
+        return count
+
+    def _after(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
+        """Return what runs after an act; None where nothing explains it, or where it is better left out."""
+        begun = self._begun(top, chosen, at)
+        return self._explanation.step(begun, self.moments.acts[at]) if begun is not None else None
+
+    def _begun(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
+        """Return what explains an act: what runs, or the program begun anew; None where neither does.
+
+        Where somebody fumbles, the program may seem to begin anew: it does not where what runs explains as
+        much of what comes, this act included.
+        """
+        act = self.moments.acts[at]
+        if self._explanation.step(unmarked(top), act) is not None:
+            return top
+        anew = self._root(chosen)
+        after = self._explanation.step(anew, act)
+        if after is None or self._ahead(top, at + 1) >= 1 + self._ahead(after, at + 1):
+            return None
+        return anew
+
+    def _ahead(self, top: Running, at: int) -> int:
+        """Return how many of the next acts a running call explains, if it goes on where it does not."""
+        top, count = unmarked(top), 0
+        for act in self.moments.acts[at : at + AHEAD]:
+            after = self._explanation.step(top, act)
             if after is not None:
                 top, count = after, count + 1
         return count
@@ -512,18 +540,17 @@ class Reader:
         )
         call.children = []
         top, explained = self._root(chosen, call), set[int]()
-        for act in self.moments.acts:
-            if self._explanation.step(unmarked(top), act) is None:
-                anew = self._root(chosen, call)
-                if self._explanation.step(unmarked(anew), act) is None:
-                    continue  # what runs goes on: somebody fumbles
-                top = anew
-            after = self._explanation.step(top, act)
+        for at, act in enumerate(self.moments.acts):
+            begun = self._begun(top, chosen, at)
+            if begun is None:
+                continue
+            after = self._explanation.step(top if begun is top else self._root(chosen, call), act)
             assert after is not None, "it was explained just now"
             top = after
             explained.add(act.number)
         self._explanation.finish(top)
         call.scope, call.done = self.moments.scope, True
+        _close(call)
         unshown = tuple(
             f"{name}.{field}"
             for name, contract in self._contracts.items()
@@ -558,3 +585,12 @@ def _changed(chosen: Sequence[Candidate], risen: Sequence[Candidate]) -> Iterato
             for more in others:
                 place = next((k for k, each in enumerate(kept) if each.rise > more.rise), len(kept))
                 yield [*kept[:place], more, *kept[place:]]
+
+
+def _close(call: DemonstratedCall) -> None:
+    """Let calls of which no return is shown last until the next one begins, or their caller ends."""
+    ends = [*(each.scope[0] for each in call.children[1:]), call.scope[1]]
+    for child, end in zip(call.children, ends, strict=False):
+        if not child.done:
+            child.scope = child.scope[0], max(child.scope[1], end)
+        _close(child)

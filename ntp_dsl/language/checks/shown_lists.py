@@ -32,7 +32,7 @@ def check_lists(program: ProgramDeclaration, contracts: Contracts) -> Iterator[D
             fields = [each.name for each in record.fields if each.name in needed]
             for field in unmentioned(parts, of, fields, table.predicates):
                 message = f"nothing that '{program.name}' achieves is about '{field}' of '{name}'"
-                help = "a demonstration shows it only by the calls that the hand's acts come of"
+                help = "it is read from what the hand does alone; to be sure of it, state it in `achieves`"
                 yield Diagnostic("N405", message, parameter.span, help=help)
 
 
