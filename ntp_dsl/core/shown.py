@@ -137,7 +137,7 @@ class Shown:
         caller = self._call(frame)
         declared = self.registry.programs.get(callee)
         if caller is not None and declared is not None and declared.takes_list:
-            return hull(caller, callee, arguments)
+            return hull(caller, callee, arguments) or frame.scope  # where its own call is not made out
         call = counterpart(caller, callee, arguments)
         return call.scope if call is not None else None
 

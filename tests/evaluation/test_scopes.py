@@ -12,6 +12,7 @@ from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.evaluation.episodes import Plan, run_all
 from ntp_dsl.evaluation.scope_agreement import agreement
+from ntp_dsl.worlds.habits import Person
 
 EXAMPLES = sorted(each.name for each in examples_folder().iterdir() if each.is_dir())
 PAINTING = Plan(FOLDER / "paint_shop", "paint_shop", shipped_core(), seed=5)
@@ -31,3 +32,11 @@ def test_what_is_handled_twice_is_told_by_the_scopes(soak: bool) -> None:
     of_the_whole = [each.success for each in run_all(replace(PAINTING, whole_scopes=True), count, workers=1)]
     assert sum(map(bool, of_its_own)) >= 0.95 * count
     assert sum(map(bool, of_the_whole)) <= 0.6 * count
+
+
+@pytest.mark.parametrize("person", [Person.SECOND_THOUGHTS, Person.REGRASPS, Person.ANYBODY])
+@pytest.mark.parametrize("domain", ["paint_shop", "washing_up"])
+def test_who_fumbles_shows_them_as_well(domain: str, person: Person, soak: bool) -> None:
+    count = 30 if soak else 3
+    plan = Plan(FOLDER / domain, domain, shipped_core(), seed=7, demo_by=person, demo_noise=0.003)
+    assert sum(bool(each.success) for each in run_all(plan, count, workers=1)) >= 0.95 * count
