@@ -5,7 +5,5 @@ from ntp_dsl.authoring import sampler
 
 @sampler
 def jobs(rng, mugs, basins, racks, length, topology, semantics):
-    rows = zip(
-        semantics.permutation(mugs), topology.permutation(basins), topology.permutation(racks), strict=True
-    )
-    return list(rows)[:length]
+    places = zip(topology.permutation(basins), topology.permutation(racks), strict=True)
+    return [(mug, *pair) for mug, pair in zip(semantics.permutation(mugs)[:length], places, strict=False)]
