@@ -33,8 +33,7 @@ sys.addaudithook(_hook)
 def harmless() -> Iterator[None]:
     """Assert that nothing forbidden happens inside."""
     global _is_watching
-    gc.collect()  # what other tests left to be cleaned up is not cleaned up inside
-    gc.disable()
+    gc.disable()  # what other tests left to be cleaned up is not cleaned up inside
     _found.clear()
     _is_watching = True
     try:

@@ -164,10 +164,12 @@ class Reader:
                 reading = self._told(chosen)
             if reading.is_whole or not self._has_numbers():
                 break
-        chosen = self._with_surprises(chosen, reading, found)
-        chosen = self._with_purposes(chosen, found)
-        chosen, doubts = self._weighed(chosen, found)
-        return self._finished(chosen, doubts, tuple(self._measures(chosen)))
+        chosen, reading = self._with_surprises(chosen, reading, found)
+        chosen, reading = self._with_purposes(chosen, reading, found)
+        weighed, doubts = self._weighed(chosen, found)
+        if weighed != chosen:
+            reading = self._told(weighed)
+        return self._finished(weighed, reading, doubts, tuple(self._measures(weighed)))
 
     def place_of(self, stray: Stray) -> tuple[str, int, Offset] | None:
         """Return a stray object, a frame in which it rests, and how far beside that an element would hold.
@@ -204,12 +206,15 @@ class Reader:
         ]
         doubts = tuple(replace(each, answer=answers.get(each, each.answer)) for each in reading.doubts)
         kept = tuple(each for each in reading.measures if (each.parameter, each.number) not in said)
-        return self._finished(chosen, doubts, kept)
+        return self._finished(chosen, self._told(chosen), doubts, kept)
 
     def _finished(
-        self, chosen: Sequence[Candidate], doubts: tuple[Doubt, ...], measures: tuple[Measure, ...]
+        self,
+        chosen: Sequence[Candidate],
+        reading: Reading,
+        doubts: tuple[Doubt, ...],
+        measures: tuple[Measure, ...],
     ) -> Reading:
-        reading = self._told(chosen)
         strays = tuple(self._strays(chosen, reading.acts_explained))
         return replace(reading, doubts=doubts, measures=measures, strays=strays)
 
@@ -242,12 +247,13 @@ class Reader:
                 continue
             yield Stray(item, act.frame)
 
-    def _with_purposes(self, chosen: list[Candidate], found: Sequence[Candidate]) -> list[Candidate]:
+    def _with_purposes(
+        self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
+    ) -> tuple[list[Candidate], Reading]:
         """Return the elements, with others for whose sake objects were put down last, though by no call.
 
         Whoever demonstrates may go about it in another order than the program would.
         """
-        reading = self._told(chosen)
         acts = {act.frame: act for act in self.moments.acts}
         for stray in [*self._strays(chosen, reading.acts_explained)]:
             act = acts[stray.frame]
@@ -261,7 +267,7 @@ class Reader:
                 if more.explained >= reading.explained:
                     chosen, reading = self._with(chosen, each), more
                     break
-        return chosen
+        return chosen, reading
 
     def _is_served(self, candidate: Candidate, item: str, act: Act) -> bool:
         """Return whether an act makes something true of an object that is a part of what an element says."""
@@ -357,7 +363,7 @@ class Reader:
 
     def _with_surprises(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
-    ) -> list[Candidate]:
+    ) -> tuple[list[Candidate], Reading]:
         """Return the elements, with others that came true by no call's promise, and hardly by chance.
 
         Where all acts are explained by less, what an element says may come true as if by chance: an object
@@ -369,7 +375,7 @@ class Reader:
             more = self._told(self._with(chosen, each))
             if more.explained >= reading.explained:
                 chosen, reading = self._with(chosen, each), more
-        return chosen
+        return chosen, reading
 
     def _is_a_surprise(
         self, candidate: Candidate, chosen: Sequence[Candidate], root_call: DemonstratedCall
@@ -478,23 +484,20 @@ class Reader:
 
     def _after(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
         """Return what runs after an act; None where nothing explains it, or where it is better left out."""
-        begun = self._begun(top, chosen, at)
-        return self._explanation.step(begun, self.moments.acts[at]) if begun is not None else None
+        act = self.moments.acts[at]
+        after = self._explanation.step(top, act)
+        return after if after is not None else self._after_anew(top, self._root(chosen), at)
 
-    def _begun(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
-        """Return what explains an act: what runs, or the program begun anew; None where neither does.
+    def _after_anew(self, top: Running, anew: Running, at: int) -> Running | None:
+        """Return what runs after an act if the program begins anew; None where it does not.
 
         Where somebody fumbles, the program may seem to begin anew: it does not where what runs explains as
         much of what comes, this act included.
         """
-        act = self.moments.acts[at]
-        if self._explanation.step(unmarked(top), act) is not None:
-            return top
-        anew = self._root(chosen)
-        after = self._explanation.step(anew, act)
+        after = self._explanation.step(anew, self.moments.acts[at])
         if after is None or self._ahead(top, at + 1) >= 1 + self._ahead(after, at + 1):
             return None
-        return anew
+        return after
 
     def _ahead(self, top: Running, at: int) -> int:
         """Return how many of the next acts a running call explains, if it goes on where it does not."""
@@ -541,10 +544,11 @@ class Reader:
         call.children = []
         top, explained = self._root(chosen, call), set[int]()
         for at, act in enumerate(self.moments.acts):
-            begun = self._begun(top, chosen, at)
-            if begun is None:
-                continue
-            after = self._explanation.step(top if begun is top else self._root(chosen, call), act)
+            if self._explanation.step(unmarked(top), act) is None:
+                if self._after_anew(top, self._root(chosen), at) is None:
+                    continue
+                top = self._root(chosen, call)
+            after = self._explanation.step(top, act)
             assert after is not None, "it was explained just now"
             top = after
             explained.add(act.number)
