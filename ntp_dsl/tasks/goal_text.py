@@ -59,7 +59,7 @@ def _format_value(value: str | float, type_name: str) -> str:
     if isinstance(value, str):
         return value
     unit = BASE_UNITS.get(type_name, "")
-    return f"{round(value, 6)!r} {unit}".rstrip()
+    return f"{float(f'{value:.6g}')!r} {unit}".rstrip()
 
 
 @dataclass(frozen=True)

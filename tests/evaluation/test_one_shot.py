@@ -93,7 +93,7 @@ def test_an_unknown_task_or_world_is_refused_with_the_known_ones() -> None:
 
 def test_every_failure_is_attributed() -> None:
     def episode(number: int, cause: Attribution | None) -> Episode:
-        return Episode(number, "t", 3, not cause, not cause, cause, "", 9, 10.0, 0, 1)
+        return Episode(number, "t", 3, not cause, not cause, cause, "", 9, 10.0, 0, 1, {}, None)
 
     causes = [None, Attribution.GRASP, Attribution.DECISION]
     figures = statistics([episode(*each) for each in enumerate(causes)], seed=5)
