@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from ntp_dsl.core.perception.grounding import Grounding, ground
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State, provider_of
+
+SAMPLES = 24  # of where objects may lie
 
 
 class Believed(State):
@@ -88,3 +94,40 @@ class Perceived(Believed):
     @cached_property
     def graded(self) -> Graded:
         return ground(self._network, self.observation)
+
+    def certainty(self, facts: Sequence[Fact]) -> float:
+        """Return how probably all of some facts hold, also those that functions in Python tell.
+
+        Such a function says yes or no of what is observed: how sure that is, is how often it says yes when
+        the objects are moved about by the standard deviations of their positions.
+        """
+        chances = [float(self.probability(fact)) for fact in facts]
+        told = [fact for fact in facts if any(map(self._is_python, predicates_of(fact)))]
+        if told and self.observation.deviations:
+            moved = [State(self.registry, each) for each in self._moved_about()]
+            chances += [sum(state.holds(fact) for state in moved) / len(moved) for fact in told]
+        return min(chances, default=1.0)
+
+    def _is_python(self, predicate: str) -> bool:
+        """Return whether a function in Python tells a predicate, or one that it is composed of."""
+        declared = self.registry.predicates.get(predicate)
+        if declared is None:
+            return False
+        return provider_of(declared) == nodes.PYTHON or any(map(self._is_python, predicates(declared.body)))
+
+    def _moved_about(self) -> Iterator[Observation]:
+        rng = np.random.default_rng(0)
+        seen = self.observation
+        for _ in range(SAMPLES):
+            yield replace(
+                seen,
+                positions={
+                    name: tuple((np.array(at) + rng.normal(0, seen.deviations.get(name, 0.0), 3)).tolist())
+                    for name, at in seen.positions.items()
+                },
+            )
+
+
+def predicates_of(fact: Fact) -> set[str]:
+    """Return the predicates that a fact applies."""
+    return predicates(fact.expression) if isinstance(fact, Condition) else {fact.predicate}

@@ -240,3 +240,20 @@ def test_what_is_declared_in_python_is_certain() -> None:
     for fact in all_facts(task.registry, believed):
         if fact.predicate in ("beside", "near", "over"):
             assert believed.probability(fact) in (0.0, 1.0)
+
+
+def test_functions_in_python_are_as_sure_as_objects_are_seen() -> None:
+    task = draw(library("line_up"), "line_up", 0)
+    watched = Watched(expert_policy(task))
+    run(task, watched)
+    seen = watched.seen[-1]
+    program = task.registry.programs[task.instance.program]
+
+    def certainty(deviation: float) -> float:
+        deviations = dict.fromkeys(seen.positions, deviation) if deviation else {}
+        state = Perceived(task.registry, replace(seen, deviations=deviations), the_core().grounding)
+        return state.certainty(state.literals(program.achieves, program.bind(task.instance.arguments)))
+
+    found = [certainty(deviation) for deviation in (0.0, 0.001, 0.006, 0.02)]
+    assert found[0] == 1 and found == sorted(found, reverse=True)
+    assert found[1] > 0.9 and found[-1] < 0.5
