@@ -11,13 +11,14 @@ from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.steadied import steadied
 from ntp_dsl.core.reading.candidates import Element
 from ntp_dsl.core.reading.moments import Moments
-from ntp_dsl.core.reading.reading import Doubt, Reader, Reading
+from ntp_dsl.core.reading.reader import Reader
+from ntp_dsl.core.reading.reading import Doubt, Reading
 from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Frame
-from ntp_dsl.policies.scripted import alike, counterpart
+from ntp_dsl.policies.scripted import alike, counterpart, like_calls
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.traces import decision as traced
 from ntp_dsl.traces.schema import DemonstratedCall
@@ -251,13 +252,8 @@ class Shown:
 
 def hull(caller: DemonstratedCall, callee: str, arguments: Arguments) -> Scope | None:
     """Return the frames from the first to the last call of a program of lists, which may be interrupted."""
-    given = without_list_values(arguments)
-    same = [
-        each.scope
-        for each in caller.children
-        if each.name == callee and alike(without_list_values(each.arguments), given)
-    ]
-    return (min(begin for begin, _ in same), max(end for _, end in same)) if same else None
+    scopes = [each.scope for each in like_calls(caller, callee, arguments)]
+    return (min(begin for begin, _ in scopes), max(end for _, end in scopes)) if scopes else None
 
 
 def without_list_values(arguments: Arguments) -> Arguments:

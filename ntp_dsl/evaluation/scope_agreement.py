@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ntp_dsl.execution.interpreter import Watcher
-from ntp_dsl.policies.scripted import alike
-from ntp_dsl.semantics.observation import Argument, without_lists
+from ntp_dsl.policies.scripted import like_calls
+from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.comparison.comparison_rules import overlap
 from ntp_dsl.traces.schema import DemonstratedCall
 
@@ -50,14 +50,8 @@ def _counterpart(
     caller: DemonstratedCall | None, callee: str, arguments: tuple[Argument, ...]
 ) -> DemonstratedCall | None:
     """Return the expert's call. A learned program hands no lists on, so they are not compared."""
-    given = tuple(without_lists(arguments))
-    children = caller.children if caller is not None else []
-    same = [
-        each
-        for each in children
-        if each.name == callee and each.done and alike(tuple(without_lists(each.arguments)), given)
-    ]
-    return same[-1] if same else None
+    calls = like_calls(caller, callee, arguments) if caller is not None else []
+    return next((each for each in reversed(calls) if each.done), None)
 
 
 def agreement(overlaps: Sequence[Mapping[str, Sequence[float]]]) -> dict[str, ScopeAgreement]:

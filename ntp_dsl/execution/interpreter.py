@@ -224,7 +224,8 @@ class Interpreter:
         run.tells |= choice.decision.achieved is not None
         if len(stack) == 1 and choice.callee is None:
             run.achieved = choice.decision.achieved
-            run.missing = next((each.fact for each in choice.decision.facts if each.probability <= 0.5), "")
+            lacking = [each.fact for each in choice.decision.facts if each.probability <= 0.5]
+            run.missing = lacking[0] if lacking and not choice.done else ""
         seconds = perf_counter() - start
         run.deciding_seconds += seconds
         self._check(choice)

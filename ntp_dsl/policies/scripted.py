@@ -48,6 +48,14 @@ def counterpart(
     return same[-1] if same else _hull(caller, callee, arguments)
 
 
+def like_calls(
+    caller: DemonstratedCall, callee: str, arguments: tuple[Argument, ...]
+) -> list[DemonstratedCall]:
+    """Return a caller's calls of the same program or api and objects, whatever their lists."""
+    given = without_lists(arguments)
+    return [c for c in caller.children if c.name == callee and alike(without_lists(c.arguments), given)]
+
+
 def alike(some: tuple[Argument, ...], others: tuple[Argument, ...]) -> bool:
     """Return whether arguments agree, ignoring numbers, which depend on where objects are."""
     return _named(some) == _named(others)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from random import Random
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,8 +13,8 @@ CHANCES = st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1)
 
 
 @given(CHANCES, st.randoms())
-def test_the_order_of_what_was_found_does_not_matter(rows: list[tuple[float, bool]], random: object) -> None:
-    shuffled = sorted(rows, key=lambda _: random.random())  # type: ignore[attr-defined]
+def test_the_order_of_what_was_found_does_not_matter(rows: list[tuple[float, bool]], random: Random) -> None:
+    shuffled = sorted(rows, key=lambda _: random.random())
     assert abs(calibration_error(rows) - calibration_error(shuffled)) < 1e-9
     assert 0 <= calibration_error(rows) <= 1
 
