@@ -26,6 +26,7 @@ KINEMATIC = ["--world", "kinematic"]
 TRACE = "episode_00000.trace.jsonl"
 BASELINE = checkpoints_folder() / "baseline" / "block_stacking.safetensors"
 DOMAINS = Path(__file__).parents[1] / "evaluation" / "domains"
+DOUBTFUL = [str(DOMAINS / "lanterns"), "in_doubt"]
 
 
 def placements(trace: Trace) -> list[tuple[object, ...]]:
@@ -220,7 +221,7 @@ def test_a_person_that_cannot_demonstrate_is_misuse(
 def test_what_a_demonstration_leaves_open_is_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["run", str(DOMAINS / "bridges"), "bridges", *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
+    words = ["run", *DOUBTFUL, *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
     assert run(words) == 2  # nobody can be asked
     asked = capsys.readouterr().err
     assert asked.count("may be") == asked.count("--answer N") > 0
@@ -232,27 +233,23 @@ def test_what_a_demonstration_leaves_open_is_asked(
 
 
 def test_an_answer_is_heeded_by_the_programs_that_a_list_is_passed_on_to(tmp_path: Path) -> None:
-    folder = tmp_path / "bridges"
-    copytree(DOMAINS / "bridges", folder)
-    text = (
-        (folder / "bridges.ntp")
-        .read_text()
-        .replace("build_all(goal)\n    success", "outer(goal)\n    success")
-    )
-    wrapper = """program outer(goal: list[Bridge]):
-    achieves all spans(b.plank, b.left, b.right) for b in goal
-    build_all(goal)
+    folder = tmp_path / "lanterns"
+    copytree(DOMAINS / "lanterns", folder)
+    text = (folder / "lanterns.ntp").read_text().replace("run:     light_all", "run:     outer")
+    wrapper = """program outer(bays: list[Bay]):
+    achieves all lights(b.lantern, b.one, b.other) for b in bays
+    light_all(bays)
 
 """
-    (folder / "bridges.ntp").write_text(text.replace("program build_all", f"{wrapper}program build_all"))
+    (folder / "lanterns.ntp").write_text(text.replace("program light_all", f"{wrapper}program light_all"))
     out = tmp_path / "out"
-    words = ["run", str(folder), "bridges", *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
+    words = ["run", str(folder), "in_doubt", *KINEMATIC, "--seed", "3", "--ask-below", "0.9"]
     assert run([*words, "--answer", "2", "--answer", "2", "--out", str(out)]) == 0
     calls = read_trace(out / TRACE).calls
     read = next(call.decision.read for call in calls if call.decision.read)
-    answers = [dict(each.answer.fields) for each in read.doubts if isinstance(each.answer, Record)]
-    spans = [call.arguments for call in calls if call.name == "move_between"]
-    assert spans == [(each["left"], each["right"]) for each in answers] and len(spans) == 2
+    answers = [each.answer.fields for each in read.doubts if isinstance(each.answer, Record)]
+    lit = [call.arguments for call in calls if call.name == "light"]
+    assert lit == [tuple(value for _, value in each) for each in answers] and len(lit) == 2
 
 
 @pytest.mark.parametrize(
@@ -268,7 +265,7 @@ def test_an_answer_is_heeded_by_the_programs_that_a_list_is_passed_on_to(tmp_pat
 def test_answers_that_do_not_fit_are_misuse(
     words: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["run", str(DOMAINS / "bridges"), "bridges", *KINEMATIC, "--seed", "3", *words]) == 2
+    assert run(["run", *DOUBTFUL, *KINEMATIC, "--seed", "3", *words]) == 2
     assert message in capsys.readouterr().err
 
 

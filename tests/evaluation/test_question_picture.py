@@ -54,7 +54,7 @@ def test_all_that_is_drawn_lies_on_the_page() -> None:
 
 
 def test_questions_are_drawn_beside_what_is_read(tmp_path: Path) -> None:
-    assert run(["read", str(FOLDER / "bridges"), "bridges", "--pictures", str(tmp_path)]) == 0
+    assert run(["read", str(FOLDER / "lanterns"), "in_doubt", "--pictures", str(tmp_path)]) == 0
     files = sorted(tmp_path.iterdir())
     assert files and all(each.name.startswith("question_") for each in files)
     _, texts = drawn(files[0].read_text())

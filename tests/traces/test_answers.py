@@ -11,23 +11,23 @@ from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.reader import read_trace
 
-BRIDGES = Path(__file__).parents[1] / "evaluation" / "domains" / "bridges"
-QUESTION = "(plank_2, pillar_4, pillar_5) 50% or (plank_2, pillar_5, pillar_4) 50%"
+LANTERNS = Path(__file__).parents[1] / "evaluation" / "domains" / "lanterns"
+QUESTION = "(lantern_2, post_0, post_2) 50% or (lantern_2, post_1, post_1) 50%"
 
 
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Run a task of which either pillar of two may be the left one, and say that it is the other."""
+    """Run a task of which either of two bays may be lit, and say that it is the other."""
     path = tmp_path_factory.mktemp("answered")
     asked = "--world kinematic --seed 0 --ask-below 0.9 --answer 2 --answer 2".split()
-    assert run(["run", str(BRIDGES), "bridges", *asked, "--out", str(path)]) == 0
+    assert run(["run", str(LANTERNS), "in_doubt", *asked, "--out", str(path)]) == 0
     return path / "episode_00000.trace.jsonl"
 
 
 def test_question_and_answer_are_shown(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "show", str(answered)]) == 0
     shown = capsys.readouterr().out
-    assert f"{QUESTION}; answered (plank_2, pillar_5, pillar_4)" in shown
+    assert f"{QUESTION}; answered (lantern_2, post_1, post_1)" in shown
     assert "confidence 100%" in shown
 
 
@@ -39,9 +39,9 @@ def test_the_page_has_them_where_the_program_decides(answered: Path) -> None:
 
 def test_a_replay_is_as_sure_as_the_run_was(tmp_path: Path) -> None:
     shown = "--world kinematic --seed 1 --demo-noise 0.01".split()
-    run(["run", str(BRIDGES.parent / "sky"), "sky", *shown, "--out", str(tmp_path)])
+    run(["run", str(LANTERNS.parent / "sky"), "sky", *shown, "--out", str(tmp_path)])
     file, replayed = tmp_path / "episode_00000.trace.jsonl", tmp_path / "replayed.jsonl"
-    run(["trace", "replay", str(file), "--library", str(BRIDGES.parent / "sky"), "--out", str(replayed)])
+    run(["trace", "replay", str(file), "--library", str(LANTERNS.parent / "sky"), "--out", str(replayed)])
     pairs = list(zip(read_trace(file).calls, read_trace(replayed).calls, strict=True))
     assert any((call.decision.probability or 1) < 0.9 for call, _ in pairs)
     assert [call.decision.probability for call, _ in pairs] == [
@@ -50,5 +50,5 @@ def test_a_replay_is_as_sure_as_the_run_was(tmp_path: Path) -> None:
 
 
 def test_a_replay_reads_what_was_answered(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["trace", "replay", str(answered), "--library", str(BRIDGES)]) == 0
+    assert run(["trace", "replay", str(answered), "--library", str(LANTERNS)]) == 0
     assert "the same" in capsys.readouterr().out

@@ -214,6 +214,17 @@ class Reader:
                 doubts.append(Doubt(own.parameter, number, frame, taken.element, share, tuple(doubtful)))
         return chosen, tuple(doubts)
 
+    def _is_the_same(self, one: Candidate, other: Candidate) -> bool:
+        """Return whether two elements name the same objects in another order, and hold in the same states."""
+        if sorted(values_in(one.element)) != sorted(values_in(other.element)):
+            return False
+        moved = self.moments.ends[one.rise - 1].observation.held
+        states = self.moments.ends
+        if moved is not None:
+            states = [*states, *self.moments.beside(self.moments.phases[one.rise][1] - 1, moved).states]
+        holds = self._contracts[one.parameter].holds
+        return all(holds(one.element, each) == holds(other.element, each) for each in states)
+
     def _calls(self, chosen: Sequence[Candidate]) -> list[tuple[str, tuple[str | float, ...]]]:
         """Return the calls that the demonstration shows with some elements."""
         calls = self._told(chosen).call.walk()
@@ -240,6 +251,8 @@ class Reader:
             return {}
         able = {own: self._told(chosen).acts_explained}
         for each in [*by_values.values()][:RIVALS]:
+            if any(self._is_the_same(each, other) for other in able):
+                continue
             explained = self._told([*chosen[:place], each, *chosen[place + 1 :]]).acts_explained
             if len(explained) >= len(able[own]):
                 able[each] = explained

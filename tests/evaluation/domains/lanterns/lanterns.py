@@ -33,6 +33,17 @@ def set_before(world, lantern, one, other):
 
 
 @sampler
+def doubtful_bays(rng, lanterns, posts, length, topology, semantics):
+    """Draw bays of the inner post or of both outer ones, which are the same place, in one or two rows."""
+    rows = [posts[:3], posts[3:]]
+    pairs = [[(inner, inner), (first, last)][rng.integers(2)] for first, inner, last in rows]
+    return [
+        (lantern, *pair)
+        for lantern, pair in zip(semantics.permutation(lanterns), pairs[:length], strict=False)
+    ]
+
+
+@sampler
 def bays(rng, lanterns, posts, length, topology, semantics):
     """Draw bays that are apart: of one post, or of neighbours."""
     pairs = [(a, b) for i, a in enumerate(posts) for b in posts[i:] if {a, b} != {posts[0], posts[-1]}]
