@@ -22,6 +22,7 @@ from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Episode, Evaluator, Plan
 from ntp_dsl.evaluation.statistics import calibration_error, statistics
 from ntp_dsl.language.loader import load
+from ntp_dsl.language.logic.list_contracts import parts_about
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert, NextCall
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
@@ -91,7 +92,8 @@ def _is_right(registry: Registry, instance: Instance, reading: Reading, start: S
             return False
         for missing in (each for each in meant if _names((each,)) not in names):
             scope = {**program.bind(instance.arguments), parameter.name: (missing,)}
-            if not all(map(start.holds, start.literals(program.achieves, scope))):
+            said = parts_about(parameter.name, program.achieves)
+            if not all(start.true(part, scope) for part in said):
                 return False
     return True
 

@@ -54,12 +54,7 @@ class OneShotPolicy:
             probability=rounded(probability * certainty) if probability is not None else None,
         )
         if not isinstance(answer, NextCall):
-            achieved = found.achieved
-            if frame.matched is None:  # the root: what it has come to
-                program = state.registry.programs[frame.program]
-                facts = state.literals(program.achieves, program.bind(arguments))
-                achieved = min(achieved, state.certainty(facts))
-            decision = with_fields(decision, achieved=rounded(achieved * certainty))
+            decision = with_fields(decision, achieved=rounded(found.achieved * certainty))
             return Choice(None, done=answer.done, decision=decision, seen=seen)
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)

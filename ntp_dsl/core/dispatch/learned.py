@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import heapq
+from collections import Counter, defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import torch
@@ -14,14 +16,15 @@ from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
 from ntp_dsl.core.dispatch.rows import Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
+from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
-from ntp_dsl.semantics.observation import without_lists
+from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 
 Value = TypeVar("Value", bound=str | float)
-
-Chances = tuple[list[float], float]  # how probable each call of a row is, and the end
 
 TOP = 5  # alternatives that a decision reports
 
@@ -31,63 +34,109 @@ class LearnedDispatcher:
 
     Where a return is barred, as at a program's first step, the most probable call is made, however
     improbable: its caller made sure that there is something to do. The probability of a decision is that
-    among what is not barred.
+    among what is not barred, over all that may be as far as objects are seen.
     """
 
     def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
         self._expert, self._network, self._rule = expert, network, RuleDispatcher(expert)
 
     def dispatch(self, situations: Sequence[Situation]) -> list[Dispatched]:
-        registry = self._expert.registry
-        rows = [
-            None
-            if (program := registry.programs[each.program]).in_python
-            else unrolled(registry, program, each.arguments, each.state)
-            for each in situations
+        programs = [self._expert.registry.programs[each.program] for each in situations]
+        variants = [
+            [] if program.in_python else self._variants(program, each.arguments, each.state)
+            for program, each in zip(programs, situations, strict=True)
         ]
-        chances = iter(self._chances([row for row in rows if row is not None]))
+        answers = iter(self._answers([row for some in variants for _, row in some]))
         return [
-            self._rule.dispatch([each])[0] if row is None else self._dispatched(each, row, *next(chances))
-            for each, row in zip(situations, rows, strict=True)
+            self._dispatched(each, [(weight, next(answers)) for weight, _ in some])
+            if some
+            else self._rule.dispatch([each])[0]
+            for each, some in zip(situations, variants, strict=True)
         ]
 
-    def _dispatched(self, situation: Situation, row: Row, chances: list[float], end: float) -> Dispatched:
-        allowed = [
-            0.0 if call.callee in situation.barred else chance
-            for call, chance in zip(row.calls, chances, strict=True)
-        ]
+    def _variants(
+        self, program: Program, arguments: tuple[Argument, ...], state: Believed
+    ) -> list[tuple[float, Row]]:
+        """Return a program's row, first as things are seen, and each that may be, with its probability."""
+        row = unrolled(self._expert.registry, program, arguments, state)
+        variants = state.variants(row.facts)
+        if len(variants) == 1:
+            return [(1.0, row)]
+        others = [(w, unrolled(self._expert.registry, program, arguments, each)) for w, each in variants]
+        return [(0.0, row), *others]
+
+    def _dispatched(self, situation: Situation, variants: Sequence[tuple[float, _Answer]]) -> Dispatched:
+        barred = situation.barred
+        seen = variants[0][1]
+        allowed = seen.allowed(barred)
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
-        ends = best is None or allowed[best] <= 0 or (end >= allowed[best] and None not in situation.barred)
-        possible = sum(allowed) + (0.0 if None in situation.barred else end)
-        weight = end if ends or best is None else allowed[best]
-        chance = weight / possible if possible else 1.0
+        ends = best is None or allowed[best] <= 0 or (seen.end >= allowed[best] and None not in barred)
+        expected = _expected(variants)
+        among = expected.allowed(barred)
+        possible = sum(among) + (0.0 if None in barred else expected.end)
+        chance = expected.end if ends or best is None else among[best]
         program = self._expert.registry.programs[situation.program]
         facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
         decision = Decision(
-            probability=rounded(chance),
-            end_probability=rounded(end),
-            callees=_ranked([call.callee for call in row.calls], chances),
+            probability=rounded(chance / possible if possible else 1.0),
+            end_probability=rounded(expected.end),
+            callees=_ranked([call.callee for call in expected.row.calls], expected.chances),
             facts=facts,
             statements=statements,
         )
-        achieved = min((float(row.probabilities[at]) for at in row.achieved), default=1.0)
+        achieved = sum(weight * each.row.achievement for weight, each in variants)
         if ends or best is None:
-            return Dispatched(Return(achieved > 0.5), decision, achieved)
-        call = row.calls[best]
-        return Dispatched(call, _with_call(decision, call, row, chances), achieved)
+            return Dispatched(Return(seen.row.achievement > 0.5), decision, achieved)
+        return Dispatched(
+            seen.row.calls[best], _with_call(decision, seen.row.calls[best], expected), achieved
+        )
 
     @torch.inference_mode()
-    def _chances(self, rows: Sequence[Row]) -> list[Chances]:
-        """Return how probable each call of each row is, and the end."""
+    def _answers(self, rows: Sequence[Row]) -> list[_Answer]:
         if not any(row.calls for row in rows):
-            return [([], 1.0) for _ in rows]
+            return [_Answer(row, [], 1.0) for row in rows]
         calls, ends = self._network(batched(rows))
-        pairs = zip(rows, calls.exp().tolist(), ends.exp().tolist(), strict=True)
-        return [(chances[: len(row.calls)], end) if row.calls else ([], 1.0) for row, chances, end in pairs]
+        answers = zip(rows, calls.exp().tolist(), ends.exp().tolist(), strict=True)
+        return [
+            _Answer(row, chances[: len(row.calls)], end) if row.calls else _Answer(row, [], 1.0)
+            for row, chances, end in answers
+        ]
 
 
-def _with_call(decision: Decision, call: NextCall, row: Row, chances: list[float]) -> Decision:
-    same = [(each, c) for each, c in zip(row.calls, chances, strict=True) if each.callee == call.callee]
+@dataclass(frozen=True)
+class _Answer:
+    """What the network says of a row: how probable each call is, and the end."""
+
+    row: Row
+    chances: list[float]
+    end: float
+
+    def allowed(self, barred: Barred) -> list[float]:
+        """Return how probable each call is; zero for those of barred callees."""
+        pairs = zip(self.row.calls, self.chances, strict=True)
+        return [0.0 if call.callee in barred else chance for call, chance in pairs]
+
+
+def _expected(variants: Sequence[tuple[float, _Answer]]) -> _Answer:
+    """Return the answer over all variants, as one to the first."""
+    if len(variants) == 1:
+        return variants[0][1]
+    chances: dict[NextCall, float] = defaultdict(float)
+    for weight, answer in variants:
+        for call, chance in zip(answer.row.calls, answer.chances, strict=True):
+            chances[call] += weight * chance
+    row = variants[0][1].row
+    times = Counter(row.calls)  # a call that is there twice is as probable both times
+    return _Answer(
+        row,
+        [chances[call] / times[call] for call in row.calls],
+        sum(weight * each.end for weight, each in variants),
+    )
+
+
+def _with_call(decision: Decision, call: NextCall, answer: _Answer) -> Decision:
+    pairs = zip(answer.row.calls, answer.chances, strict=True)
+    same = [(each, chance) for each, chance in pairs if each.callee == call.callee]
     given = [without_lists(each.arguments) for each, _ in same]
     arguments = tuple(
         _ranked([values[place] for values in given], [c for _, c in same])

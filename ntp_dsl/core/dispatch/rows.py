@@ -37,6 +37,11 @@ class Row:
     provides: tuple[Edge, ...]
     requires: tuple[Edge, ...]
 
+    @property
+    def achievement(self) -> float:
+        """How probably all holds that the program achieves."""
+        return min((float(self.probabilities[at]) for at in self.achieved), default=1.0)
+
 
 def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:
     """Return a running program's row."""

@@ -7,12 +7,15 @@ from typing import Any
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.evidence import evidence, rounded
+from ntp_dsl.core.dispatch.rows import unrolled
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
+
+Decided = tuple[str, tuple[str | float, ...]] | None  # a callee and its arguments; None for a return
 
 
 class RuleDispatcher:
@@ -27,12 +30,17 @@ class RuleDispatcher:
     def _dispatched(self, situation: Situation) -> Dispatched:
         arguments, state = situation.arguments, situation.state
         answer = self.expert.decide(situation.program, arguments, state)
+        decided = _decided(answer)
         if isinstance(answer, NextCall) and answer.callee in situation.barred:
             answer = Return(False, f"{answer.callee} was of no use")
         row = self.expert.registry.programs[situation.program]
         facts, statements = evidence(self.expert, row, arguments, state)
-        end = rounded(self._end_probability(row, arguments, state))
-        sure = round(min((max(each.probability, 1 - each.probability) for each in facts), default=1.0), 4)
+        sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
+        variants = state.variants(unrolled(self.expert.registry, row, arguments, state).facts)
+        if len(variants) > 1 and not row.in_python:
+            sure *= sum(w for w, each in variants if self._decides(situation, each) == decided)
+        sure = round(sure, 4)
+        end = rounded(sum(w * self._end_probability(row, arguments, each) for w, each in variants))
         return Dispatched(
             answer,
             Decision(
@@ -49,10 +57,18 @@ class RuleDispatcher:
             end,
         )
 
+    def _decides(self, situation: Situation, state: Believed) -> Decided:
+        """Return what would be decided in another state."""
+        return _decided(self.expert.decide(situation.program, situation.arguments, state))
+
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
         """Return how probably all that a program achieves holds."""
         scope = row.bind(arguments)
         return min((state.probability(fact) for fact in state.literals(row.achieves, scope)), default=1.0)
+
+
+def _decided(answer: NextCall | Return) -> Decided:
+    return (answer.callee, without_lists(answer.arguments)) if isinstance(answer, NextCall) else None
 
 
 def _certain(call: NextCall, sure: float) -> tuple[Ranking[str | float], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -18,6 +18,8 @@ from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State, provider_of
 
 SAMPLES = 24  # of where objects may lie
+
+Variant = tuple[float, "Believed"]  # how probable it is, and what holds then
 
 
 class Believed(State):
@@ -80,6 +82,10 @@ class Believed(State):
             chance = float(bool(self.reading(fact.predicate, fact.arguments)))
         return chance if fact.positive else 1 - chance
 
+    def variants(self, facts: Sequence[Fact]) -> list[Variant]:
+        """Return what may be that makes a difference to some facts, beyond what their probabilities say."""
+        return [(1.0, self)]
+
     def _threshold(self, name: str) -> Callable[..., bool]:
         return lambda _, *arguments: bool(self._chances[name](*arguments) > 0.5)
 
@@ -95,18 +101,19 @@ class Perceived(Believed):
     def graded(self) -> Graded:
         return ground(self._network, self.observation)
 
-    def certainty(self, facts: Sequence[Fact]) -> float:
-        """Return how probably all of some facts hold, also those that functions in Python tell.
+    def variants(self, facts: Sequence[Fact]) -> list[Variant]:
+        """Return what may be, as far as functions in Python tell some of the facts.
 
         Such a function says yes or no of what is observed: how sure that is, is how often it says yes when
         the objects are moved about by the standard deviations of their positions.
         """
-        chances = [float(self.probability(fact)) for fact in facts]
         told = [fact for fact in facts if any(map(self._is_python, predicates_of(fact)))]
-        if told and self.observation.deviations:
-            moved = [State(self.registry, each) for each in self._moved_about()]
-            chances += [sum(state.holds(fact) for state in moved) / len(moved) for fact in told]
-        return min(chances, default=1.0)
+        if not told or not self.observation.deviations:
+            return [(1.0, self)]
+        alike: dict[tuple[bool, ...], list[Believed]] = {}
+        for state in self._moved_about:
+            alike.setdefault(tuple(map(state.holds, told)), []).append(state)
+        return [(len(states) / SAMPLES, states[0]) for states in alike.values()]
 
     def _is_python(self, predicate: str) -> bool:
         """Return whether a function in Python tells a predicate, or one that it is composed of."""
@@ -115,17 +122,21 @@ class Perceived(Believed):
             return False
         return provider_of(declared) == nodes.PYTHON or any(map(self._is_python, predicates(declared.body)))
 
-    def _moved_about(self) -> Iterator[Observation]:
-        rng = np.random.default_rng(0)
+    @cached_property
+    def _moved_about(self) -> list[Believed]:
+        """Moments with the objects elsewhere, of which is perceived what is perceived of this one."""
         seen = self.observation
-        for _ in range(SAMPLES):
-            yield replace(
-                seen,
-                positions={
-                    name: tuple((np.array(at) + rng.normal(0, seen.deviations.get(name, 0.0), 3)).tolist())
-                    for name, at in seen.positions.items()
-                },
-            )
+        rng = np.random.default_rng(0)
+        deviations = np.array([seen.deviations.get(name, 0.0) for name in seen.positions])
+        offsets = deviations[:, None] * rng.normal(size=(SAMPLES, len(seen.positions), 3))
+        drawn = (np.array([*seen.positions.values()]) + offsets).tolist()
+        states: list[Believed] = []
+        for places in drawn:
+            positions = dict(zip(seen.positions, map(tuple, places), strict=True))
+            state = Perceived(self.registry, replace(seen, positions=positions), self._network)
+            state.graded = self.graded
+            states.append(state)
+        return states
 
 
 def predicates_of(fact: Fact) -> set[str]:

@@ -215,8 +215,10 @@ class Reader:
         return chosen, tuple(doubts)
 
     def _is_the_same(self, one: Candidate, other: Candidate) -> bool:
-        """Return whether two elements name the same objects in another order, and hold in the same states."""
-        if sorted(values_in(one.element)) != sorted(values_in(other.element)):
+        """Return whether two elements name the same objects, in any order, and hold in the same states."""
+        objects = self.moments.ends[0].observation.by_name
+        named = [sorted(name for name in values_in(e.element) if name in objects) for e in (one, other)]
+        if named[0] != named[1]:
             return False
         moved = self.moments.ends[one.rise - 1].observation.held
         states = self.moments.ends

@@ -252,7 +252,8 @@ def test_functions_in_python_are_as_sure_as_objects_are_seen() -> None:
     def certainty(deviation: float) -> float:
         deviations = dict.fromkeys(seen.positions, deviation) if deviation else {}
         state = Perceived(task.registry, replace(seen, deviations=deviations), the_core().grounding)
-        return state.certainty(state.literals(program.achieves, program.bind(task.instance.arguments)))
+        facts = state.literals(program.achieves, program.bind(task.instance.arguments))
+        return sum(weight for weight, each in state.variants(facts) if all(map(each.holds, facts)))
 
     found = [certainty(deviation) for deviation in (0.0, 0.001, 0.006, 0.02)]
     assert found[0] == 1 and found == sorted(found, reverse=True)
