@@ -1,4 +1,4 @@
-"""Questions to a person: what a demonstration leaves open."""
+"""Questions to a person: what a demonstration leaves open, and what is in doubt while a program runs."""
 
 from __future__ import annotations
 
@@ -9,18 +9,93 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ntp_dsl.cli.display import messages
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
-from ntp_dsl.evaluation.question_picture import question_picture
+from ntp_dsl.evaluation.question_picture import Offer, question_picture
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Observation, Record, without_lists
 from ntp_dsl.tasks.goal_text import Element, format_element
+from ntp_dsl.traces.phrases import format_invocation, format_option
 
 if TYPE_CHECKING:
+    from ntp_dsl.core.asking import Question
     from ntp_dsl.core.reading.reading import Doubt
+    from ntp_dsl.core.shown import Shown
 
 MOST = 5  # elements that a question offers
+
+
+class Interview:
+    """Questions to whoever runs a program: answered beforehand, in their order, or else at the terminal.
+
+    Args:
+        pictures: where questions are drawn; None for no pictures.
+    """
+
+    def __init__(self, registry: Registry, answers: Sequence[int], pictures: Path | None) -> None:
+        self._registry, self._pictures = registry, pictures
+        self._answers = [*answers]
+        self._count = 0
+
+    @property
+    def unused(self) -> int:
+        """How many answers no question has been asked for."""
+        return len(self._answers)
+
+    def elements(self, source: Shown, doubts: Sequence[Doubt]) -> dict[Doubt, Element]:
+        """Return which element is meant by each doubt.
+
+        Raises `NtpError` for an answer that was not offered, and where nobody can be asked.
+        """
+        asked = [*questions(self._registry, source.demonstration, doubts)]
+        left = asked[len(self._answers) :]
+        if left and not sys.stdin.isatty():
+            raise NtpError("\n".join([*(text for text, _ in left), _nobody(len(left))]))
+        meant: dict[Doubt, Element] = {}
+        for doubt, (text, offered) in zip(doubts, asked, strict=True):
+            self._draw(source.look(doubt.frame), _offers(self._registry, doubt))
+            meant[doubt] = offered[self._answer(text, "which is meant?", len(offered)) - 1]
+        return meant
+
+    def decision(self, question: Question) -> int:
+        """Return which option a program is to take, from 0. Raises `NtpError` as `elements` does."""
+        texts = [format_option(each) for each in question.options]
+        who = format_invocation(question.program, without_lists(question.arguments))
+        rows = _table(texts, [each.probability for each in question.options])
+        text = "\n".join([f"{who} may go on in {len(texts)} ways:", *rows])
+        if not self._answers and not sys.stdin.isatty():
+            raise NtpError(f"{text}\n{_nobody(1)}")
+        names = [[str(each) for each in without_lists(option.arguments)] for option in question.options]
+        self._draw(question.seen, [*zip(names, (row.strip() for row in rows), strict=True)])
+        return self._answer(text, "which is right?", len(texts)) - 1
+
+    def _draw(self, seen: Observation, offers: Sequence[Offer]) -> None:
+        if self._pictures is None:
+            return
+        self._count += 1
+        path = self._pictures / f"question_{self._count}.svg"
+        _write(path, seen, offers)
+        messages.print(f"wrote {path}")
+
+    def _answer(self, question: str, prompt: str, count: int) -> int:
+        """Return the next answer, or ask until an offered number is given, where the input does not end."""
+        if self._answers:
+            answer = self._answers.pop(0)
+            if answer > count:
+                raise NtpError(f"{question}\nexpected an answer from 1 to {count}, found {answer}")
+            return answer
+        typer.echo(question, err=True)
+        while True:
+            try:
+                choice: int = typer.prompt(prompt, default=1, type=int, err=True)
+            except typer.Abort as error:
+                raise NtpError("no answer was given, and nothing more was done") from error
+            if 1 <= choice <= count:
+                return choice
+            typer.echo(f"expected a number from 1 to {count}", err=True)
 
 
 def questions(
@@ -30,13 +105,9 @@ def questions(
     for doubt in doubts:
         offered = _offered(doubt)
         texts = [printable(format_element(registry, element)) for element, _ in offered]
-        width = max(map(len, texts))
-        rows = [
-            f"  {number}  {text:<{width}}  {chance:4.0%}"
-            for number, (text, (_, chance)) in enumerate(zip(texts, offered, strict=True), 1)
-        ]
         time = float(demonstration.times[doubt.frame])
         head = f"element {doubt.number + 1} of '{doubt.parameter}', shown at {time:.1f} s, may be"
+        rows = _table(texts, [chance for _, chance in offered])
         more = len(doubt.others) + 1 - len(offered)
         rows += [f"  and {counted(more, 'other')} that {'is' if more == 1 else 'are'} less probable"] * (
             more > 0
@@ -44,56 +115,41 @@ def questions(
         yield "\n".join([head, *rows]), [element for element, _ in offered]
 
 
+def draw_questions(
+    folder: Path, registry: Registry, source: Shown, doubts: Sequence[Doubt]
+) -> Iterator[Path]:
+    """Write a picture of each doubt to a folder, and yield its file."""
+    for number, doubt in enumerate(doubts, 1):
+        path = folder / f"question_{number}.svg"
+        _write(path, source.look(doubt.frame), _offers(registry, doubt))
+        yield path
+
+
+def _write(path: Path, seen: Observation, offers: Sequence[Offer]) -> None:
+    with written_whole(path) as partial:
+        partial.write_text(question_picture(seen, offers), encoding="utf-8")
+
+
 def _offered(doubt: Doubt) -> list[tuple[Element, float]]:
     return [(doubt.element, doubt.probability), *doubt.others][:MOST]
 
 
-def draw_questions(
-    folder: Path, registry: Registry, demonstration: Demonstration, doubts: Sequence[Doubt]
-) -> Iterator[Path]:
-    """Write a picture of each question to a folder, and yield its file."""
-    for number, doubt in enumerate(doubts, 1):
-        offered = [
-            (element, f"{printable(format_element(registry, element))}  {chance:.0%}")
-            for element, chance in _offered(doubt)
-        ]
-        path = folder / f"question_{number}.svg"
-        with written_whole(path) as partial:
-            partial.write_text(question_picture(demonstration, doubt.frame, offered), encoding="utf-8")
-        yield path
+def _offers(registry: Registry, doubt: Doubt) -> list[Offer]:
+    """Return the elements that may be meant as a picture shows them."""
+    return [
+        (
+            [str(value) for _, value in element.fields] if isinstance(element, Record) else [element],
+            f"{printable(format_element(registry, element))}  {chance:.0%}",
+        )
+        for element, chance in _offered(doubt)
+    ]
 
 
-def answered(
-    registry: Registry, demonstration: Demonstration, doubts: Sequence[Doubt], answers: Sequence[int]
-) -> dict[Doubt, Element]:
-    """Return which element is meant by each doubt: as answered beforehand, or else by whoever is asked.
-
-    Raises `NtpError` for an answer that was not offered, and where nobody can be asked.
-    """
-    asked = list(questions(registry, demonstration, doubts))
-    if len(answers) > len(asked):
-        raise NtpError(f"--answer: expected at most {counted(len(asked), 'answer')}, found {len(answers)}")
-    for (question, offered), answer in zip(asked, answers, strict=False):
-        if answer > len(offered):
-            raise NtpError(f"{question}\nexpected an answer from 1 to {len(offered)}, found {answer}")
-    left = asked[len(answers) :]
-    if left and not sys.stdin.isatty():
-        text = "\n".join(question for question, _ in left)
-        raise NtpError(f"{text}\nnobody can be asked here: add {' '.join(['--answer N'] * len(left))}")
-    choices = [*answers, *(_choice(question, len(offered)) for question, offered in left)]
-    return {
-        doubt: offered[choice - 1] for doubt, (_, offered), choice in zip(doubts, asked, choices, strict=True)
-    }
+def _table(texts: Sequence[str], chances: Sequence[float]) -> list[str]:
+    width = max(map(len, texts))
+    pairs = zip(texts, chances, strict=True)
+    return [f"  {number}  {text:<{width}}  {chance:4.0%}" for number, (text, chance) in enumerate(pairs, 1)]
 
 
-def _choice(question: str, count: int) -> int:
-    """Ask until an offered number is given. Raises `NtpError` where the input ends."""
-    typer.echo(question, err=True)
-    while True:
-        try:
-            choice: int = typer.prompt("which is meant?", default=1, type=int, err=True)
-        except typer.Abort as error:
-            raise NtpError("no answer was given, and nothing was done") from error
-        if 1 <= choice <= count:
-            return choice
-        typer.echo(f"expected a number from 1 to {count}", err=True)
+def _nobody(count: int) -> str:
+    return f"nobody can be asked here: add {' '.join(['--answer N'] * count)}"

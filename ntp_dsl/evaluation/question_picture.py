@@ -1,4 +1,4 @@
-"""A question as a picture: the scene from above, and which objects each of the offered elements names."""
+"""A question as a picture: the scene from above, and which objects each of the offers names."""
 
 from __future__ import annotations
 
@@ -6,15 +6,11 @@ from collections.abc import Collection, Iterator, Sequence
 from html import escape
 from math import atan2, degrees
 
-import numpy as np
-
-from ntp_dsl.demonstrations.demonstration import Demonstration
-from ntp_dsl.semantics.observation import Record, SceneObject
+from ntp_dsl.semantics.observation import Observation, SceneObject
 
 SCALE = 1500  # pixels a metre
 MARGIN = 0.06  # around the objects that are named [m]
-LOOKS = 8  # frames of which the middle is drawn
-APART = 5  # pixels between the lines of two elements that name the same objects
+APART = 5  # pixels between the lines of two offers that name the same objects
 KEY = 24  # pixels a line of the key
 LETTER = 7.2
 COLOURS = ("#0a5cc2", "#bf3989", "#1a7f37", "#9a6700", "#8250df")
@@ -36,33 +32,31 @@ text { fill: #e6edf3; }
 """
 
 Point = tuple[float, float]
+Offer = tuple[Sequence[str], str]  # the names in what may be meant, and its text
 
 
-def question_picture(
-    demonstration: Demonstration, frame: int, offered: Sequence[tuple[Record | str, str]]
-) -> str:
+def question_picture(seen: Observation, offered: Sequence[Offer]) -> str:
     """Return an SVG of what is around the objects in question, from above; the arm's base lies below it.
 
     Args:
-        offered: elements, each with the text that stands for it in the key; a line leads along the objects
-            that an element names, from the first, with a large dot, in their order.
+        offered: what may be meant: the names, of which a line leads along those of objects, in their order,
+            from the first, with a large dot; and the text that stands for them in the key.
     """
-    named = {name for element, _ in offered for name in _named(element)}
-    view = _View(demonstration, frame, named & {*demonstration.names})
-    width = max(view.width, *(LETTER * len(text) + 2 * KEY for _, text in offered))
-    height = view.height + KEY * (len(offered) + 1)
+    offers = [([name for name in names if name in seen.positions], text) for names, text in offered]
+    view = _View(seen, {name for names, _ in offers for name in names})
+    width = max(view.width, *(LETTER * len(text) + 2 * KEY for _, text in offers))
+    height = view.height + KEY * (len(offers) + 1)
     drawn = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
-        f"<title>Which is meant? {escape('; '.join(text for _, text in offered))}</title>",
+        f"<title>Which is meant? {escape('; '.join(text for _, text in offers))}</title>",
         f"<style>{STYLE}</style>",
         '<rect class="page" width="100%" height="100%"/>',
         *view.objects(),
     ]
-    for number, (element, text) in enumerate(offered):
+    for number, (names, text) in enumerate(offers):
         colour = COLOURS[number % len(COLOURS)]
-        way = [view.place(name) for name in _named(element) if name in demonstration.names]
-        drawn += _way(way, number, colour)
+        drawn += _way([view.place(name) for name in names], number, colour)
         at = view.height + KEY * (number + 0.5)
         drawn += _badge((KEY, at), number, colour)
         drawn.append(f'<text x="{2 * KEY}" y="{at + 4:.0f}">{escape(text)}</text>')
@@ -70,31 +64,27 @@ def question_picture(
 
 
 class _View:
-    """A frame of a demonstration from above, in pixels: x goes up, y to the left."""
+    """A moment from above, in pixels: x goes up, y to the left."""
 
-    def __init__(self, demonstration: Demonstration, frame: int, named: Collection[str]) -> None:
-        self._shown = demonstration
-        looks = np.median(demonstration.positions[frame : frame + LOOKS], axis=0)
-        self._at = dict(zip(demonstration.names, looks.tolist(), strict=True))
-        turns = demonstration.orientations
-        self._turns = dict(
-            zip(demonstration.names, turns[frame].tolist() if turns is not None else (), strict=False)
-        )
-        near = [obj for obj in demonstration.objects if obj.name in named and not obj.roomy]
-        near = near or [*demonstration.objects]
+    def __init__(self, seen: Observation, named: Collection[str]) -> None:
+        self._seen = seen
+        there = [obj for obj in seen.objects if obj.name in seen.positions]
+        near = [obj for obj in there if obj.name in named and not obj.roomy] or there
         reach = max(max(obj.size[:2]) / 2 for obj in near)
-        xs, ys, _ = zip(*(self._at[obj.name] for obj in near), strict=True)
+        xs, ys, _ = zip(*(seen.positions[obj.name] for obj in near), strict=True)
         self._top, self._left = max(xs) + reach + MARGIN, max(ys) + reach + MARGIN
         self.height = SCALE * (self._top - min(xs) + reach + MARGIN)
         self.width = SCALE * (self._left - min(ys) + reach + MARGIN)
 
     def place(self, name: str) -> Point:
-        x, y, _ = self._at[name]
+        x, y, _ = self._seen.positions[name]
         return SCALE * (self._left - y), SCALE * (self._top - x)
 
     def objects(self) -> Iterator[str]:
         """Yield the objects that are on the page, from the lowest up, each with its name."""
-        for obj in sorted(self._shown.objects, key=lambda each: self._at[each.name][2]):
+        positions = self._seen.positions
+        there = [obj for obj in self._seen.objects if obj.name in positions]
+        for obj in sorted(there, key=lambda each: positions[each.name][2]):
             x, y = self.place(obj.name)
             if obj.roomy or not (0 < x < self.width and 0 < y < self.height):
                 continue
@@ -115,17 +105,12 @@ class _View:
 
     def _yaw(self, name: str) -> float:
         """Return how far an object is turned about the vertical, counter-clockwise from above [deg]."""
-        x, y, z, w = self._turns.get(name, (0.0, 0.0, 0.0, 1.0))
+        x, y, z, w = self._seen.orientation(name)
         return degrees(atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
-def _named(element: Record | str) -> list[str]:
-    values = [value for _, value in element.fields] if isinstance(element, Record) else [element]
-    return [value for value in values if isinstance(value, str)]
-
-
 def _way(points: Sequence[Point], number: int, colour: str) -> Iterator[str]:
-    """Yield a line along points with its number on the first part, beside the lines of other elements."""
+    """Yield a line along points with its number on the first part, beside the lines of other offers."""
     aside = APART * (number - 1)
     moved = [(x + aside, y + aside) for x, y in points]
     if not moved:

@@ -101,6 +101,21 @@ class Reading(Struct, frozen=True, omit_defaults=True):
     doubts: tuple[Doubt, ...] = ()
 
 
+class Option(Struct, frozen=True):
+    """What a program may do: a call, or a return where the callee is None."""
+
+    callee: str | None
+    arguments: tuple[Argument, ...]
+    probability: Probability
+
+
+class Asked(Struct, frozen=True):
+    """What somebody was asked about a decision, and which of the options was taken, from 0."""
+
+    options: tuple[Option, ...]
+    answer: Count
+
+
 class Answer(Struct, frozen=True, omit_defaults=True):
     """The call that a policy would make in a replay; a callee of None is a return."""
 
@@ -129,6 +144,7 @@ class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     statements: tuple[StatementStatus, ...] = ()
     read: Reading | None = None  # at a program's first decision, if it takes lists
     scripted: bool = False  # by a function in Python that no body or learnt row stands for
+    asked: Asked | None = None  # where the decision was left to somebody
     answer: Answer | None = None
 
 

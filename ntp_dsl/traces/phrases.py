@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ntp_dsl.common.text import printable
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.traces.decision import Doubt, Frames
+from ntp_dsl.traces.decision import Asked, Doubt, Frames, Option
 from ntp_dsl.traces.schema import Call, Header
 
 MAX_LIST_ITEMS = 3  # of a list in a text
@@ -33,6 +33,17 @@ def format_doubt(doubt: Doubt) -> str:
     texts = [f"{format_argument(element)} {chance:.0%}" for element, chance in doubt.offered]
     answer = f"; answered {format_argument(doubt.answer)}" if doubt.answer is not None else ""
     return printable(f"element {doubt.number + 1} of '{doubt.parameter}': {' or '.join(texts)}{answer}")
+
+
+def format_asked(asked: Asked) -> str:
+    """Return as text what a program might do, and what somebody said that it was to do."""
+    texts = [f"{format_option(each)} {each.probability:.0%}" for each in asked.options]
+    return printable(f"{' or '.join(texts)}; answered {format_option(asked.options[asked.answer])}")
+
+
+def format_option(option: Option) -> str:
+    """Return what a program may do as text."""
+    return "return" if option.callee is None else format_invocation(option.callee, option.arguments)
 
 
 def headline(header: Header) -> str:

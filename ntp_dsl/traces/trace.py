@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ntp_dsl.extras import needing
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.traces.decision import Reading
+from ntp_dsl.traces.decision import Asked, Reading
 from ntp_dsl.traces.outline import dataframe, outline
 from ntp_dsl.traces.schema import ROOT, Call, End, Header, Motion, PolicyKind
 
@@ -67,6 +67,15 @@ class Trace:
                 yield self.calls[call.parent], call.decision.read
             if call.return_decision is not None and call.return_decision.read is not None:
                 yield call, call.return_decision.read
+
+    def questions(self) -> Iterator[tuple[Call, Observation, Asked]]:
+        """Yield what somebody was asked about decisions: the call of the program, and the state then."""
+        for call in self.calls:
+            if call.decision.asked is not None and call.parent != ROOT:
+                yield self.calls[call.parent], self.states[call.state], call.decision.asked
+            returned = call.return_decision
+            if returned is not None and returned.asked is not None and call.end_state is not None:
+                yield call, self.states[call.end_state], returned.asked
 
     @property
     def is_replayed(self) -> bool:

@@ -5,26 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 from test_other_domains import FOLDER
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.question_picture import question_picture
-from ntp_dsl.semantics.observation import Record, SceneObject
+from ntp_dsl.semantics.observation import Observation, SceneObject
 
 HOSTILE = "</svg><script>alert(1)</script>&\"'"
 
 
-def demonstration(names: list[str]) -> Demonstration:
+def scene(names: list[str]) -> Observation:
     objects = tuple(
         SceneObject(name, "Block", (0.04, 0.06, 0.05), shape)
         for name, shape in zip(names, ("box", "cylinder", "bowl"), strict=True)
     )
-    positions = np.array([[[0.4, -0.2, 0.02], [0.6, 0.1, 0.02], [0.5, 0.3, 0.02]]])
-    zero = np.zeros(1)
-    return Demonstration(objects, zero.astype(np.float32), zero.astype(bool), np.zeros((1, 3)), positions)
+    places = [(0.4, -0.2, 0.02), (0.6, 0.1, 0.02), (0.5, 0.3, 0.02)]
+    return Observation(objects, dict(zip(names, places, strict=True)), (0.5, 0.0, 0.3), False)
 
 
 def drawn(text: str) -> tuple[ElementTree.Element, list[str]]:
@@ -35,9 +32,8 @@ def drawn(text: str) -> tuple[ElementTree.Element, list[str]]:
 
 @pytest.mark.parametrize("names", [["a", "b", "c"], [HOSTILE, "b", "c"]])
 def test_each_offer_is_in_the_key_and_numbered_on_the_page(names: list[str]) -> None:
-    elements = [Record("Pair", (("one", names[0]), ("other", each))) for each in names[1:]]
-    offered = [(element, f"{element.fields} 50%") for element in elements]
-    root, texts = drawn(question_picture(demonstration(names), 0, offered))
+    offered = [((names[0], each), f"({names[0]}, {each}) 50%") for each in names[1:]]
+    root, texts = drawn(question_picture(scene(names), offered))
     assert {*names} <= {*texts} and {text for _, text in offered} <= {*texts}
     assert [texts.count(number) for number in ("1", "2")] == [2, 2]  # on the page, and in the key
     assert not [each for each in root.iter() if each.tag.endswith("script")]
@@ -45,7 +41,7 @@ def test_each_offer_is_in_the_key_and_numbered_on_the_page(names: list[str]) -> 
 
 def test_all_that_is_drawn_lies_on_the_page() -> None:
     names = ["a", "b", "c"]
-    root, _ = drawn(question_picture(demonstration(names), 0, [(name, name) for name in names]))
+    root, _ = drawn(question_picture(scene(names), [((name,), name) for name in names]))
     width, height = float(root.attrib["width"]), float(root.attrib["height"])
     round_ones = [each for each in root.iter() if "cx" in each.attrib]
     assert len(round_ones) >= 2 + 3 * 3

@@ -73,7 +73,7 @@ def command(
     assert scope is not None
     reading = source.reading(instance.program, instance.arguments, scope)
     if pictures is not None:
-        for path in draw_questions(pictures, registry, demonstration, reading.doubts):
+        for path in draw_questions(pictures, registry, source, reading.doubts):
             messages.print(f"wrote {path}")
     program = registry.programs[instance.program]
     text = format_lists(registry, program, reading.arguments)

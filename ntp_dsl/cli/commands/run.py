@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.asking import answered, draw_questions
+from ntp_dsl.cli.asking import Interview
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
@@ -75,7 +75,7 @@ def command(
             min=0,
             max=1,
             callback=optional_number,
-            help="Ask which element is meant if the best one is less probable than this.",
+            help="Ask what is meant, and what is to be done, where the best guess is less probable.",
         ),
     ] = None,
     answer: Annotated[
@@ -103,8 +103,8 @@ def command(
     if (demo_noise or demo_by) and (demo or goal or expert):
         given = "--demo-noise" if demo_noise else "--demo-by"
         raise NtpError(f"{given} is for a demonstration that is recorded now, for a learned program: omit it")
-    if ask_below is not None and (goal or expert):
-        raise NtpError("--ask-below is for what a demonstration leaves open: omit it")
+    if ask_below is not None and expert:
+        raise NtpError("--ask-below is for what a learned program leaves open: omit it")
     if answer and ask_below is None:
         raise NtpError("--answer goes with --ask-below: say when to ask")
     if goal and demo:
@@ -136,39 +136,50 @@ def command(
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
         recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
-    policy = None
-    if recorded is not None:
-        policy = evaluator.policy(recorded)
-        _look_through(evaluator, policy, recorded.demonstration, ask_below, answer or [])
+    policy = evaluator.policy(recorded) if recorded is not None or ask_below is not None else None
+    interview = Interview(evaluator.registry, answer or [], out)
+    if policy is not None and ask_below is not None:
+        _prepare(evaluator, policy, ask_below, interview)
+    if policy is not None and recorded is not None:
+        _look_through(evaluator, policy, recorded.demonstration)
     run_episode(evaluator, recorded, out, json, policy)
+    if interview.unused:
+        messages.print(f"{counted(interview.unused, 'answer')} more than were asked for")
     return 0
 
 
-def _look_through(
-    evaluator: Evaluator, policy: Policy, shown: Demonstration, ask_below: float | None, answers: list[int]
-) -> None:
-    """Ask which elements of the program's lists are meant, and say so where not all is understood."""
+def _prepare(evaluator: Evaluator, policy: Policy, ask_below: float, interview: Interview) -> None:
+    """Ask which elements of the program's lists are meant, and let the policy ask while it runs."""
+    from ntp_dsl.core.asking import Asking
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    if not isinstance(policy, OneShotPolicy):
+        raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
+    policy.person = Asking(evaluator.registry, ask_below, interview.decision)
+    source = policy.source
+    instance = evaluator.instance(0)
+    if not isinstance(source, Shown) or not evaluator.registry.programs[instance.program].takes_list:
+        return
+    wanted = instance.program, instance.arguments, source.scope()
+    doubts = [each for each in source.reading(*wanted).doubts if each.probability < ask_below]
+    if meant := interview.elements(source, doubts):
+        source.settle(*wanted, meant)
+
+
+def _look_through(evaluator: Evaluator, policy: Policy, shown: Demonstration) -> None:
+    """Say so where not all of a demonstration is understood."""
     from ntp_dsl.core.policy import OneShotPolicy
     from ntp_dsl.core.shown import Shown
 
     instance = evaluator.instance(0)
     check_objects(shown, instance.objects)
     if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
-        if ask_below is not None:
-            raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
         return
     if not evaluator.registry.programs[instance.program].takes_list:
         return
     source = policy.source
-    wanted = instance.program, instance.arguments, source.scope()
-    if ask_below is not None:
-        doubts = [each for each in source.reading(*wanted).doubts if each.probability < ask_below]
-        if evaluator.plan.traces is not None:
-            for path in draw_questions(evaluator.plan.traces, evaluator.registry, shown, doubts):
-                messages.print(f"wrote {path}")
-        if meant := answered(evaluator.registry, shown, doubts, answers):
-            source.settle(*wanted, meant)
-    reading = source.reading(*wanted)
+    reading = source.reading(instance.program, instance.arguments, source.scope())
     if not reading.is_whole:
         messages.print(
             f"only {reading.explained} of {counted(reading.acts, 'act')} of the hand are explained; "

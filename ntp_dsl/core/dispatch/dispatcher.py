@@ -30,6 +30,7 @@ class Dispatched:
     answer: NextCall | Return
     decision: Decision
     achieved: float  # how probably all holds that the program is to achieve
+    others: tuple[tuple[NextCall | Return, float], ...] = ()  # the most probable first, none of them barred
 
 
 class Dispatcher(Protocol):

@@ -27,6 +27,7 @@ from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 Value = TypeVar("Value", bound=str | float)
 
 TOP = 5  # alternatives that a decision reports
+LEAST = 1e-4  # probable of them
 
 
 class LearnedDispatcher:
@@ -67,13 +68,21 @@ class LearnedDispatcher:
 
     def _dispatched(self, situation: Situation, variants: Sequence[tuple[float, _Answer]]) -> Dispatched:
         barred = situation.barred
-        seen = variants[0][1]
-        allowed = seen.allowed(barred)
+        seen, expected = variants[0][1], _expected(variants)
+        among = expected.allowed(barred)
+        allowed = among if None in barred else seen.allowed(barred)
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
         ends = best is None or allowed[best] <= 0 or (seen.end >= allowed[best] and None not in barred)
-        expected = _expected(variants)
-        among = expected.allowed(barred)
-        possible = sum(among) + (0.0 if None in barred else expected.end)
+        end = Return(seen.row.achievement > 0.5)
+        answer = end if ends or best is None else seen.row.calls[best]
+        options: list[tuple[NextCall | Return, float]] = [*zip(seen.row.calls, among, strict=True)]
+        options += [(end, 0.0 if None in barred else expected.end)]
+        possible = sum(chance for _, chance in options)
+        others = tuple(
+            (each, chance / possible)
+            for each, chance in heapq.nlargest(TOP, options, key=lambda option: option[1])
+            if each != answer and chance > LEAST
+        )
         chance = expected.end if ends or best is None else among[best]
         program = self._expert.registry.programs[situation.program]
         facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
@@ -84,12 +93,10 @@ class LearnedDispatcher:
             facts=facts,
             statements=statements,
         )
+        if isinstance(answer, NextCall):
+            decision = _with_call(decision, answer, expected)
         achieved = sum(weight * each.row.achievement for weight, each in variants)
-        if ends or best is None:
-            return Dispatched(Return(seen.row.achievement > 0.5), decision, achieved)
-        return Dispatched(
-            seen.row.calls[best], _with_call(decision, seen.row.calls[best], expected), achieved
-        )
+        return Dispatched(answer, decision, achieved, others)
 
     @torch.inference_mode()
     def _answers(self, rows: Sequence[Row]) -> list[_Answer]:

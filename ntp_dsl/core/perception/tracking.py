@@ -8,8 +8,9 @@ import numpy as np
 
 from ntp_dsl.semantics.observation import Observation
 
-GATE = 4.0  # standard deviations of a look, beyond which an object has moved
-FLOOR = 0.25  # of a look's deviation, below which no average is trusted: an error may be constant
+GATE = 4.0  # standard deviations, beyond which an object has moved
+LAST = (1, 2, 4, 8)  # looks, of whose means one is compared with the mean of those before them
+FLOOR = 0.1  # of a look's deviation, below which no average is trusted: an error may be constant
 
 
 class Tracker:
@@ -32,7 +33,7 @@ class Tracker:
             in_hand = name == held
             origin = np.array(seen.gripper) if in_hand else np.zeros(3)
             looks = self._looks.get(name)
-            if looks is None or looks.in_hand != in_hand or not looks.agrees(place - origin, sigma):
+            if looks is None or looks.in_hand != in_hand:
                 looks = self._looks[name] = _Looks(in_hand)
             looks.add(place - origin, sigma)
             x, y, z = (looks.mean + origin).tolist()
@@ -44,25 +45,45 @@ class Tracker:
 
 
 class _Looks:
-    """The looks at one object since it last moved, in the world or in the hand."""
+    """The looks at one object since it last moved, in the world or in the hand.
+
+    Looks are rows, or sums of rows: the precision, and the place times that.
+    """
 
     def __init__(self, in_hand: bool) -> None:
         self.in_hand = in_hand
-        self._weight, self._sum = 0.0, np.zeros(3)
+        self._last = np.zeros((0, 4))
+        self._before = np.zeros(4)
 
     def add(self, place: np.ndarray, sigma: float) -> None:
-        self._weight += sigma**-2
-        self._sum += place * sigma**-2
+        """Take one more look; where the last few disagree with those before, only they count."""
+        self._last = np.vstack([self._last, [1.0, *place]])
+        self._last[-1] *= sigma**-2
+        if len(self._last) > LAST[-1]:
+            self._before += self._last[0]
+            self._last = self._last[1:]
+        recent = np.cumsum(self._last[::-1], axis=0)[[each - 1 for each in LAST if each <= len(self._last)]]
+        earlier = self._sum - recent
+        some = earlier[:, 0] > 0
+        apart = _apart(recent[some], earlier[some])
+        if apart.any():
+            self._last = self._last[-LAST[int(apart.argmax())] :]
+            self._before = np.zeros(4)
 
     @property
     def mean(self) -> np.ndarray:
-        return self._sum / self._weight
+        return np.asarray(self._sum[1:] / self._sum[0])
 
     @property
     def deviation(self) -> float:
-        return float(self._weight**-0.5)
+        return float(self._sum[0] ** -0.5)
 
-    def agrees(self, place: np.ndarray, sigma: float) -> bool:
-        """Return whether a look may be at an object that has not moved."""
-        doubt = GATE * float(np.hypot(sigma, self.deviation))
-        return float(np.abs(place - self.mean).max()) < doubt
+    @property
+    def _sum(self) -> np.ndarray:
+        return np.asarray(self._before + self._last.sum(axis=0))
+
+
+def _apart(some: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return of sums of looks, each (K, 4), whether they are hardly looks at the same place, (K,)."""
+    between = np.abs(some[:, 1:] / some[:, :1] - others[:, 1:] / others[:, :1]).max(axis=1, initial=0.0)
+    return np.asarray(between > GATE * np.sqrt(1 / some[:, 0] + 1 / others[:, 0]))

@@ -13,7 +13,7 @@ from ntp_dsl.traces import decision as traced
 from ntp_dsl.traces.decision import Answer
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.page.document import Moment, PageCall, Ranking
-from ntp_dsl.traces.phrases import format_argument, format_invocation
+from ntp_dsl.traces.phrases import format_argument, format_invocation, format_option
 from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import Times
@@ -69,6 +69,10 @@ def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
         yield "or to return", [("end of the caller", decision.end_probability)]
     if call.return_decision is not None and call.return_decision.end_probability is not None:
         yield "its own end", [("end", call.return_decision.end_probability)]
+    for asked in (decision.asked, call.return_decision.asked if call.return_decision is not None else None):
+        if asked is not None:
+            yield "somebody was asked", [(format_option(each), each.probability) for each in asked.options]
+            yield "and answered", [(format_option(asked.options[asked.answer]), 1.0)]
     if decision.answer is not None:
         yield "answered", [(_answer(decision.answer), decision.probability or 0.0)]
 

@@ -90,6 +90,18 @@ def test_what_has_moved_is_seen_where_it_is_now() -> None:
     assert seen.deviations["b"] == pytest.approx(SIGMA)
 
 
+@pytest.mark.parametrize("sigmas", [1, 2, 3])
+def test_what_moved_by_less_than_the_gate_is_found_out_by_more_looks(sigmas: float) -> None:
+    rng = np.random.default_rng(4)
+    tracker = Tracker()
+    for each in looks_at(PLACE, 40, rng):
+        tracker.update(each)
+    there = PLACE + [sigmas * SIGMA, 0, 0]
+    for each in looks_at(there, 40, rng):
+        seen = tracker.update(each)
+    assert error(seen, there) < 0.6 * SIGMA
+
+
 @pytest.mark.parametrize("share, moved", [(0.5, False), (0.9, False), (1.1, True), (3.0, True)])
 def test_the_gate_is_as_wide_as_it_says(share: float, moved: bool) -> None:
     tracker = Tracker()
@@ -108,7 +120,7 @@ def test_what_is_held_is_averaged_in_the_hand() -> None:
         tracked = tracker.update(seen)
         true = hand + [0.001, 0.0, -0.005]
     assert error(tracked, true) < SIGMA
-    assert tracked.deviations["b"] == FLOOR * SIGMA
+    assert tracked.deviations["b"] == pytest.approx(max(FLOOR, 20**-0.5) * SIGMA)
 
 
 def held(place: np.ndarray, hand: np.ndarray, rng: np.random.Generator) -> Observation:

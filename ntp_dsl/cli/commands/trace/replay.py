@@ -139,12 +139,16 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
 
 
 def _heed_answers(trace: Trace, policy: Policy) -> None:
-    """Let a policy read of its lists what somebody answered when the trace was made."""
+    """Let a policy take what somebody answered when the trace was made, of its lists and of what to do."""
+    from ntp_dsl.core.asking import Repeated
     from ntp_dsl.core.policy import OneShotPolicy
     from ntp_dsl.core.shown import Shown
 
     if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
         return
+    policy.person = Repeated(
+        [(call.name, call.arguments, seen, asked) for call, seen, asked in trace.questions()]
+    )
     source = policy.source
     for call, read in trace.readings():
         said = {(each.parameter, each.number): each.answer for each in read.doubts if each.answer is not None}

@@ -17,7 +17,7 @@ from ntp_dsl.cli.trace_folders import summary, traces_in
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
-from ntp_dsl.traces.phrases import format_call, format_doubt, headline
+from ntp_dsl.traces.phrases import format_asked, format_call, format_doubt, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.times import Times, inclusive_times
@@ -71,6 +71,8 @@ def command(
     for call, reading in trace.readings():
         for doubt in reading.doubts:
             answers.print(Text(f"{call.name} read {format_doubt(doubt)}", style="yellow"))
+    for call, _, asked in trace.questions():
+        answers.print(Text(f"{call.name} might {format_asked(asked)}", style="yellow"))
     answers.print(_ending(trace))
 
 
