@@ -31,6 +31,29 @@ def test_question_and_answer_are_shown(answered: Path, capsys: pytest.CaptureFix
     assert "confidence 100%" in shown
 
 
+@pytest.fixture(scope="module")
+def advised(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run a task of which it is not seen well whether all is done, and say that it is not."""
+    path = tmp_path_factory.mktemp("advised")
+    asked = "--world kinematic --seed 3 --noise 0.012 --ask-below 0.8".split()
+    answers = [word for answer in "1112" for word in ("--answer", answer)]
+    assert run(["run", str(LANTERNS), "in_doubt", *asked, *answers, "--out", str(path)]) == 0
+    return path / "episode_00000.trace.jsonl"
+
+
+def test_what_somebody_said_is_to_be_done_is_shown(advised: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["trace", "show", str(advised)]) == 0
+    shown = capsys.readouterr().out
+    assert "light_all might return" in shown and "; answered light(lantern_" in shown
+    trace = read_trace(advised)
+    assert "somebody was asked" in page(compare(trace, trace), (advised.parent, advised.parent))
+
+
+def test_a_replay_does_what_somebody_said(advised: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["trace", "replay", str(advised), "--library", str(LANTERNS)]) == 0
+    assert "the same" in capsys.readouterr().out
+
+
 def test_the_page_has_them_where_the_program_decides(answered: Path) -> None:
     trace = read_trace(answered)
     text = page(compare(trace, trace), (answered.parent, answered.parent))

@@ -27,7 +27,7 @@ from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 Value = TypeVar("Value", bound=str | float)
 
 TOP = 5  # alternatives that a decision reports
-LEAST = 1e-4  # probable of them
+LEAST = 0.005  # probable of them
 
 
 class LearnedDispatcher:

@@ -1,0 +1,149 @@
+"""Decisions that are in doubt are left to whoever runs a program; and in doubt, the program looks again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from one_core_samples import DOMAINS, library
+
+from ntp_dsl.core.asking import Asking, Question, Repeated
+from ntp_dsl.core.one_core import shipped_core
+from ntp_dsl.core.policy import LOOKS, OneShotPolicy
+from ntp_dsl.evaluation.episodes import Episode, Evaluator, Plan
+from ntp_dsl.policies.protocol import Barred, Choice, Frame
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.traces.decision import Asked, Option
+from ntp_dsl.worlds.protocol import Disturbances, World
+
+NOWHERE = Observation((), {}, (0.0, 0.0, 0.5), False)
+
+
+def question(*options: Option, program: str = "light_all") -> Question:
+    return Question(program, (), NOWHERE, options)
+
+
+def call(callee: str | None, probability: float) -> Option:
+    return Option(callee, (), probability)
+
+
+class Noted:
+    """Whoever is asked: takes note of the questions, and of each the same option."""
+
+    def __init__(self, answer: int) -> None:
+        self.answer = answer
+        self.questions: list[Question] = []
+
+    def __call__(self, question: Question) -> int:
+        self.questions.append(question)
+        return min(self.answer, len(question.options) - 1)
+
+
+def test_only_what_is_less_probable_than_wanted_is_asked() -> None:
+    noted = Noted(1)
+    asking = Asking(library("lanterns"), 0.8, noted)
+    assert asking.advise(question(call("light", 0.9), call(None, 0.1))) is None
+    assert asking.advise(question(call("light", 0.7))) is None  # there is nothing to choose from
+    assert asking.advise(question(call("light", 0.7), call(None, 0.3))) == 1
+    assert len(noted.questions) == 1
+
+
+def test_an_answer_holds_until_a_primitive_is_called() -> None:
+    noted = Noted(1)
+    asking = Asking(library("lanterns"), 0.8, noted)
+    doubtful = question(call(None, 0.6), call("light", 0.4))
+    assert [asking.advise(doubtful) for _ in range(3)] == [1, 1, 1]
+    surer = question(call(None, 0.9), call("light", 0.1))
+    assert asking.advise(surer) == 1 and len(noted.questions) == 1
+    asking.advise(question(call("grasp", 1.0), program="pick"))
+    assert asking.advise(surer) is None
+    assert asking.advise(doubtful) == 1 and len(noted.questions) == 2
+
+
+def test_a_replay_says_what_was_said_in_the_same_state() -> None:
+    asked = Asked((call(None, 0.6), call("light", 0.4)), 1)
+    repeated = Repeated([("light_all", (), NOWHERE, asked)])
+    doubtful = question(call("light", 0.5), call(None, 0.5))
+    assert repeated.advise(doubtful) == 0  # what was said, wherever it is offered
+    assert repeated.advise(question(call(None, 0.6))) is None
+    assert repeated.advise(replace(doubtful, program="light")) is None
+    assert repeated.advise(replace(doubtful, seen=replace(NOWHERE, closed=True))) is None
+
+
+def episode(noise: float, below: float, noted: Noted) -> Episode:
+    plan = Plan(
+        DOMAINS / "lanterns", "in_doubt", shipped_core(), seed=3, disturbances=Disturbances(noise=noise)
+    )
+    evaluator = Evaluator(plan)
+    recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    policy = evaluator.policy(recorded)
+    assert isinstance(policy, OneShotPolicy)
+    policy.person = Asking(evaluator.registry, below, noted)
+    return evaluator.episode(0, recorded, policy=policy)
+
+
+def test_somebody_is_asked_whether_all_is_done() -> None:
+    """Of what is offered the first is what would have been done: so it makes no difference."""
+    noted = Noted(0)
+    found = episode(0.012, 0.8, noted)
+    assert found.success and noted.questions
+    (ends,) = [each for each in noted.questions if each.options[0].callee is None]
+    assert ends.program == "light_all" and ends.options[0].probability < 0.8
+    assert {each.callee for each in ends.options[1:]} == {"light"}
+
+
+def test_what_somebody_says_is_done() -> None:
+    more = episode(0.012, 0.8, Noted(1))
+    assert more.success and more.primitives > episode(0.012, 0.8, Noted(0)).primitives
+
+
+def test_nothing_is_asked_where_nothing_is_in_doubt() -> None:
+    noted = Noted(1)
+    assert episode(0.0, 0.8, noted).success and not noted.questions
+
+
+class Looking:
+    """A policy of which the looks at the world are counted, for each decision."""
+
+    def __init__(self, policy: OneShotPolicy) -> None:
+        self.kind = policy.kind
+        self._policy = policy
+        self.looks: list[tuple[int, float]] = []  # and how probable the decision is
+
+    def root(self, program: str, arguments: tuple[Argument, ...]) -> Frame:
+        return self._policy.root(program, arguments)
+
+    def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
+        eye = Eye(world)
+        choice = self._policy.decide(frame, eye, barred)  # type: ignore[arg-type]  # it only looks
+        self.looks.append((eye.looks, choice.decision.probability or 0.0))
+        return choice
+
+
+class Eye:
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.looks = 0
+
+    def observe(self) -> Observation:
+        self.looks += 1
+        return self._world.observe()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.012])
+def test_in_doubt_a_program_looks_again(noise: float) -> None:
+    evaluator = Evaluator(
+        Plan(DOMAINS / "lanterns", "lanterns", shipped_core(), disturbances=Disturbances(noise=noise))
+    )
+    recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+    policy = evaluator.policy(recorded)
+    assert isinstance(policy, OneShotPolicy)
+    looking = Looking(policy)
+    assert evaluator.episode(0, recorded, policy=looking).success
+    counts = {looks for looks, _ in looking.looks}
+    if not noise:
+        assert counts == {1}
+        return
+    assert 1 in counts and max(counts) <= 1 + LOOKS and len(counts) > 2
+    sure = [chance for looks, chance in looking.looks if 1 < looks <= LOOKS]
+    assert min(sure) > 0.9  # it stopped because it was
