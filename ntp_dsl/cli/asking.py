@@ -62,14 +62,18 @@ class Interview:
 
     def decision(self, question: Question) -> int:
         """Return which option a program is to take, from 0. Raises `NtpError` as `elements` does."""
-        texts = [format_option(each) for each in question.options]
+        options = question.options
+        texts = [format_option(each) for each in options]
         who = format_invocation(question.program, without_lists(question.arguments))
-        rows = _table(texts, [each.probability for each in question.options])
+        rows = _table(texts, [each.probability for each in options])
         text = "\n".join([f"{who} may go on in {len(texts)} ways:", *rows])
         if not self._answers and not sys.stdin.isatty():
             raise NtpError(f"{text}\n{_nobody(1)}")
-        names = [[str(each) for each in without_lists(option.arguments)] for option in question.options]
-        self._draw(question.seen, [*zip(names, (row.strip() for row in rows), strict=True)])
+        offers: list[Offer] = [
+            ([str(value) for value in without_lists(option.arguments)], f"{text}  {option.probability:.0%}")
+            for option, text in zip(options, texts, strict=True)
+        ]
+        self._draw(question.seen, offers)
         return self._answer(text, "which is right?", len(texts)) - 1
 
     def _draw(self, seen: Observation, offers: Sequence[Offer]) -> None:

@@ -45,7 +45,8 @@ def question_picture(seen: Observation, offered: Sequence[Offer]) -> str:
     offers = [([name for name in names if name in seen.positions], text) for names, text in offered]
     view = _View(seen, {name for names, _ in offers for name in names})
     width = max(view.width, *(LETTER * len(text) + 2 * KEY for _, text in offers))
-    height = view.height + KEY * (len(offers) + 1)
+    top = view.height + KEY  # of the key
+    height = top + KEY * (len(offers) + 0.5)
     drawn = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
@@ -57,7 +58,7 @@ def question_picture(seen: Observation, offered: Sequence[Offer]) -> str:
     for number, (names, text) in enumerate(offers):
         colour = COLOURS[number % len(COLOURS)]
         drawn += _way([view.place(name) for name in names], number, colour)
-        at = view.height + KEY * (number + 0.5)
+        at = top + KEY * number
         drawn += _badge((KEY, at), number, colour)
         drawn.append(f'<text x="{2 * KEY}" y="{at + 4:.0f}">{escape(text)}</text>')
     return "\n".join([*drawn, "</svg>"]) + "\n"
