@@ -56,7 +56,13 @@ class Knowing:
         return meant
 
 
-def run(evaluator: Evaluator, number: int, recorded: RecordedDemonstration, below: float) -> tuple[bool, int]:
+def run(
+    evaluator: Evaluator,
+    number: int,
+    recorded: RecordedDemonstration,
+    below: float,
+    calls_below: float,
+) -> tuple[bool, int]:
     """Return whether an episode succeeds, and how many questions were asked."""
     instance = evaluator.instance(number)
     policy = evaluator.policy(recorded)
@@ -73,7 +79,7 @@ def run(evaluator: Evaluator, number: int, recorded: RecordedDemonstration, belo
                 source.settle(*wanted, meant)
             except NtpError as error:  # together they explain less
                 print(error)
-        policy.person = Asking(evaluator.registry, below, knowing.decision)
+        policy.person = Asking(evaluator.registry, knowing.decision, below, calls_below)
     episode = evaluator.episode(number, recorded, policy=compared)
     return bool(episode.success), knowing.asked
 
@@ -87,7 +93,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
         for number in range(arguments.episodes):
             recorded, _ = evaluator.demonstration(evaluator.instance(number), number)
             for below in (0.0, *arguments.below):
-                outcomes[below].append(run(evaluator, number, recorded, below))
+                outcomes[below].append(run(evaluator, number, recorded, below, arguments.calls_below))
         last = {below: outcomes[below][-arguments.episodes :] for below in outcomes}
         print(task, {below: sum(won for won, _ in some) for below, some in last.items()}, flush=True)
     return {
@@ -105,4 +111,5 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
 if __name__ == "__main__":
     found = parser(__doc__)
     found.add_argument("--below", type=float, nargs="+", default=[0.5, 0.7, 0.9])
+    found.add_argument("--calls-below", type=float, default=0.0, help="asks about calls as well")
     print(json.dumps(measure(found.parse_args()), indent=1))

@@ -23,6 +23,7 @@ class Question:
     arguments: tuple[Argument, ...]
     seen: Observation
     options: tuple[Option, ...]  # the first is what it does unless it is told otherwise
+    is_end: bool  # whether that is to say that all is done
 
     @property
     def who(self) -> Done:
@@ -38,14 +39,21 @@ class Person(Protocol):
 
 
 class Asking:
-    """Asks about each decision that is less probable than is wanted, once while nothing changes.
+    """Asks about decisions that are less probable than is wanted, once while nothing changes.
+
+    A wrong call is mended at the next look, a wrong end is not: they have thresholds of their own.
 
     Args:
+        ends_below: probability of the end of all, below which is asked whether all is done.
+        calls_below: probability of other decisions, below which is asked what is to be done.
         ask: returns the number of the option that a person takes, from 0.
     """
 
-    def __init__(self, registry: Registry, below: float, ask: Callable[[Question], int]) -> None:
-        self._registry, self._below, self._ask = registry, below, ask
+    def __init__(
+        self, registry: Registry, ask: Callable[[Question], int], ends_below: float, calls_below: float = 0.0
+    ) -> None:
+        self._registry, self._ask = registry, ask
+        self._ends_below, self._calls_below = ends_below, calls_below
         self._answered: dict[Done, Done] = {}  # what a program is to do, until a primitive is called
 
     def advise(self, question: Question) -> int | None:
@@ -53,13 +61,16 @@ class Asking:
         answer: int | None = None
         if (wanted := self._answered.get(question.who)) in done:
             answer = done.index(wanted)
-        elif len(done) > 1 and question.options[0].probability < self._below:
+        elif len(done) > 1 and question.options[0].probability < self._threshold(question):
             answer = self._ask(question)
             self._answered[question.who] = done[answer]
         callee, _ = done[answer or 0]
         if callee in self._registry.apis:
             self._answered.clear()
         return answer
+
+    def _threshold(self, question: Question) -> float:
+        return self._ends_below if question.is_end else self._calls_below
 
 
 Said = tuple[str, tuple[Argument, ...], Observation, Asked]  # by which program, and in which state

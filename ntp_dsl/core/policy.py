@@ -99,7 +99,8 @@ class OneShotPolicy:
             else Option(None, (), rounded(chance))
             for each, chance in options
         )
-        number = self.person.advise(Question(frame.program, frame.arguments, seen, told))
+        question = Question(frame.program, frame.arguments, seen, told, _is_end(frame, found))
+        number = self.person.advise(question)
         if number is None:
             return found.answer, None
         return options[number][0], Asked(told, number)
@@ -113,5 +114,8 @@ class OneShotPolicy:
 def _certainty(frame: Frame, found: Dispatched) -> float:
     """Return how probable a decision is, as far as can be seen: of the root's return, that all is done."""
     chance = found.decision.probability or 0.0
-    is_end = isinstance(found.answer, Return) and frame.matched is None
-    return min(chance, found.achieved) if is_end else chance
+    return min(chance, found.achieved) if _is_end(frame, found) else chance
+
+
+def _is_end(frame: Frame, found: Dispatched) -> bool:
+    return isinstance(found.answer, Return) and frame.matched is None

@@ -259,6 +259,7 @@ def test_an_answer_is_heeded_by_the_programs_that_a_list_is_passed_on_to(tmp_pat
         (["--answer", "1"], "--answer goes with --ask-below"),
         (["--ask-below", "2"], "--ask-below"),
         (["--ask-below", "0.9", "--expert"], "leaves open"),
+        (["--ask-calls-below", "0.9"], "goes with --ask-below"),
     ],
 )
 def test_answers_that_do_not_fit_are_misuse(

@@ -20,7 +20,7 @@ NOWHERE = Observation((), {}, (0.0, 0.0, 0.5), False)
 
 
 def question(*options: Option, program: str = "light_all") -> Question:
-    return Question(program, (), NOWHERE, options)
+    return Question(program, (), NOWHERE, options, options[0].callee is None)
 
 
 def call(callee: str | None, probability: float) -> Option:
@@ -41,16 +41,19 @@ class Noted:
 
 def test_only_what_is_less_probable_than_wanted_is_asked() -> None:
     noted = Noted(1)
-    asking = Asking(library("lanterns"), 0.8, noted)
-    assert asking.advise(question(call("light", 0.9), call(None, 0.1))) is None
-    assert asking.advise(question(call("light", 0.7))) is None  # there is nothing to choose from
-    assert asking.advise(question(call("light", 0.7), call(None, 0.3))) == 1
-    assert len(noted.questions) == 1
+    asking = Asking(library("lanterns"), noted, 0.8, 0.6)
+    assert asking.advise(question(call(None, 0.9), call("light", 0.1))) is None
+    assert asking.advise(question(call(None, 0.7))) is None  # there is nothing to choose from
+    assert asking.advise(question(call("light", 0.7), call(None, 0.3))) is None
+    assert not noted.questions
+    assert asking.advise(question(call(None, 0.7), call("light", 0.3))) == 1
+    assert asking.advise(question(call("pick", 0.55), call(None, 0.45), program="light")) == 1
+    assert len(noted.questions) == 2
 
 
 def test_an_answer_holds_until_a_primitive_is_called() -> None:
     noted = Noted(1)
-    asking = Asking(library("lanterns"), 0.8, noted)
+    asking = Asking(library("lanterns"), noted, 0.8)
     doubtful = question(call(None, 0.6), call("light", 0.4))
     assert [asking.advise(doubtful) for _ in range(3)] == [1, 1, 1]
     surer = question(call(None, 0.9), call("light", 0.1))
@@ -78,7 +81,7 @@ def episode(noise: float, below: float, noted: Noted) -> Episode:
     recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
     policy = evaluator.policy(recorded)
     assert isinstance(policy, OneShotPolicy)
-    policy.person = Asking(evaluator.registry, below, noted)
+    policy.person = Asking(evaluator.registry, noted, below)
     return evaluator.episode(0, recorded, policy=policy)
 
 
@@ -87,8 +90,8 @@ def test_somebody_is_asked_whether_all_is_done() -> None:
     noted = Noted(0)
     found = episode(0.012, 0.8, noted)
     assert found.success and noted.questions
-    (ends,) = [each for each in noted.questions if each.options[0].callee is None]
-    assert ends.program == "light_all" and ends.options[0].probability < 0.8
+    (ends,) = noted.questions
+    assert ends.is_end and ends.program == "light_all" and ends.options[0].probability < 0.8
     assert {each.callee for each in ends.options[1:]} == {"light"}
 
 

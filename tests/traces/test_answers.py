@@ -35,7 +35,7 @@ def test_question_and_answer_are_shown(answered: Path, capsys: pytest.CaptureFix
 def advised(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run a task of which it is not seen well whether all is done, and say that it is not."""
     path = tmp_path_factory.mktemp("advised")
-    asked = "--world kinematic --seed 3 --noise 0.012 --ask-below 0.8".split()
+    asked = "--world kinematic --seed 3 --noise 0.012 --ask-below 0.8 --ask-calls-below 0.8".split()
     answers = [word for answer in "1112" for word in ("--answer", answer)]
     assert run(["run", str(LANTERNS), "in_doubt", *asked, *answers, "--out", str(path)]) == 0
     return path / "episode_00000.trace.jsonl"
@@ -44,7 +44,9 @@ def advised(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_somebody_said_is_to_be_done_is_shown(advised: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "show", str(advised)]) == 0
     shown = capsys.readouterr().out
-    assert "light_all might return" in shown and "; answered light(lantern_" in shown
+    assert (
+        "pick might " in shown and "light_all might return" in shown and "; answered light(lantern_" in shown
+    )
     trace = read_trace(advised)
     assert "somebody was asked" in page(compare(trace, trace), (advised.parent, advised.parent))
 

@@ -75,7 +75,16 @@ def command(
             min=0,
             max=1,
             callback=optional_number,
-            help="Ask what is meant, and what is to be done, where the best guess is less probable.",
+            help="Ask which elements are meant, and whether all is done, where that is less probable.",
+        ),
+    ] = None,
+    ask_calls_below: Annotated[
+        float | None,
+        typer.Option(
+            min=0,
+            max=1,
+            callback=optional_number,
+            help="Ask what a program is to do next, where that is less probable; needs --ask-below.",
         ),
     ] = None,
     answer: Annotated[
@@ -105,6 +114,8 @@ def command(
         raise NtpError(f"{given} is for a demonstration that is recorded now, for a learned program: omit it")
     if ask_below is not None and expert:
         raise NtpError("--ask-below is for what a learned program leaves open: omit it")
+    if ask_calls_below is not None and ask_below is None:
+        raise NtpError("--ask-calls-below goes with --ask-below: add it")
     if answer and ask_below is None:
         raise NtpError("--answer goes with --ask-below: say when to ask")
     if goal and demo:
@@ -139,7 +150,7 @@ def command(
     policy = evaluator.policy(recorded) if recorded is not None or ask_below is not None else None
     interview = Interview(evaluator.registry, answer or [], out)
     if policy is not None and ask_below is not None:
-        _prepare(evaluator, policy, ask_below, interview)
+        _prepare(evaluator, policy, interview, ask_below, ask_calls_below or 0.0)
     if policy is not None and recorded is not None:
         _look_through(evaluator, policy, recorded.demonstration)
     run_episode(evaluator, recorded, out, json, policy)
@@ -148,7 +159,9 @@ def command(
     return 0
 
 
-def _prepare(evaluator: Evaluator, policy: Policy, ask_below: float, interview: Interview) -> None:
+def _prepare(
+    evaluator: Evaluator, policy: Policy, interview: Interview, ask_below: float, calls_below: float
+) -> None:
     """Ask which elements of the program's lists are meant, and let the policy ask while it runs."""
     from ntp_dsl.core.asking import Asking
     from ntp_dsl.core.policy import OneShotPolicy
@@ -156,7 +169,7 @@ def _prepare(evaluator: Evaluator, policy: Policy, ask_below: float, interview: 
 
     if not isinstance(policy, OneShotPolicy):
         raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
-    policy.person = Asking(evaluator.registry, ask_below, interview.decision)
+    policy.person = Asking(evaluator.registry, interview.decision, ask_below, calls_below)
     source = policy.source
     instance = evaluator.instance(0)
     if not isinstance(source, Shown) or not evaluator.registry.programs[instance.program].takes_list:
