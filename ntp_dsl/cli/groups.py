@@ -35,6 +35,7 @@ COMMANDS: Table = {
     "bench": "Benchmark inverse kinematics, planning or execution against other libraries.",
     "trace": {
         "show": "Show the call tree of a trace in the terminal.",
+        "explain": "Say in plain words why a call was made, and what came of it.",
         "diff": "Show where two traces diverge, and what it is attributed to.",
         "view": "Show one trace, or two side by side, in a browser.",
         "replay": "Compare a policy's decisions at every state of a trace with the trace.",

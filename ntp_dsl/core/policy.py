@@ -6,10 +6,10 @@ from msgspec.structs import replace as with_fields
 
 from ntp_dsl.core.asking import Person, Question
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Dispatcher, Situation
-from ntp_dsl.core.dispatch.evidence import rounded
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Source, without_list_values
+from ntp_dsl.policies.evidence import rounded
 from ntp_dsl.policies.expert import NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.semantics.observation import Argument, Observation
@@ -81,10 +81,18 @@ class OneShotPolicy:
         if not isinstance(answer, NextCall):
             achieved = found.achieved if asked is None else float(answer.done)  # as somebody says
             decision = with_fields(decision, achieved=rounded(achieved * certainty))
-            return Choice(None, done=answer.done, decision=decision, seen=seen)
+            return Choice(None, done=answer.done, decision=decision, seen=seen, grounds=found.grounds)
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)
-        return Choice(answer.callee, passed, scope, matched=certainty, decision=decision, seen=seen)
+        return Choice(
+            answer.callee,
+            passed,
+            scope,
+            matched=certainty,
+            decision=decision,
+            seen=seen,
+            grounds=found.grounds,
+        )
 
     def _advised(
         self, frame: Frame, seen: Observation, found: Dispatched

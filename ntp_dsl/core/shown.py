@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from ntp_dsl.core.dispatch.evidence import rounded
 from ntp_dsl.core.perception.grounding import Grounding, ground_all
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.steadied import steadied
@@ -16,6 +15,7 @@ from ntp_dsl.core.reading.reading import Doubt, Reading
 from ntp_dsl.demonstrations.demonstration import Demonstration, Scope
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.evidence import rounded
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Frame
 from ntp_dsl.policies.scripted import alike, counterpart, like_calls

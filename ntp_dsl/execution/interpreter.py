@@ -12,8 +12,11 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.execution.refusals import ROUNDS, InVain, Refusals, differ
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.evidence import evidence, weighed
+from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
@@ -132,6 +135,7 @@ class Interpreter:
         self.watch = watch or (lambda *_: None)
         self.frame_number = frame_number
         self.interfere = interfere
+        self._expert = Expert(registry)
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
         run = Run()
@@ -230,15 +234,34 @@ class Interpreter:
         run.deciding_seconds += seconds
         self._check(choice)
         source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
+        decision = self._with_truth(frame, choice) if self.writer.is_open else choice.decision
         return replace(
             choice,
             decision=with_fields(
-                choice.decision,
+                decision,
                 source=source,
                 seconds=round(seconds, 5),
                 read=choice.decision.read or read,
             ),
         )
+
+    def _with_truth(self, frame: Frame, choice: Choice) -> Decision:
+        """Return a decision with the truth of its facts; a script's has those that its program names."""
+        decision = choice.decision
+        state = State(self.registry, self.world.truth())
+        if choice.grounds:
+            pairs = zip(decision.facts, choice.grounds, strict=True)
+            return with_fields(
+                decision, facts=tuple(with_fields(each, truth=state.holds(fact)) for each, fact in pairs)
+            )
+        if decision.facts or decision.probability is not None:
+            return decision
+        row = self.registry.programs[frame.program]
+        grounds, statements = evidence(self._expert, row, frame.arguments, state)
+        facts = tuple(
+            with_fields(each, truth=each.probability > 0.5) for each in weighed(grounds, state.holds)
+        )
+        return with_fields(decision, facts=facts, statements=statements)
 
     def _check(self, choice: Choice) -> None:
         """Raise `NtpError` where a policy chose what the library does not declare."""

@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.state import Fact
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.worlds.protocol import World
 
@@ -32,6 +33,7 @@ class Choice:
     matched: Any = None
     decision: Decision = NO_DECISION  # probabilities, alternatives and source: for the trace
     seen: Observation | None = None  # the observation behind the decision
+    grounds: tuple[Fact, ...] = ()  # the facts of the decision, whose truth a trace may tell
 
 
 Barred = frozenset[str | None]

@@ -27,6 +27,11 @@ class TraceWriter:
         self.frames = 0  # of motion, so far
         self._written: dict[str, Vector] = {}
 
+    @property
+    def is_open(self) -> bool:
+        """Whether anything is written."""
+        return self._stream is not None
+
     def header(self, header: Header) -> None:
         """Write the header; first and once."""
         self._write(header)

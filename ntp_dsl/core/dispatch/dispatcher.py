@@ -10,6 +10,7 @@ from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.policies.expert import NextCall, Return
 from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import Fact
 from ntp_dsl.traces.decision import Decision
 
 
@@ -30,6 +31,7 @@ class Dispatched:
     answer: NextCall | Return
     decision: Decision
     achieved: float  # how probably all holds that the program is to achieve
+    grounds: tuple[Fact, ...]  # facts that the decision rests on, as it has them
     others: tuple[tuple[NextCall | Return, float], ...] = ()  # the most probable first, none of them barred
 
 

@@ -12,12 +12,12 @@ import torch
 from msgspec.structs import replace
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
-from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
 from ntp_dsl.core.dispatch.rows import Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.evidence import evidence, rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
@@ -85,18 +85,18 @@ class LearnedDispatcher:
         )
         chance = expected.end if ends or best is None else among[best]
         program = self._expert.registry.programs[situation.program]
-        facts, statements = evidence(self._expert, program, situation.arguments, situation.state)
+        grounds, statements = evidence(self._expert, program, situation.arguments, situation.state)
         decision = Decision(
             probability=rounded(chance / possible if possible else 1.0),
             end_probability=rounded(expected.end),
             callees=_ranked([call.callee for call in expected.row.calls], expected.chances),
-            facts=facts,
+            facts=weighed(grounds, situation.state.probability),
             statements=statements,
         )
         if isinstance(answer, NextCall):
             decision = _with_call(decision, answer, expected)
         achieved = sum(weight * each.row.achievement for weight, each in variants)
-        return Dispatched(answer, decision, achieved, others)
+        return Dispatched(answer, decision, achieved, grounds, others)
 
     @torch.inference_mode()
     def _answers(self, rows: Sequence[Row]) -> list[_Answer]:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
-from ntp_dsl.core.dispatch.evidence import evidence, rounded
 from ntp_dsl.core.dispatch.rows import unrolled
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
+from ntp_dsl.policies.evidence import evidence, rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
@@ -34,7 +34,8 @@ class RuleDispatcher:
         if isinstance(answer, NextCall) and answer.callee in situation.barred:
             answer = Return(False, f"{answer.callee} was of no use")
         row = self.expert.registry.programs[situation.program]
-        facts, statements = evidence(self.expert, row, arguments, state)
+        grounds, statements = evidence(self.expert, row, arguments, state)
+        facts = weighed(grounds, state.probability)
         sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
         variants = state.variants(unrolled(self.expert.registry, row, arguments, state).facts)
         if len(variants) > 1 and not row.in_python:
@@ -55,6 +56,7 @@ class RuleDispatcher:
                 statements=statements,
             ),
             end,
+            grounds,
         )
 
     def _decides(self, situation: Situation, state: Believed) -> Decided:

@@ -17,6 +17,7 @@ from ntp_dsl.cli.trace_folders import summary, traces_in
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
+from ntp_dsl.traces.explanation import brief
 from ntp_dsl.traces.phrases import format_asked, format_call, format_doubt, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, Call, Ending
@@ -39,6 +40,13 @@ def command(
     ] = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Show all calls, however long the trace is.")
+    ] = False,
+    why: Annotated[
+        bool,
+        typer.Option(
+            "--why",
+            help="Add to each call its number, which facts did not hold, and which were seen wrongly.",
+        ),
     ] = False,
     json: Json = False,
 ) -> None:
@@ -66,7 +74,7 @@ def command(
         return
     answers.print(Text(headline(trace.header), style="bold"))
     narrowed = failed or only is not None
-    for row in _lines(trace, times, chosen, narrowed):
+    for row in _lines(trace, times, chosen, narrowed, why):
         answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
     for call, reading in trace.readings():
         for doubt in reading.doubts:
@@ -144,7 +152,7 @@ def _folded(trace: Trace, chosen: set[int]) -> set[int]:
 # How they are shown ------------------------------------------------------------------------------
 
 
-def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -> Iterator[Text]:
+def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool, why: bool) -> Iterator[Text]:
     """Yield the lines of the tree, without recursion: traces may be deeper than Python's stack."""
     frames = demonstration_frames(trace)
     waiting = [(each, "") for each in reversed(_siblings(trace, ROOT, chosen, narrowed))]
@@ -158,6 +166,9 @@ def _lines(trace: Trace, times: list[Times], chosen: set[int], narrowed: bool) -
         row.append_text(line(call, frames, times[call.id]))
         if len(group) > 1:
             row.append(f"  ×{len(group)}", style="dim not bold")
+        if why:
+            told = brief(call)
+            row.append(f"  call {call.id}{': ' * bool(told)}{told}", style="cyan not bold")
         yield row
         below = stem + ("    " if is_last else "│   ") if len(stem) < 4 * INDENTED else stem
         siblings = _siblings(trace, call.id, chosen, narrowed)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact
+from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.traces.decision import FactProbability, StatementStatus, Status
 
 MOST = 200  # facts that a decision reports
 
 
 def evidence(
-    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: Believed
-) -> tuple[tuple[FactProbability, ...], tuple[StatementStatus, ...]]:
+    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
+) -> tuple[tuple[Fact, ...], tuple[StatementStatus, ...]]:
     """Return the literals of the contract and the statements, and what the rule makes of each statement."""
     scope = row.bind(arguments)
     achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
@@ -41,8 +41,12 @@ def evidence(
                     lacks=tuple(sorted(map(str, lacks))),
                 )
             )
-    facts = tuple(FactProbability(str(fact), rounded(state.probability(fact))) for fact in list(found)[:MOST])
-    return facts, tuple(reversed(statements))
+    return tuple(found)[:MOST], tuple(reversed(statements))
+
+
+def weighed(facts: Sequence[Fact], probability: Callable[[Fact], Any]) -> tuple[FactProbability, ...]:
+    """Return facts as a trace keeps them."""
+    return tuple(FactProbability(str(fact), rounded(probability(fact))) for fact in facts)
 
 
 def rounded(probability: Any) -> float:

@@ -1,0 +1,185 @@
+"""Why a call was made, and what came of it, in plain words: from what its trace says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ntp_dsl.common.text import counted, printable
+from ntp_dsl.traces.decision import Decision, FactProbability, StatementStatus, Status
+from ntp_dsl.traces.failure_attribution import attribute_call
+from ntp_dsl.traces.phrases import (
+    format_argument,
+    format_asked,
+    format_call,
+    format_doubt,
+    format_invocation,
+    format_scope,
+)
+from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.sources import statement
+from ntp_dsl.traces.trace import Trace
+
+MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
+SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
+
+
+def explanation(trace: Trace, call: Call) -> list[str]:
+    """Return why a call was made, what its program read and did, and what came of it: a paragraph each."""
+    told = [
+        [_head(trace, call)],
+        [*_reasons(trace, call)],
+        [*_reading(trace, call)],
+        [*_outcome(trace, call)],
+    ]
+    return [printable(" ".join(sentences)) for sentences in told if sentences]
+
+
+def mistaken(decision: Decision) -> list[FactProbability]:
+    """Return the facts that a decision was wrong about."""
+    return [
+        each for each in decision.facts if each.truth is not None and (each.probability > 0.5) != each.truth
+    ]
+
+
+def brief(call: Call) -> str:
+    """Return why a call was made in a line: what did not hold, and what was seen wrongly."""
+    decision = call.decision
+    lacking = [each for each in decision.facts if each.probability <= 0.5][:FEW]
+    parts = [f"as {_facts(lacking)} did not hold"] if lacking else []
+    if wrong := mistaken(decision)[:FEW]:
+        parts.append(f"wrong about {_facts(wrong)}")
+    return printable("; ".join(parts))
+
+
+def interesting(trace: Trace) -> Call | None:
+    """Return the call that one would ask about: the first that failed, innermost, else the least probable."""
+    failed = [
+        call
+        for call in trace.calls
+        if not call.succeeded and all(below.succeeded for below in trace.children(call.id))
+    ]
+    if failed:
+        return failed[0]
+    made = [call for call in trace.calls if call.parent != ROOT]
+    return min(made, key=lambda call: call.decision.probability or 1.0, default=None)
+
+
+def _head(trace: Trace, call: Call) -> str:
+    number = f"call {call.id}, {format_call(call)},"
+    if call.parent == ROOT:
+        return f"{number} is the task's own program."
+    caller = trace.calls[call.parent]
+    place = call.decision.source
+    text = statement(trace, place)
+    where = f" at {place}" + (f", `{text}`" if text else "") if place else ""
+    return f"{number} was made by call {caller.id}, {format_call(caller)},{where}."
+
+
+def _reasons(trace: Trace, call: Call) -> Iterator[str]:
+    """Yield what its caller saw, which statement was due, and how sure that was."""
+    decision = call.decision
+    if call.parent == ROOT:
+        return
+    if not decision.facts and not decision.statements:
+        yield "The trace does not say what that rested on: it was recorded by an earlier version."
+        return
+    yield from _seen(decision)
+    yield from _statements(decision.statements)
+    if decision.scripted:
+        yield "A function in Python decided."
+    if decision.probability is not None:
+        others = [each for each in decision.callees if each.value != call.name and each.probability >= LEAST]
+        also = ", ".join(f"{each.value} {each.probability:.0%}" for each in others)
+        yield f"The decision was {decision.probability:.0%} probable" + (f" (else {also})." if also else ".")
+    if decision.asked is not None:
+        yield f"Somebody was asked: {format_asked(decision.asked)}."
+
+
+def _seen(decision: Decision) -> Iterator[str]:
+    lacking = [each for each in decision.facts if each.probability <= 0.5][:MOST]
+    if lacking:
+        yield f"It was seen that {_facts(lacking)} did not hold."
+    doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
+    if doubtful:
+        yield f"Not sure was {_facts(doubtful)}."
+    for each in mistaken(decision)[:MOST]:
+        yield f"That was wrong: in truth {each.fact} {'held' if each.truth else 'did not hold'}."
+
+
+def _facts(facts: Sequence[FactProbability]) -> str:
+    return _listed(
+        [
+            f"{each.fact} ({each.probability:.0%})" if LEAST <= each.probability < SURE else each.fact
+            for each in facts
+        ]
+    )
+
+
+def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
+    """Yield what became of each statement of the caller: those that were due first."""
+    for status, words in (
+        (Status.DUE, "Due"),
+        (Status.PASSED, "Passed over, as nothing that is needed comes of it"),
+        (Status.ACHIEVED, "Done already"),
+        (Status.ABSENT, "Left out, as its condition does not hold"),
+    ):
+        those = [each for each in statements if each.status is status]
+        if those:
+            more = [f"{len(those) - MOST} more"] if len(those) > MOST else []
+            yield f"{words}: {'; '.join([*map(_named, those[:MOST]), *more])}."
+
+
+def _named(each: StatementStatus) -> str:
+    text = f"line {each.line}"
+    if each.callee:
+        text += f" {format_invocation(each.callee, each.arguments)}"
+    if each.status is Status.DUE and each.lacks:
+        text += f", which lacked {_listed(each.lacks[:MOST])}"
+    return text
+
+
+def _reading(trace: Trace, call: Call) -> Iterator[str]:
+    """Yield what a program read of its part of the demonstration."""
+    for caller, read in trace.readings():
+        if caller.id != call.id:
+            continue
+        for each in read.lists:
+            elements = f"[{', '.join(map(format_argument, each.elements))}]"
+            yield f"From {format_scope(call.scope)} it read {each.parameter} = {elements}."
+        yield f"That explains {read.explained} of {counted(read.acts, 'act')} of the hand."
+        for doubt in read.doubts:
+            yield f"Not sure was {format_doubt(doubt)}."
+
+
+def _outcome(trace: Trace, call: Call) -> Iterator[str]:
+    """Yield what came of a call, and what its failure is attributed to."""
+    if call.outcome is None:
+        yield "The trace ends before it returned."
+        return
+    made = trace.children(call.id)
+    after = f"After {counted(len(made), 'call')} it" if made else "It"
+    cause = attribute_call(call)
+    blamed = f", which is attributed to {cause}" if cause and not call.succeeded else ""
+    yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
+    failed = [each for each in made if not each.succeeded]
+    if failed:
+        texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
+        yield f"Of its calls, {_listed(texts)} did not succeed."
+    for name, value in list(call.execution.evidence.items())[:MOST]:
+        yield f"{name.replace('_', ' ')}: {value}."
+    if call.execution.disturbances:
+        yield f"Disturbed by {_listed(call.execution.disturbances)}."
+    returned = call.return_decision
+    if returned is not None:
+        if returned.reason:
+            yield f"Its reason: {returned.reason}."
+        yield from _seen(returned)
+        if returned.asked is not None:
+            yield f"Somebody was asked: {format_asked(returned.asked)}."
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """Return texts as an enumeration."""
+    if len(texts) <= 1:
+        return "".join(texts)
+    return f"{', '.join(texts[:-1])} and {texts[-1]}"
