@@ -37,6 +37,8 @@ class Knowing:
     def decision(self, question: Question) -> int:
         self.asked += 1
         right = self.compared.right(question.program, question.arguments, self.evaluator.world)
+        if right is None:  # it is not known which lists are meant
+            return 0
         wanted = (right.callee, names_of(right.arguments)) if isinstance(right, NextCall) else (None, ())
         offered = [(each.callee, names_of(each.arguments)) for each in question.options]
         return offered.index(wanted) if wanted in offered else 0
@@ -79,7 +81,7 @@ def run(
                 source.settle(*wanted, meant)
             except NtpError as error:  # together they explain less
                 print(error)
-        policy.person = Asking(evaluator.registry, knowing.decision, below, calls_below)
+        policy.adviser = Asking(knowing.decision, below, calls_below)
     episode = evaluator.episode(number, recorded, policy=compared)
     return bool(episode.success), knowing.asked
 

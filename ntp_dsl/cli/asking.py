@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ntp_dsl.core.shown import Shown
 
 MOST = 5  # elements that a question offers
+MEANT, RIGHT = "which is meant?", "which is right?"
 
 
 class Interview:
@@ -51,41 +52,47 @@ class Interview:
         Raises `NtpError` for an answer that was not offered, and where nobody can be asked.
         """
         asked = [*questions(self._registry, source.demonstration, doubts)]
+        for doubt in doubts:
+            self._draw(source.look(doubt.frame), _offers(self._registry, doubt), MEANT)
         left = asked[len(self._answers) :]
         if left and not sys.stdin.isatty():
             raise NtpError("\n".join([*(text for text, _ in left), _nobody(len(left))]))
         meant: dict[Doubt, Element] = {}
         for doubt, (text, offered) in zip(doubts, asked, strict=True):
-            self._draw(source.look(doubt.frame), _offers(self._registry, doubt))
-            meant[doubt] = offered[self._answer(text, "which is meant?", len(offered)) - 1]
+            meant[doubt] = offered[self._answer(text, MEANT, len(offered)) - 1]
         return meant
 
     def decision(self, question: Question) -> int:
         """Return which option a program is to take, from 0. Raises `NtpError` as `elements` does."""
         options = question.options
-        texts = [format_option(each) for each in options]
-        who = format_invocation(question.program, without_lists(question.arguments))
+        texts = [
+            "be done" if question.is_end and each.callee is None else format_option(each) for each in options
+        ]
+        who = format_invocation(question.program, question.arguments)
         rows = _table(texts, [each.probability for each in options])
-        text = "\n".join([f"{who} may go on in {len(texts)} ways:", *rows])
-        if not self._answers and not sys.stdin.isatty():
-            raise NtpError(f"{text}\n{_nobody(1)}")
+        asked = "\n".join([f"{who} may go on in {len(texts)} ways:", *rows])
         offers: list[Offer] = [
             ([str(value) for value in without_lists(option.arguments)], f"{text}  {option.probability:.0%}")
             for option, text in zip(options, texts, strict=True)
         ]
-        self._draw(question.seen, offers)
-        return self._answer(text, "which is right?", len(texts)) - 1
+        self._draw(question.seen, offers, RIGHT)
+        if not self._answers and not sys.stdin.isatty():
+            raise NtpError(f"{asked}\n{_nobody(1)}")
+        return self._answer(asked, RIGHT, len(texts)) - 1
 
-    def _draw(self, seen: Observation, offers: Sequence[Offer]) -> None:
+    def _draw(self, seen: Observation, offers: Sequence[Offer], title: str) -> None:
         if self._pictures is None:
             return
         self._count += 1
         path = self._pictures / f"question_{self._count}.svg"
-        _write(path, seen, offers)
+        _write(path, seen, offers, title)
         messages.print(f"wrote {path}")
 
     def _answer(self, question: str, prompt: str, count: int) -> int:
-        """Return the next answer, or ask until an offered number is given, where the input does not end."""
+        """Return the next answer, or ask until an offered number is given.
+
+        Raises `NtpError` for an answer that was not offered, and where the input ends.
+        """
         if self._answers:
             answer = self._answers.pop(0)
             if answer > count:
@@ -125,13 +132,13 @@ def draw_questions(
     """Write a picture of each doubt to a folder, and yield its file."""
     for number, doubt in enumerate(doubts, 1):
         path = folder / f"question_{number}.svg"
-        _write(path, source.look(doubt.frame), _offers(registry, doubt))
+        _write(path, source.look(doubt.frame), _offers(registry, doubt), MEANT)
         yield path
 
 
-def _write(path: Path, seen: Observation, offers: Sequence[Offer]) -> None:
+def _write(path: Path, seen: Observation, offers: Sequence[Offer], title: str) -> None:
     with written_whole(path) as partial:
-        partial.write_text(question_picture(seen, offers), encoding="utf-8")
+        partial.write_text(question_picture(seen, offers, title), encoding="utf-8")
 
 
 def _offered(doubt: Doubt) -> list[tuple[Element, float]]:

@@ -7,12 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
-from ntp_dsl.traces.decision import Asked, Option
-
-Given = tuple[str | float, ...]  # arguments, without lists
-Done = tuple[str | None, Given]  # a callee and its arguments; no callee is a return
+from ntp_dsl.traces.decision import Asked, Option, Step
 
 
 @dataclass(frozen=True)
@@ -26,12 +22,12 @@ class Question:
     is_end: bool  # whether that is to say that all is done
 
     @property
-    def who(self) -> Done:
+    def who(self) -> Step:
         """Return the program and its arguments."""
         return self.program, without_lists(self.arguments)
 
 
-class Person(Protocol):
+class Adviser(Protocol):
     """Someone who may say what is to be done."""
 
     def advise(self, question: Question) -> int | None:
@@ -39,38 +35,24 @@ class Person(Protocol):
 
 
 class Asking:
-    """Asks about decisions that are less probable than is wanted, once while nothing changes.
+    """Asks about decisions that are less probable than is wanted.
 
     A wrong call is mended at the next look, a wrong end is not: they have thresholds of their own.
 
     Args:
+        ask: returns the number of the option that a person takes, from 0.
         ends_below: probability of the end of all, below which is asked whether all is done.
         calls_below: probability of other decisions, below which is asked what is to be done.
-        ask: returns the number of the option that a person takes, from 0.
     """
 
-    def __init__(
-        self, registry: Registry, ask: Callable[[Question], int], ends_below: float, calls_below: float = 0.0
-    ) -> None:
-        self._registry, self._ask = registry, ask
-        self._ends_below, self._calls_below = ends_below, calls_below
-        self._answered: dict[Done, Done] = {}  # what a program is to do, until a primitive is called
+    def __init__(self, ask: Callable[[Question], int], ends_below: float, calls_below: float = 0.0) -> None:
+        self._ask, self._ends_below, self._calls_below = ask, ends_below, calls_below
 
     def advise(self, question: Question) -> int | None:
-        done = [of_option(each) for each in question.options]
-        answer: int | None = None
-        if (wanted := self._answered.get(question.who)) in done:
-            answer = done.index(wanted)
-        elif len(done) > 1 and question.options[0].probability < self._threshold(question):
-            answer = self._ask(question)
-            self._answered[question.who] = done[answer]
-        callee, _ = done[answer or 0]
-        if callee in self._registry.apis:
-            self._answered.clear()
-        return answer
-
-    def _threshold(self, question: Question) -> float:
-        return self._ends_below if question.is_end else self._calls_below
+        threshold = self._ends_below if question.is_end else self._calls_below
+        if len(question.options) < 2 or question.options[0].probability >= threshold:
+            return None
+        return self._ask(question)
 
 
 Said = tuple[str, tuple[Argument, ...], Observation, Asked]  # by which program, and in which state
@@ -80,19 +62,15 @@ class Repeated:
     """Says what was said before, in the same states: for replays."""
 
     def __init__(self, said: Sequence[Said]) -> None:
-        self._said: dict[Done, list[tuple[Observation, Asked]]] = defaultdict(list)
+        self._said: dict[Step, list[tuple[Observation, Asked]]] = defaultdict(list)
         for program, arguments, seen, asked in said:
             self._said[program, without_lists(arguments)].append((seen, asked))
 
     def advise(self, question: Question) -> int | None:
-        done = [of_option(each) for each in question.options]
-        for seen, asked in self._said.get(question.who, ()):
-            wanted = of_option(asked.options[asked.answer])
-            if seen == question.seen and wanted in done:
-                return done.index(wanted)
+        steps = [each.step for each in question.options]
+        here = [asked for seen, asked in self._said.get(question.who, ()) if seen == question.seen]
+        same = [asked for asked in here if [each.step for each in asked.options] == steps]
+        for asked in (*same, *here):
+            if asked.taken.step in steps:
+                return steps.index(asked.taken.step)
         return None
-
-
-def of_option(option: Option) -> Done:
-    """Return what an option stands for."""
-    return option.callee, without_lists(option.arguments)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.core.asking import Person, Question
+from ntp_dsl.core.asking import Adviser, Question
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Dispatcher, Situation
 from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
@@ -12,8 +14,9 @@ from ntp_dsl.core.shown import Source, without_list_values
 from ntp_dsl.policies.evidence import rounded
 from ntp_dsl.policies.expert import NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
+from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.traces.decision import Asked, Decision, Option
+from ntp_dsl.traces.decision import Asked, Decision, Option, Step
 from ntp_dsl.traces.schema import PolicyKind
 from ntp_dsl.worlds.protocol import World
 
@@ -29,7 +32,10 @@ class OneShotPolicy:
     def __init__(self, source: Source, dispatcher: Dispatcher) -> None:
         self.source = source
         self._dispatcher = dispatcher
-        self.person: Person | None = None  # who may be asked about decisions
+        self.adviser: Adviser | None = None  # who may be asked about decisions
+        self._told: dict[
+            Step, Step
+        ] = {}  # what programs are to do, as somebody said, until a primitive is called
         self._tracker = Tracker()
         self._last: Perceived | None = None
 
@@ -67,20 +73,18 @@ class OneShotPolicy:
         if found is None:
             reason = f"the demonstration does not show what {frame.program} is to do"
             return Choice(None, done=False, decision=Decision(reason=reason), seen=seen)
-        answer, asked = self._advised(frame, seen, found)
+        advised = self._advised(frame, seen, found)
+        answer = advised.answer
         given = answer.arguments if isinstance(answer, NextCall) else None
         led_here = 1.0 if frame.matched is None else float(frame.matched)  # what its callers have read
         certainty = led_here * self.source.certainty(frame, given)
-        probability = found.decision.probability
         decision = with_fields(
-            found.decision,
+            advised.decision,
             read=self.source.told(frame),
-            asked=asked,
-            probability=rounded(probability * certainty) if probability is not None else None,
+            probability=_times(advised.decision.probability, certainty),
         )
         if not isinstance(answer, NextCall):
-            achieved = found.achieved if asked is None else float(answer.done)  # as somebody says
-            decision = with_fields(decision, achieved=rounded(achieved * certainty))
+            decision = with_fields(decision, achieved=rounded(advised.achieved * certainty))
             return Choice(None, done=answer.done, decision=decision, seen=seen, grounds=found.grounds)
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)
@@ -94,24 +98,38 @@ class OneShotPolicy:
             grounds=found.grounds,
         )
 
-    def _advised(
-        self, frame: Frame, seen: Observation, found: Dispatched
-    ) -> tuple[NextCall | Return, Asked | None]:
-        """Return what is to be done, and what somebody was asked about it."""
-        if self.person is None:
-            return found.answer, None
-        options = [(found.answer, _certainty(frame, found)), *found.others]
-        told = tuple(
-            Option(each.callee, without_list_values(each.arguments), rounded(chance))
-            if isinstance(each, NextCall)
-            else Option(None, (), rounded(chance))
-            for each, chance in options
-        )
-        question = Question(frame.program, frame.arguments, seen, told, _is_end(frame, found))
-        number = self.person.advise(question)
+    def _advised(self, frame: Frame, seen: Observation, found: Dispatched) -> Dispatched:
+        """Return what is to be done, as whoever is asked says, or has said since the last primitive."""
+        if self.adviser is None:
+            return found
+        is_end = _is_end(frame, found)
+        steps = [(found.answer, _certainty(frame, found)), *found.others]
+        options = tuple(_option(step, chance) for step, chance in steps)
+        question = Question(frame.program, frame.arguments, seen, options, is_end)
+        told = [each.step for each in options]
+        asked = None
+        if (before := self._told.get(question.who)) in told:
+            number: int | None = told.index(before)
+        else:
+            number = self.adviser.advise(question)
+            if number is not None:
+                asked = Asked(options, number)
+                self._told[question.who] = told[number]
+        if told[number or 0][0] in self._perceived(seen).registry.apis:
+            self._told.clear()
         if number is None:
-            return found.answer, None
-        return options[number][0], Asked(told, number)
+            return found
+        answer, chance = steps[number]
+        decision = found.decision
+        if number:  # it is another one than was decided
+            source = source_of(answer) if isinstance(answer, NextCall) else ""
+            decision = with_fields(decision, probability=chance, arguments=(), source=source)
+        decision = with_fields(decision, asked=asked)
+        if isinstance(answer, NextCall):
+            return replace(found, answer=answer, decision=decision)
+        if frame.matched is None:
+            answer = Return(True)  # all is done, whatever is seen
+        return replace(found, answer=answer, decision=decision, achieved=float(answer.done))
 
     def _perceived(self, seen: Observation) -> Perceived:
         if self._last is None or self._last.observation != seen:
@@ -127,3 +145,13 @@ def _certainty(frame: Frame, found: Dispatched) -> float:
 
 def _is_end(frame: Frame, found: Dispatched) -> bool:
     return isinstance(found.answer, Return) and frame.matched is None
+
+
+def _option(step: NextCall | Return, chance: float) -> Option:
+    if isinstance(step, NextCall):
+        return Option(step.callee, without_list_values(step.arguments), rounded(chance))
+    return Option(None, (), rounded(chance))
+
+
+def _times(probability: float | None, certainty: float) -> float | None:
+    return None if probability is None else rounded(probability * certainty)

@@ -35,7 +35,7 @@ Point = tuple[float, float]
 Offer = tuple[Sequence[str], str]  # the names in what may be meant, and its text
 
 
-def question_picture(seen: Observation, offered: Sequence[Offer]) -> str:
+def question_picture(seen: Observation, offered: Sequence[Offer], title: str) -> str:
     """Return an SVG of what is around the objects in question, from above; the arm's base lies below it.
 
     Args:
@@ -50,7 +50,7 @@ def question_picture(seen: Observation, offered: Sequence[Offer]) -> str:
     drawn = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
-        f"<title>Which is meant? {escape('; '.join(text for _, text in offers))}</title>",
+        f"<title>{escape(title)} {escape('; '.join(text for _, text in offers))}</title>",
         f"<style>{STYLE}</style>",
         '<rect class="page" width="100%" height="100%"/>',
         *view.objects(),

@@ -214,7 +214,7 @@ class Interpreter:
         frame = stack[-1].frame
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
-        read = choice.decision.read
+        read, asked = choice.decision.read, choice.decision.asked
         refused = False
         while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
             refused |= found is not InVain.NEEDLESS
@@ -242,6 +242,7 @@ class Interpreter:
                 source=source,
                 seconds=round(seconds, 5),
                 read=choice.decision.read or read,
+                asked=choice.decision.asked or asked,
             ),
         )
 

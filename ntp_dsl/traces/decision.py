@@ -9,11 +9,12 @@ from typing import Annotated, Generic, TypeVar
 from msgspec import Meta, Struct
 
 from ntp_dsl.common.decoding import Count
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, without_lists
 
 Value = TypeVar("Value")
 Frames = tuple[Count, Count]  # of a demonstration [begin, end)
 Probability = Annotated[float, Meta(ge=0, le=1)]
+Step = tuple[str | None, tuple[str | float, ...]]  # a callee, or None for a return, and its arguments
 Seconds = Annotated[float, Meta(ge=0, lt=1e9)]
 
 
@@ -108,12 +109,26 @@ class Option(Struct, frozen=True):
     arguments: tuple[Argument, ...]
     probability: Probability
 
+    @property
+    def step(self) -> Step:
+        """Return what it stands for, without lists."""
+        return self.callee, without_lists(self.arguments)
+
 
 class Asked(Struct, frozen=True):
     """What somebody was asked about a decision, and which of the options was taken, from 0."""
 
     options: tuple[Option, ...]
     answer: Count
+
+    def __post_init__(self) -> None:
+        if self.answer >= len(self.options):
+            raise ValueError(f"expected an answer below {len(self.options)}, found {self.answer}")
+
+    @property
+    def taken(self) -> Option:
+        """Return the option that was taken."""
+        return self.options[self.answer]
 
 
 class Answer(Struct, frozen=True, omit_defaults=True):

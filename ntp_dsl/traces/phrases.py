@@ -38,7 +38,7 @@ def format_doubt(doubt: Doubt) -> str:
 def format_asked(asked: Asked) -> str:
     """Return as text what a program might do, and what somebody said that it was to do."""
     texts = [f"{format_option(each)} {each.probability:.0%}" for each in asked.options]
-    return printable(f"{' or '.join(texts)}; answered {format_option(asked.options[asked.answer])}")
+    return printable(f"{' or '.join(texts)}; answered {format_option(asked.taken)}")
 
 
 def format_option(option: Option) -> str:

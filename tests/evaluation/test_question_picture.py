@@ -33,7 +33,7 @@ def drawn(text: str) -> tuple[ElementTree.Element, list[str]]:
 @pytest.mark.parametrize("names", [["a", "b", "c"], [HOSTILE, "b", "c"]])
 def test_each_offer_is_in_the_key_and_numbered_on_the_page(names: list[str]) -> None:
     offered = [((names[0], each), f"({names[0]}, {each}) 50%") for each in names[1:]]
-    root, texts = drawn(question_picture(scene(names), offered))
+    root, texts = drawn(question_picture(scene(names), offered, "which?"))
     assert {*names} <= {*texts} and {text for _, text in offered} <= {*texts}
     assert [texts.count(number) for number in ("1", "2")] == [2, 2]  # on the page, and in the key
     assert not [each for each in root.iter() if each.tag.endswith("script")]
@@ -41,7 +41,7 @@ def test_each_offer_is_in_the_key_and_numbered_on_the_page(names: list[str]) -> 
 
 def test_all_that_is_drawn_lies_on_the_page() -> None:
     names = ["a", "b", "c"]
-    root, _ = drawn(question_picture(scene(names), [((name,), name) for name in names]))
+    root, _ = drawn(question_picture(scene(names), [((name,), name) for name in names], "which?"))
     width, height = float(root.attrib["width"]), float(root.attrib["height"])
     round_ones = [each for each in root.iter() if "cx" in each.attrib]
     assert len(round_ones) >= 2 + 3 * 3

@@ -38,12 +38,13 @@ from ntp_dsl.cli.options import (
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
-from ntp_dsl.demonstrations.demonstration import Demonstration, check_objects
+from ntp_dsl.demonstrations.demonstration import check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policies.protocol import Policy
+from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.worlds.protocol import Disturbances
 
 
@@ -75,7 +76,7 @@ def command(
             min=0,
             max=1,
             callback=optional_number,
-            help="Ask which elements are meant, and whether all is done, where that is less probable.",
+            help="Ask which elements are meant, and whether all is done, where less probable than this.",
         ),
     ] = None,
     ask_calls_below: Annotated[
@@ -84,7 +85,7 @@ def command(
             min=0,
             max=1,
             callback=optional_number,
-            help="Ask what a program is to do next, where that is less probable; needs --ask-below.",
+            help="Ask what a program is to do next, where less probable than this; needs --ask-below.",
         ),
     ] = None,
     answer: Annotated[
@@ -116,6 +117,8 @@ def command(
         raise NtpError("--ask-below is for what a learned program leaves open: omit it")
     if ask_calls_below is not None and ask_below is None:
         raise NtpError("--ask-calls-below goes with --ask-below: add it")
+    if ask_calls_below is not None and dispatch is Dispatch.RULE:
+        raise NtpError("--dispatch rule weighs no alternatives: omit --ask-calls-below")
     if answer and ask_below is None:
         raise NtpError("--answer goes with --ask-below: say when to ask")
     if goal and demo:
@@ -144,6 +147,8 @@ def command(
     recorded = (
         RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     )
+    if recorded is not None:
+        check_objects(recorded.demonstration, evaluator.instance(0).objects)
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
         recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
@@ -152,10 +157,13 @@ def command(
     if policy is not None and ask_below is not None:
         _prepare(evaluator, policy, interview, ask_below, ask_calls_below or 0.0)
     if policy is not None and recorded is not None:
-        _look_through(evaluator, policy, recorded.demonstration)
-    run_episode(evaluator, recorded, out, json, policy)
-    if interview.unused:
-        messages.print(f"{counted(interview.unused, 'answer')} more than were asked for")
+        _look_through(evaluator, policy)
+    try:
+        run_episode(evaluator, recorded, out, json, policy)
+    finally:
+        if interview.unused:
+            verb = "was" if interview.unused == 1 else "were"
+            messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
     return 0
 
 
@@ -169,7 +177,7 @@ def _prepare(
 
     if not isinstance(policy, OneShotPolicy):
         raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
-    policy.person = Asking(evaluator.registry, interview.decision, ask_below, calls_below)
+    policy.adviser = Asking(interview.decision, ask_below, calls_below)
     source = policy.source
     instance = evaluator.instance(0)
     if not isinstance(source, Shown) or not evaluator.registry.programs[instance.program].takes_list:
@@ -180,13 +188,12 @@ def _prepare(
         source.settle(*wanted, meant)
 
 
-def _look_through(evaluator: Evaluator, policy: Policy, shown: Demonstration) -> None:
+def _look_through(evaluator: Evaluator, policy: Policy) -> None:
     """Say so where not all of a demonstration is understood."""
     from ntp_dsl.core.policy import OneShotPolicy
     from ntp_dsl.core.shown import Shown
 
     instance = evaluator.instance(0)
-    check_objects(shown, instance.objects)
     if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
         return
     if not evaluator.registry.programs[instance.program].takes_list:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -13,7 +12,7 @@ from msgspec.structs import replace
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
-from ntp_dsl.core.dispatch.rows import Row, unrolled
+from ntp_dsl.core.dispatch.rows import Key, Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
@@ -27,7 +26,7 @@ from ntp_dsl.traces.decision import Alternative, Decision, Ranking
 Value = TypeVar("Value", bound=str | float)
 
 TOP = 5  # alternatives that a decision reports
-LEAST = 0.005  # probable of them
+LEAST = 0.005  # probability from which they are
 
 
 class LearnedDispatcher:
@@ -35,7 +34,7 @@ class LearnedDispatcher:
 
     Where a return is barred, as at a program's first step, the most probable call is made, however
     improbable: its caller made sure that there is something to do. The probability of a decision is that
-    among what is not barred, over all that may be as far as objects are seen.
+    among what is not barred, averaged over where objects may be.
     """
 
     def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
@@ -58,10 +57,13 @@ class LearnedDispatcher:
     def _variants(
         self, program: Program, arguments: tuple[Argument, ...], state: Believed
     ) -> list[tuple[float, Row]]:
-        """Return a program's row, first as things are seen, and each that may be, with its probability."""
+        """Return a program's row as things are seen, by which is decided, and those that may be.
+
+        Each has its probability: the first one 0, where there are others.
+        """
         row = unrolled(self._expert.registry, program, arguments, state)
         variants = state.variants(row.facts)
-        if len(variants) == 1:
+        if variants[0][1] is state:
             return [(1.0, row)]
         others = [(w, unrolled(self._expert.registry, program, arguments, each)) for w, each in variants]
         return [(0.0, row), *others]
@@ -69,32 +71,44 @@ class LearnedDispatcher:
     def _dispatched(self, situation: Situation, variants: Sequence[tuple[float, _Answer]]) -> Dispatched:
         barred = situation.barred
         seen, expected = variants[0][1], _expected(variants)
-        among = expected.allowed(barred)
-        allowed = among if None in barred else seen.allowed(barred)
+        allowed = seen.allowed(barred)
+        if None in barred:  # there is something to do, though it be not what is seen
+            likely = [expected.chance(key) for key in seen.row.keys]
+            likely = [chance if had > 0 else 0.0 for chance, had in zip(likely, allowed, strict=True)]
+            allowed = likely if any(likely) else allowed
         best = max(range(len(allowed)), key=allowed.__getitem__, default=None)
         ends = best is None or allowed[best] <= 0 or (seen.end >= allowed[best] and None not in barred)
         end = Return(seen.row.achievement > 0.5)
         answer = end if ends or best is None else seen.row.calls[best]
-        options: list[tuple[NextCall | Return, float]] = [*zip(seen.row.calls, among, strict=True)]
-        options += [(end, 0.0 if None in barred else expected.end)]
-        possible = sum(chance for _, chance in options)
+        own = None if ends or best is None else seen.row.keys[best]
+        options: list[tuple[NextCall | Return, float]] = [
+            (call, chance)
+            for key, (call, chance) in expected.calls.items()
+            if call.callee not in barred and key != own and call != answer
+        ]
+        options += [(end, expected.end)] * (own is not None and None not in barred)
+        chance = expected.end if own is None else expected.chance(own)
+        possible = chance + sum(each for _, each in options)
         others = tuple(
-            (each, chance / possible)
-            for each, chance in heapq.nlargest(TOP, options, key=lambda option: option[1])
-            if each != answer and chance > LEAST
+            (each, share / possible)
+            for each, share in heapq.nlargest(TOP, options, key=lambda option: option[1])
+            if possible and share / possible > LEAST
         )
-        chance = expected.end if ends or best is None else among[best]
         program = self._expert.registry.programs[situation.program]
         grounds, statements = evidence(self._expert, program, situation.arguments, situation.state)
+        calls, chances = (
+            [call for call, _ in expected.calls.values()],
+            [c for _, c in expected.calls.values()],
+        )
         decision = Decision(
             probability=rounded(chance / possible if possible else 1.0),
             end_probability=rounded(expected.end),
-            callees=_ranked([call.callee for call in expected.row.calls], expected.chances),
+            callees=_ranked([call.callee for call in calls], chances),
             facts=weighed(grounds, situation.state.probability),
             statements=statements,
         )
         if isinstance(answer, NextCall):
-            decision = _with_call(decision, answer, expected)
+            decision = _with_call(decision, answer, calls, chances)
         achieved = sum(weight * each.row.achievement for weight, each in variants)
         return Dispatched(answer, decision, achieved, grounds, others)
 
@@ -124,26 +138,31 @@ class _Answer:
         return [0.0 if call.callee in barred else chance for call, chance in pairs]
 
 
-def _expected(variants: Sequence[tuple[float, _Answer]]) -> _Answer:
-    """Return the answer over all variants, as one to the first."""
-    if len(variants) == 1:
-        return variants[0][1]
-    chances: dict[NextCall, float] = defaultdict(float)
+@dataclass(frozen=True)
+class _Expected:
+    """Answers over all that may be: each call with its probability, and that of the end."""
+
+    calls: dict[Key, tuple[NextCall, float]]
+    end: float
+
+    def chance(self, key: Key) -> float:
+        return self.calls[key][1]
+
+
+def _expected(variants: Sequence[tuple[float, _Answer]]) -> _Expected:
+    """Return the mean of answers. Calls are those of the first one, as far as it has them."""
+    calls: dict[Key, tuple[NextCall, float]] = {}
     for weight, answer in variants:
-        for call, chance in zip(answer.row.calls, answer.chances, strict=True):
-            chances[call] += weight * chance
-    row = variants[0][1].row
-    times = Counter(row.calls)  # a call that is there twice is as probable both times
-    return _Answer(
-        row,
-        [chances[call] / times[call] for call in row.calls],
-        sum(weight * each.end for weight, each in variants),
-    )
+        for key, call, chance in zip(answer.row.keys, answer.row.calls, answer.chances, strict=True):
+            first, so_far = calls.get(key, (call, 0.0))
+            calls[key] = first, so_far + weight * chance
+    return _Expected(calls, sum(weight * answer.end for weight, answer in variants))
 
 
-def _with_call(decision: Decision, call: NextCall, answer: _Answer) -> Decision:
-    pairs = zip(answer.row.calls, answer.chances, strict=True)
-    same = [(each, chance) for each, chance in pairs if each.callee == call.callee]
+def _with_call(
+    decision: Decision, call: NextCall, calls: Sequence[NextCall], chances: Sequence[float]
+) -> Decision:
+    same = [(each, chance) for each, chance in zip(calls, chances, strict=True) if each.callee == call.callee]
     given = [without_lists(each.arguments) for each, _ in same]
     arguments = tuple(
         _ranked([values[place] for values in given], [c for _, c in same])

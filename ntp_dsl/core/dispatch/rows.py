@@ -6,6 +6,7 @@ where a call provides a fact or requires it. No name enters, and no size hangs o
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,13 +15,15 @@ from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import NextCall
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.semantics.state import Bindings, Fact, Literal
 
 POSSIBLE = 0.02  # a guard that holds less probably than this makes no call
 
 Edge = tuple[int, int]  # a call and a fact
+Named = tuple[Any, ...]  # arguments without numbers
+Key = tuple[int, str, Named, int]  # of a call: its statement, callee and arguments, and which of like ones
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,33 @@ class Row:
     requires: tuple[Edge, ...]
 
     @property
+    def keys(self) -> list[Key]:
+        """Return what tells calls apart: not their numbers, which depend on where objects are."""
+        counts: Counter[tuple[int, str, Named]] = Counter()
+        keys: list[Key] = []
+        for statement, call in zip(self.statements, self.calls, strict=True):
+            like = statement, call.callee, named(call.arguments)
+            keys.append((*like, counts[like]))
+            counts[like] += 1
+        return keys
+
+    @property
     def achievement(self) -> float:
         """How probably all holds that the program achieves."""
         return min((float(self.probabilities[at]) for at in self.achieved), default=1.0)
+
+
+def named(arguments: Sequence[Argument]) -> Named:
+    """Return the objects and members among arguments, and in their lists and records."""
+    return tuple(
+        named([value for _, value in each.fields])
+        if isinstance(each, Record)
+        else named(each)
+        if isinstance(each, tuple)
+        else each
+        for each in arguments
+        if not isinstance(each, float)
+    )
 
 
 def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
-from ntp_dsl.core.dispatch.rows import unrolled
-from ntp_dsl.core.perception.perceived import Believed
+from ntp_dsl.core.dispatch.rows import Named, named, unrolled
+from ntp_dsl.core.perception.perceived import Believed, Variant
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.evidence import evidence, rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
-
-Decided = tuple[str, tuple[str | float, ...]] | None  # a callee and its arguments; None for a return
 
 
 class RuleDispatcher:
@@ -37,8 +35,10 @@ class RuleDispatcher:
         grounds, statements = evidence(self.expert, row, arguments, state)
         facts = weighed(grounds, state.probability)
         sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
-        variants = state.variants(unrolled(self.expert.registry, row, arguments, state).facts)
-        if len(variants) > 1 and not row.in_python:
+        variants: list[Variant] = [(1.0, state)]
+        if state.observation.deviations:
+            variants = state.variants(unrolled(self.expert.registry, row, arguments, state).facts)
+        if not row.in_python:
             sure *= sum(w for w, each in variants if self._decides(situation, each) == decided)
         sure = round(sure, 4)
         end = rounded(sum(w * self._end_probability(row, arguments, each) for w, each in variants))
@@ -59,8 +59,8 @@ class RuleDispatcher:
             grounds,
         )
 
-    def _decides(self, situation: Situation, state: Believed) -> Decided:
-        """Return what would be decided in another state."""
+    def _decides(self, situation: Situation, state: Believed) -> tuple[str | None, Named]:
+        """Return what would be decided in a state."""
         return _decided(self.expert.decide(situation.program, situation.arguments, state))
 
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
@@ -69,8 +69,8 @@ class RuleDispatcher:
         return min((state.probability(fact) for fact in state.literals(row.achieves, scope)), default=1.0)
 
 
-def _decided(answer: NextCall | Return) -> Decided:
-    return (answer.callee, without_lists(answer.arguments)) if isinstance(answer, NextCall) else None
+def _decided(answer: NextCall | Return) -> tuple[str | None, Named]:
+    return (answer.callee, named(answer.arguments)) if isinstance(answer, NextCall) else (None, ())
 
 
 def _certain(call: NextCall, sure: float) -> tuple[Ranking[str | float], ...]:

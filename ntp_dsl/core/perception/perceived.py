@@ -83,7 +83,7 @@ class Believed(State):
         return chance if fact.positive else 1 - chance
 
     def variants(self, facts: Sequence[Fact]) -> list[Variant]:
-        """Return what may be that makes a difference to some facts, beyond what their probabilities say."""
+        """Return the states that are possible, with their probabilities: of what is certain, this one."""
         return [(1.0, self)]
 
     def _threshold(self, name: str) -> Callable[..., bool]:
@@ -102,13 +102,15 @@ class Perceived(Believed):
         return ground(self._network, self.observation)
 
     def variants(self, facts: Sequence[Fact]) -> list[Variant]:
-        """Return what may be, as far as functions in Python tell some of the facts.
+        """Return the states that are possible as far as functions in Python tell some of the facts.
 
         Such a function says yes or no of what is observed: how sure that is, is how often it says yes when
         the objects are moved about by the standard deviations of their positions.
         """
+        if not self.observation.deviations:
+            return [(1.0, self)]
         told = [fact for fact in facts if any(map(self._is_python, predicates_of(fact)))]
-        if not told or not self.observation.deviations:
+        if not told:
             return [(1.0, self)]
         alike: dict[tuple[bool, ...], list[Believed]] = {}
         for state in self._moved_about:
@@ -124,7 +126,7 @@ class Perceived(Believed):
 
     @cached_property
     def _moved_about(self) -> list[Believed]:
-        """Moments with the objects elsewhere, of which is perceived what is perceived of this one."""
+        """Copies of this moment with the objects moved; what the network perceives is kept."""
         seen = self.observation
         rng = np.random.default_rng(0)
         deviations = np.array([seen.deviations.get(name, 0.0) for name in seen.positions])

@@ -9,7 +9,7 @@ import numpy as np
 from ntp_dsl.semantics.observation import Observation
 
 GATE = 4.0  # standard deviations, beyond which an object has moved
-LAST = (1, 2, 4, 8)  # looks, of whose means one is compared with the mean of those before them
+LAST = (1, 2, 4, 8)  # how many of the last looks are compared with those before them
 FLOOR = 0.1  # of a look's deviation, below which no average is trusted: an error may be constant
 
 
@@ -47,7 +47,7 @@ class Tracker:
 class _Looks:
     """The looks at one object since it last moved, in the world or in the hand.
 
-    Looks are rows, or sums of rows: the precision, and the place times that.
+    A look is a row: its precision, and its place times that. Rows add up.
     """
 
     def __init__(self, in_hand: bool) -> None:
@@ -57,8 +57,7 @@ class _Looks:
 
     def add(self, place: np.ndarray, sigma: float) -> None:
         """Take one more look; where the last few disagree with those before, only they count."""
-        self._last = np.vstack([self._last, [1.0, *place]])
-        self._last[-1] *= sigma**-2
+        self._last = np.vstack([self._last, sigma**-2 * np.array([1.0, *place])])
         if len(self._last) > LAST[-1]:
             self._before += self._last[0]
             self._last = self._last[1:]
@@ -84,6 +83,6 @@ class _Looks:
 
 
 def _apart(some: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return of sums of looks, each (K, 4), whether they are hardly looks at the same place, (K,)."""
+    """Return whether two sums of looks, each (K, 4), show different places, (K,)."""
     between = np.abs(some[:, 1:] / some[:, :1] - others[:, 1:] / others[:, :1]).max(axis=1, initial=0.0)
     return np.asarray(between > GATE * np.sqrt(1 / some[:, 0] + 1 / others[:, 0]))

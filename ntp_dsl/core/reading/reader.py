@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice, permutations, product
@@ -215,17 +215,23 @@ class Reader:
         return chosen, tuple(doubts)
 
     def _is_the_same(self, one: Candidate, other: Candidate) -> bool:
-        """Return whether two elements name the same objects, in any order, and hold in the same states."""
+        """Return whether two elements name the same objects, in any order, and hold in the same states.
+
+        Members do not count: one that the contract does not mention is no field of the demonstration.
+        """
         objects = self.moments.ends[0].observation.by_name
         named = [sorted(name for name in values_in(e.element) if name in objects) for e in (one, other)]
         if named[0] != named[1]:
             return False
-        moved = self.moments.ends[one.rise - 1].observation.held
-        states = self.moments.ends
-        if moved is not None:
-            states = [*states, *self.moments.beside(self.moments.phases[one.rise][1] - 1, moved).states]
         holds = self._contracts[one.parameter].holds
-        return all(holds(one.element, each) == holds(other.element, each) for each in states)
+
+        def agree(states: Iterable[State]) -> bool:
+            return all(holds(one.element, each) == holds(other.element, each) for each in states)
+
+        moved = self.moments.ends[one.rise - 1].observation.held
+        return agree(self.moments.ends) and (
+            moved is None or agree(self.moments.beside(self.moments.phases[one.rise][1] - 1, moved).states)
+        )
 
     def _calls(self, chosen: Sequence[Candidate]) -> list[tuple[str, tuple[str | float, ...]]]:
         """Return the calls that the demonstration shows with some elements."""

@@ -72,7 +72,7 @@ def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
     for asked in (decision.asked, call.return_decision.asked if call.return_decision is not None else None):
         if asked is not None:
             yield "somebody was asked", [(format_option(each), each.probability) for each in asked.options]
-            yield "and answered", [(format_option(asked.options[asked.answer]), 1.0)]
+            yield "and answered", [(format_option(asked.taken), 1.0)]
     if decision.answer is not None:
         yield "answered", [(_answer(decision.answer), decision.probability or 0.0)]
 

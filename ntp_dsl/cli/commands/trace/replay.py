@@ -146,7 +146,7 @@ def _heed_answers(trace: Trace, policy: Policy) -> None:
 
     if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
         return
-    policy.person = Repeated(
+    policy.adviser = Repeated(
         [(call.name, call.arguments, seen, asked) for call, seen, asked in trace.questions()]
     )
     source = policy.source
