@@ -38,7 +38,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def exported(folder: Path, kind: str, *files: Path) -> Path:
-    out = folder / ("out.json" if kind == "chrome" else "out.rrd")
+    out = folder / ("out.rrd" if kind == "rerun" else "out.json")
     assert run(["trace", "export", *map(str, files), "--format", kind, "--out", str(out)]) == 0
     return out
 
@@ -121,6 +121,55 @@ def test_slices_nest_and_have_the_outcomes_of_calls(files: tuple[Path, Path], tm
     assert any(event["args"].get("probability", 0) > 0.5 for event in calls)
 
 
+# OpenTelemetry ----------------------------------------------------------------------------------
+
+
+def spans(file: Path) -> list[list[Any]]:
+    """Return the spans of each resource, by the protocol's own schema: unknown fields are errors."""
+    schema = pytest.importorskip("opentelemetry.proto.trace.v1.trace_pb2", reason="the schema is not here")
+    from google.protobuf.json_format import Parse
+
+    found = Parse(file.read_text(), schema.TracesData())
+    return [list(resource.scope_spans[0].spans) for resource in found.resource_spans]
+
+
+def test_the_schema_of_opentelemetry_finds_all_calls_of_both_traces(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    both = spans(exported(tmp_path, "otlp", *files))
+    for found, file in zip(both, files, strict=True):
+        trace = read_trace(file)
+        calls = [each for each in found if each.status.code]
+        assert [each.name.split("(")[0] for each in calls] == [call.name for call in trace.calls]
+        assert [each.status.code == 1 for each in calls] == [call.succeeded for call in trace.calls]
+        numbers = {each.span_id: number for number, each in enumerate(calls)}
+        above = [numbers.get(each.parent_span_id, ROOT) for each in calls]
+        assert above == [call.parent for call in trace.calls]
+    first, second = ({each.trace_id for each in found} for found in both)
+    assert len(first) == len(second) == 1 and first != second
+
+
+def test_spans_lie_in_those_above_and_end_when_the_trace_does(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
+    (found,) = spans(exported(tmp_path, "otlp", files[1]))
+    by_identity = {each.span_id: each for each in found}
+    assert len(by_identity) == len(found)
+    for each in found:
+        assert each.start_time_unix_nano < each.end_time_unix_nano
+        if each.parent_span_id:
+            above = by_identity[each.parent_span_id]
+            assert above.start_time_unix_nano <= each.start_time_unix_nano
+            assert each.end_time_unix_nano <= above.end_time_unix_nano
+    assert max(each.end_time_unix_nano for each in found) == round(1e9 * files[1].stat().st_mtime)
+
+
+def test_identities_are_hexadecimal(files: tuple[Path, Path], tmp_path: Path) -> None:
+    document = json.loads(exported(tmp_path, "otlp", files[1]).read_text())
+    for each in document["resourceSpans"][0]["scopeSpans"][0]["spans"]:
+        assert len(bytes.fromhex(each["traceId"])) == 16 and len(bytes.fromhex(each["spanId"])) == 8
+
+
 # rerun ------------------------------------------------------------------------------------------
 
 
@@ -170,12 +219,15 @@ def hostile(path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", ["chrome", "rerun"])
+@pytest.mark.parametrize("kind", ["chrome", "otlp", "rerun"])
 def test_hostile_names_are_escaped(kind: str, tmp_path: Path) -> None:
     out = exported(tmp_path, kind, hostile(tmp_path / "a.jsonl"))
     if kind == "chrome":
         (event,) = [e for e in json.loads(out.read_text())["traceEvents"] if e["ph"] == "X"]
         assert event["args"]["outcome"] == "stopped"
+    elif kind == "otlp":
+        ((span,),) = spans(out)
+        assert span.status.message == "stopped"
     else:
         entities = read_by_rerun(out)
         assert len([name for name in entities if name.startswith("/A/scene/")]) == 1

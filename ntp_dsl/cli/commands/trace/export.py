@@ -13,7 +13,7 @@ from ntp_dsl.cli.display import answers, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.traces.export.chrome import document
+from ntp_dsl.traces.export import chrome, otlp
 from ntp_dsl.traces.export.rerun_file import write_recording
 from ntp_dsl.traces.reader import read_trace
 
@@ -21,10 +21,15 @@ from ntp_dsl.traces.reader import read_trace
 class Format(StrEnum):
     CHROME = "chrome"
     RERUN = "rerun"
+    OTLP = "otlp"
 
 
-ENDINGS = {Format.CHROME: ".json", Format.RERUN: ".rrd"}
-OPENED_BY = {Format.CHROME: "Perfetto or speedscope", Format.RERUN: "rerun"}
+ENDINGS = {Format.CHROME: ".json", Format.RERUN: ".rrd", Format.OTLP: ".otlp.json"}
+OPENED_BY = {
+    Format.CHROME: "Perfetto or speedscope",
+    Format.RERUN: "rerun",
+    Format.OTLP: "what takes OpenTelemetry, such as Jaeger: POST it to the collector's /v1/traces",
+}
 
 
 def command(
@@ -33,16 +38,21 @@ def command(
         Path | None, typer.Argument(metavar="[B]", help="A second trace in the same file.")
     ] = None,
     format: Annotated[
-        Format, typer.Option(help="chrome: trace events in JSON; rerun: a recording (needs the extra 'viz').")
+        Format,
+        typer.Option(
+            help="chrome: trace events in JSON; otlp: OpenTelemetry spans in JSON; "
+            "rerun: a recording (needs the extra 'viz')."
+        ),
     ] = Format.CHROME,
     out: Annotated[
-        Path | None, typer.Option(help="File to write; by default trace.json or trace.rrd.")
+        Path | None, typer.Option(help="File to write; by default trace.json, trace.otlp.json or trace.rrd.")
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Export one trace, or two in one file, for another viewer.
 
-    Chrome's format shows the time spent in nested calls; Perfetto, speedscope and others open it. A rerun
+    Chrome's format shows the time spent in nested calls; Perfetto, speedscope and others open it. So do
+    OpenTelemetry's spans, which end when the trace's file was written. A rerun
     recording shows the scene, the calls, the probabilities and the camera's pictures over time.
 
     Example: ntp trace export scripted.trace.jsonl learned.trace.jsonl --format rerun --out both.rrd
@@ -55,7 +65,9 @@ def command(
         if format is Format.RERUN:
             write_recording(traces, [file.parent for file in files], partial)
         else:
-            partial.write_text(json.dumps(document(traces), allow_nan=False), encoding="utf-8")
+            ended = [file.stat().st_mtime for file in files]
+            found = chrome.document(traces) if format is Format.CHROME else otlp.document(traces, ended)
+            partial.write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
     if as_json:
         print_json({"file": str(path), "format": str(format), "bytes": path.stat().st_size})
     else:
