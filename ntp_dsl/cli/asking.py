@@ -65,9 +65,7 @@ class Interview:
     def decision(self, question: Question) -> int:
         """Return which option a program is to take, from 0. Raises `NtpError` as `elements` does."""
         options = question.options
-        texts = [
-            "be done" if question.is_end and each.callee is None else format_option(each) for each in options
-        ]
+        texts = [format_option(each) for each in options]
         who = format_invocation(question.program, question.arguments)
         rows = _table(texts, [each.probability for each in options])
         asked = "\n".join([f"{who} may go on in {len(texts)} ways:", *rows])
@@ -93,19 +91,21 @@ class Interview:
 
         Raises `NtpError` for an answer that was not offered, and where the input ends.
         """
+        typer.echo(question, err=True)
         if self._answers:
             answer = self._answers.pop(0)
             if answer > count:
-                raise NtpError(f"{question}\nexpected an answer from 1 to {count}, found {answer}")
+                raise NtpError(f"expected an answer from 1 to {count}, found {answer}")
+            typer.echo(f"{prompt} answered {answer}", err=True)
             return answer
-        typer.echo(question, err=True)
         while True:
-            try:
-                choice: int = typer.prompt(prompt, default=1, type=int, err=True)
-            except typer.Abort as error:
-                raise NtpError("no answer was given, and nothing more was done") from error
-            if 1 <= choice <= count:
-                return choice
+            typer.echo(f"{prompt} [1]: ", nl=False, err=True)
+            line = sys.stdin.readline()
+            if not line:
+                raise NtpError("no answer was given, and nothing more was done")
+            text = line.strip() or "1"
+            if text.isdecimal() and len(text) < 4 and 1 <= int(text) <= count:
+                return int(text)
             typer.echo(f"expected a number from 1 to {count}", err=True)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from time import perf_counter
 
 from msgspec.structs import replace as with_fields
 
@@ -73,7 +74,9 @@ class OneShotPolicy:
         if found is None:
             reason = f"the demonstration does not show what {frame.program} is to do"
             return Choice(None, done=False, decision=Decision(reason=reason), seen=seen)
+        start = perf_counter()
         advised = self._advised(frame, seen, found)
+        waited = perf_counter() - start if advised.decision.asked is not None else 0.0
         answer = advised.answer
         given = answer.arguments if isinstance(answer, NextCall) else None
         led_here = 1.0 if frame.matched is None else float(frame.matched)  # what its callers have read
@@ -85,7 +88,9 @@ class OneShotPolicy:
         )
         if not isinstance(answer, NextCall):
             decision = with_fields(decision, achieved=rounded(advised.achieved * certainty))
-            return Choice(None, done=answer.done, decision=decision, seen=seen, grounds=found.grounds)
+            return Choice(
+                None, done=answer.done, decision=decision, seen=seen, waited=waited, grounds=found.grounds
+            )
         scope = self.source.scope_of(frame, answer.callee, answer.arguments)
         passed = self.source.passed_on(answer.arguments)
         return Choice(
@@ -95,6 +100,7 @@ class OneShotPolicy:
             matched=certainty,
             decision=decision,
             seen=seen,
+            waited=waited,
             grounds=found.grounds,
         )
 
@@ -127,9 +133,7 @@ class OneShotPolicy:
         decision = with_fields(decision, asked=asked)
         if isinstance(answer, NextCall):
             return replace(found, answer=answer, decision=decision)
-        if frame.matched is None:
-            answer = Return(True)  # all is done, whatever is seen
-        return replace(found, answer=answer, decision=decision, achieved=float(answer.done))
+        return replace(found, answer=Return(True), decision=decision, achieved=1.0)  # whatever is seen
 
     def _perceived(self, seen: Observation) -> Perceived:
         if self._last is None or self._last.observation != seen:

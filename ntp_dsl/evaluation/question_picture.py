@@ -70,7 +70,8 @@ class _View:
     def __init__(self, seen: Observation, named: Collection[str]) -> None:
         self._seen = seen
         there = [obj for obj in seen.objects if obj.name in seen.positions]
-        near = [obj for obj in there if obj.name in named and not obj.roomy] or there
+        small = [obj for obj in there if not obj.roomy]
+        near = [obj for obj in small if obj.name in named] or small or there
         reach = max(max(obj.size[:2]) / 2 for obj in near)
         xs, ys, _ = zip(*(seen.positions[obj.name] for obj in near), strict=True)
         self._top, self._left = max(xs) + reach + MARGIN, max(ys) + reach + MARGIN

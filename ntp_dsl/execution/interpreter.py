@@ -214,7 +214,7 @@ class Interpreter:
         frame = stack[-1].frame
         barred: Barred = frozenset({None} if fresh else ())
         choice = self.policy.decide(frame, self.world, barred)
-        read, asked = choice.decision.read, choice.decision.asked
+        read, waited = choice.decision.read, choice.waited
         refused = False
         while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
             refused |= found is not InVain.NEEDLESS
@@ -222,6 +222,7 @@ class Interpreter:
                 run.rounds = True, run.rounds[1]
             barred |= {choice.callee}
             choice = self.policy.decide(frame, self.world, barred)
+            waited += choice.waited
         if choice.callee is None and refused:
             choice = replace(choice, done=False)
         run.least = _lesser(run.least, choice.decision.probability)
@@ -230,7 +231,7 @@ class Interpreter:
             run.achieved = choice.decision.achieved
             lacking = [each.fact for each in choice.decision.facts if each.probability <= 0.5]
             run.missing = lacking[0] if lacking and not choice.done else ""
-        seconds = perf_counter() - start
+        seconds = perf_counter() - start - waited
         run.deciding_seconds += seconds
         self._check(choice)
         source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
@@ -242,7 +243,6 @@ class Interpreter:
                 source=source,
                 seconds=round(seconds, 5),
                 read=choice.decision.read or read,
-                asked=choice.decision.asked or asked,
             ),
         )
 
@@ -262,7 +262,7 @@ class Interpreter:
         facts = tuple(
             with_fields(each, truth=each.probability > 0.5) for each in weighed(grounds, state.holds)
         )
-        return with_fields(decision, facts=facts, statements=statements)
+        return with_fields(decision, facts=facts, statements=statements, scripted=row.in_python)
 
     def _check(self, choice: Choice) -> None:
         """Raise `NtpError` where a policy chose what the library does not declare."""

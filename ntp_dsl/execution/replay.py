@@ -113,11 +113,14 @@ class Replay:
 
     def _arguments(self, caller: Call) -> tuple[Argument, ...] | None:
         """Return the caller's arguments; None where a script needs lists that the trace lacks."""
-        if len(caller.arguments) == len(self.registry.programs[caller.name].parameters):
+        is_script = isinstance(self.policy, ScriptedPolicy)
+        row = self.registry.programs[caller.name]
+        lacks_lists = is_script and row.takes_list and () in caller.arguments
+        if len(caller.arguments) == len(row.parameters) and not lacks_lists:
             return caller.arguments
         if caller.parent == ROOT and self.trace.header.arguments:
             return self.trace.header.arguments
-        return None if isinstance(self.policy, ScriptedPolicy) else caller.arguments
+        return None if is_script else caller.arguments
 
     def _match(self, call: Call) -> None:
         """Find the demonstrated call that a script takes its scopes from."""

@@ -34,7 +34,7 @@ def evidence(
             call = instance.call if instance is not None else None
             statements.append(
                 StatementStatus(
-                    line=statement.span.line,
+                    line=(call.span if call is not None and call.span.line else statement.span).line,
                     status=status,
                     callee=call.callee if call else "",
                     arguments=call.arguments if call else (),

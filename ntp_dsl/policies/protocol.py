@@ -33,6 +33,7 @@ class Choice:
     matched: Any = None
     decision: Decision = NO_DECISION  # probabilities, alternatives and source: for the trace
     seen: Observation | None = None  # the observation behind the decision
+    waited: float = 0.0  # for somebody's answer [s]
     grounds: tuple[Fact, ...] = ()  # the facts of the decision, whose truth a trace may tell
 
 

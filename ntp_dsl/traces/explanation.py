@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.traces.decision import Decision, FactProbability, StatementStatus, Status
+from ntp_dsl.semantics.observation import without_lists
+from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import (
     format_argument,
@@ -13,6 +14,7 @@ from ntp_dsl.traces.phrases import (
     format_call,
     format_doubt,
     format_invocation,
+    format_option,
     format_scope,
 )
 from ntp_dsl.traces.schema import ROOT, Call
@@ -20,6 +22,7 @@ from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.trace import Trace
 
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
+LONG = 100  # characters of a measurement
 SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
 
 
@@ -71,8 +74,8 @@ def _head(trace: Trace, call: Call) -> str:
     caller = trace.calls[call.parent]
     place = call.decision.source
     text = statement(trace, place)
-    where = f" at {place}" + (f", `{text}`" if text else "") if place else ""
-    return f"{number} was made by call {caller.id}, {format_call(caller)},{where}."
+    where = f", at {place}" + (f", `{text}`" if text else "") if place else ""
+    return f"{number} was made by call {caller.id}, {format_call(caller)}{where}."
 
 
 def _reasons(trace: Trace, call: Call) -> Iterator[str]:
@@ -80,19 +83,38 @@ def _reasons(trace: Trace, call: Call) -> Iterator[str]:
     decision = call.decision
     if call.parent == ROOT:
         return
-    if not decision.facts and not decision.statements:
-        yield "The trace does not say what that rested on: it was recorded by an earlier version."
-        return
+    if not decision.facts and not decision.statements and not decision.scripted:
+        yield "The trace does not say what that rested on."
     yield from _seen(decision)
     yield from _statements(decision.statements)
     if decision.scripted:
         yield "A function in Python decided."
-    if decision.probability is not None:
-        others = [each for each in decision.callees if each.value != call.name and each.probability >= LEAST]
-        also = ", ".join(f"{each.value} {each.probability:.0%}" for each in others)
-        yield f"The decision was {decision.probability:.0%} probable" + (f" (else {also})." if also else ".")
+    if decision.answer is not None:
+        step = Option(decision.answer.callee, decision.answer.arguments, decision.probability or 0.0)
+        yield f"Asked in a replay, the policy would {format_option(step)}{_percent(decision)}."
+    elif decision.probability is not None:
+        others = _listed([*_others(call, decision)])
+        yield f"The decision was {decision.probability:.0%} probable{f' ({others})' * bool(others)}."
     if decision.asked is not None:
         yield f"Somebody was asked: {format_asked(decision.asked)}."
+
+
+def _percent(decision: Decision) -> str:
+    return "" if decision.probability is None else f" ({decision.probability:.0%})"
+
+
+def _others(call: Call, decision: Decision) -> Iterator[str]:
+    """Yield what was decided against: other callees, other arguments, and to return."""
+    for each in decision.callees:
+        if each.value != call.name and each.probability >= LEAST:
+            yield f"{each.value} {each.probability:.0%}"
+    given = without_lists(call.arguments)
+    for ranking, own in zip(decision.arguments, given, strict=False):
+        for other in ranking:
+            if other.value != own and other.probability >= LEAST:
+                yield f"{other.value} for {own} {other.probability:.0%}"
+    if decision.end_probability is not None and decision.end_probability >= LEAST:
+        yield f"to return {decision.end_probability:.0%}"
 
 
 def _seen(decision: Decision) -> Iterator[str]:
@@ -102,8 +124,12 @@ def _seen(decision: Decision) -> Iterator[str]:
     doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
     if doubtful:
         yield f"Not sure was {_facts(doubtful)}."
-    for each in mistaken(decision)[:MOST]:
-        yield f"That was wrong: in truth {each.fact} {'held' if each.truth else 'did not hold'}."
+    wrong = mistaken(decision)
+    surely = [each for each in wrong if each.probability >= SURE][:MOST]
+    if surely:
+        yield f"It was seen that {_facts(surely)} held."
+    for each in wrong[:MOST]:
+        yield f"That was wrong: {each.fact} {'held' if each.truth else 'did not hold'} in truth."
 
 
 def _facts(facts: Sequence[FactProbability]) -> str:
@@ -166,11 +192,13 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
         yield f"Of its calls, {_listed(texts)} did not succeed."
     for name, value in list(call.execution.evidence.items())[:MOST]:
-        yield f"{name.replace('_', ' ')}: {value}."
+        yield f"{name.replace('_', ' ')}: {str(value)[:LONG]}."
     if call.execution.disturbances:
         yield f"Disturbed by {_listed(call.execution.disturbances)}."
     returned = call.return_decision
     if returned is not None:
+        if returned.probability is not None and returned.answer is None:
+            yield f"To return was {returned.probability:.0%} probable."
         if returned.reason:
             yield f"Its reason: {returned.reason}."
         yield from _seen(returned)

@@ -43,7 +43,7 @@ def format_asked(asked: Asked) -> str:
 
 def format_option(option: Option) -> str:
     """Return what a program may do as text."""
-    return "return" if option.callee is None else format_invocation(option.callee, option.arguments)
+    return "be done" if option.callee is None else format_invocation(option.callee, option.arguments)
 
 
 def headline(header: Header) -> str:

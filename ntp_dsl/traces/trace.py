@@ -69,13 +69,13 @@ class Trace:
                 yield call, call.return_decision.read
 
     def questions(self) -> Iterator[tuple[Call, Observation, Asked]]:
-        """Yield what somebody was asked about decisions: the call of the program, and the state then."""
-        for call in self.calls:
-            if call.decision.asked is not None and call.parent != ROOT:
-                yield self.calls[call.parent], self.states[call.state], call.decision.asked
-            returned = call.return_decision
-            if returned is not None and returned.asked is not None and call.end_state is not None:
-                yield call, self.states[call.end_state], returned.asked
+        """Yield what somebody was asked about decisions, in order: the program's call, and the state then."""
+        for call, returns in self.events():
+            decision = call.return_decision if returns else call.decision
+            state = call.end_state if returns else call.state
+            caller = call.id if returns else call.parent
+            if decision is not None and decision.asked is not None and state is not None and caller != ROOT:
+                yield self.calls[caller], self.states[state], decision.asked
 
     @property
     def is_replayed(self) -> bool:

@@ -66,7 +66,7 @@ def test_what_was_seen_wrongly_is_told(file: Path) -> None:
     call = wrong[0]
     fact = mistaken(call.decision)[0]
     text = " ".join(explanation(trace, call))
-    assert f"That was wrong: in truth {fact.fact} {'held' if fact.truth else 'did not hold'}." in text
+    assert f"That was wrong: {fact.fact} {'held' if fact.truth else 'did not hold'} in truth." in text
     assert f"wrong about {fact.fact}" in brief(call)
 
 

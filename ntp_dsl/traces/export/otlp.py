@@ -10,8 +10,10 @@ from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from typing import Any
 
+import msgspec
+
 from ntp_dsl.traces.export.slices import details, slices
-from ntp_dsl.traces.phrases import format_call, headline
+from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
 
@@ -27,11 +29,10 @@ def document(traces: Sequence[Trace], ended: Sequence[float]) -> Row:
     Args:
         ended: when each of them ended, since 1970 [s]; the spans lie before.
     """
-    pairs = enumerate(zip(traces, ended, strict=True))
-    return {"resourceSpans": [_resource(trace, number, end) for number, (trace, end) in pairs]}
+    return {"resourceSpans": [_resource(*pair) for pair in zip(traces, ended, strict=True)]}
 
 
-def _resource(trace: Trace, number: int, ended: float) -> Row:
+def _resource(trace: Trace, ended: float) -> Row:
     header = trace.header
     origin = {
         "service.name": "ntp",
@@ -43,7 +44,8 @@ def _resource(trace: Trace, number: int, ended: float) -> Row:
         "ntp.episode": header.episode,
     }
     known = {name: value for name, value in origin.items() if value not in (None, "")}
-    spans = [*_spans(trace, sha256(f"{number} {headline(header)}".encode()).hexdigest()[:32], ended)]
+    identity = sha256(msgspec.json.encode((header, trace.calls))).hexdigest()[:32]
+    spans = [*_spans(trace, identity, ended)]
     return {
         "resource": {"attributes": _attributes(known)},
         "scopeSpans": [{"scope": {"name": "ntp_dsl"}, "spans": spans}],
@@ -53,7 +55,7 @@ def _resource(trace: Trace, number: int, ended: float) -> Row:
 def _spans(trace: Trace, identity: str, ended: float) -> Iterator[Row]:
     """Yield a span for each call, and for the parts of calls."""
     found = slices(trace)
-    start = round(1e9 * ended) - 1000 * max((each.end for each in found), default=0)
+    start = max(0, round(1e9 * ended) - 1000 * max((each.end for each in found), default=0))
     for number, each in enumerate(found):
         call = each.call
         span: Row = {
@@ -94,7 +96,7 @@ def _value(value: Any) -> Row:
     match value:
         case bool():
             return {"boolValue": value}
-        case int():
+        case int() if abs(value) < 1 << 63:
             return {"intValue": str(value)}
         case float():
             return {"doubleValue": value}

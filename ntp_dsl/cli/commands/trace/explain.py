@@ -12,8 +12,9 @@ from ntp_dsl.cli.options import Json
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
+from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.explanation import explanation, interesting
-from ntp_dsl.traces.phrases import format_call
+from ntp_dsl.traces.phrases import format_call, format_invocation
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.trace import Trace
@@ -56,14 +57,15 @@ def _chosen(trace: Trace, wanted: str | None) -> Call:
         if found is None:
             raise NtpError("the trace has no call to explain")
         return found
-    if wanted.isdecimal():
-        if int(wanted) >= len(trace.calls):
-            raise NtpError(
-                f"the trace has no call {wanted}; its calls are numbered 0 to {len(trace.calls) - 1}"
-            )
-        return trace.calls[int(wanted)]
-    wanted = wanted.replace(" ", "")
-    same = [each for each in trace.calls if wanted in (each.name, format_call(each).replace(" ", ""))]
+    if not trace.calls:
+        raise NtpError("the trace has no call to explain")
+    number = wanted.removeprefix("call").strip()
+    if number.isdecimal():
+        if len(number) > MOST or int(number) >= len(trace.calls):
+            raise NtpError(f"the trace has no call {number[:MOST]}: the last one is {len(trace.calls) - 1}")
+        return trace.calls[int(number)]
+    wanted = _close(wanted)
+    same = [each for each in trace.calls if wanted in _texts(each)]
     if not same:
         names = {each.name for each in trace.calls} | {format_call(each) for each in trace.calls}
         hint = f"; did you mean '{match}'?" if (match := nearest(wanted, names)) else ""
@@ -72,3 +74,13 @@ def _chosen(trace: Trace, wanted: str | None) -> Call:
         numbers = ", ".join(str(each.id) for each in same[:MOST]) + " …" * (len(same) > MOST)
         messages.print(f"{counted(len(same), 'call')} are meant: {numbers}; a number chooses one")
     return next((each for each in same if not each.succeeded), same[0])
+
+
+def _texts(call: Call) -> tuple[str, ...]:
+    """Return a call's name, and the call as traces and as running programs show it, without spaces."""
+    as_it_runs = format_invocation(call.name, without_lists(call.arguments))
+    return call.name, _close(format_call(call)), _close(as_it_runs)
+
+
+def _close(text: str) -> str:
+    return text.replace(" ", "")

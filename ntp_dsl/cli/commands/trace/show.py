@@ -80,7 +80,7 @@ def command(
         for doubt in reading.doubts:
             answers.print(Text(f"{call.name} read {format_doubt(doubt)}", style="yellow"))
     for call, _, asked in trace.questions():
-        answers.print(Text(f"{call.name} might {format_asked(asked)}", style="yellow"))
+        answers.print(Text(f"{format_call(call)} might {format_asked(asked)}", style="yellow"))
     answers.print(_ending(trace))
 
 
