@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ntp_dsl.cli.display import messages
+from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.reader import read_trace
 
@@ -17,6 +19,25 @@ def traces_in(folder: Path) -> list[Path]:
     if not found:
         raise NtpError(f"{folder}: contains no traces ({TRACES}); `ntp eval … --out DIR` writes them")
     return found
+
+
+def pairs(first: Path, second: Path) -> list[tuple[Path, Path]]:
+    """Return the traces that two folders have under the same names, and say which have no counterpart.
+
+    Of two files, they are the only pair. Raises `NtpError` where there is no pair.
+    """
+    if first.is_dir() != second.is_dir():
+        raise NtpError(f"{first} and {second}: expected two traces, or two folders")
+    if not first.is_dir():
+        return [(first, second)]
+    a, b = ({path.name for path in traces_in(folder)} for folder in (first, second))
+    both = sorted(a & b)
+    if not both:
+        raise NtpError(f"{first} and {second} have no traces of the same names")
+    for folder, alone in ((first, len(a - b)), (second, len(b - a))):
+        if alone:
+            messages.print(f"{counted(alone, 'trace')} of {folder} without a counterpart: left out")
+    return [(first / name, second / name) for name in both]
 
 
 def summary(file: Path) -> dict[str, Any]:

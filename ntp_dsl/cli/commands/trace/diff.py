@@ -11,9 +11,10 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
-from ntp_dsl.cli.display import answers, print_json
+from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.options import Json
-from ntp_dsl.common.text import printable
+from ntp_dsl.cli.trace_folders import pairs
+from ntp_dsl.common.text import counted, printable
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
@@ -29,8 +30,12 @@ MAX_SHOWN = 20  # most divergences that --all shows in full
 
 
 def command(
-    first: Annotated[Path, typer.Argument(metavar="A", help="The reference trace: the expert's.")],
-    second: Annotated[Path, typer.Argument(metavar="B", help="The trace to compare with it.")],
+    first: Annotated[
+        Path, typer.Argument(metavar="A", help="The reference trace: the expert's; or a folder of such.")
+    ],
+    second: Annotated[
+        Path, typer.Argument(metavar="B", help="The trace to compare with it, or a folder: by equal names.")
+    ],
     everywhere: Annotated[
         bool, typer.Option("--all", help="Show all divergences, not only the first.")
     ] = False,
@@ -40,11 +45,13 @@ def command(
     """Show where the second trace first diverges from the first, its confidence, and the cause.
 
     Kinds: program, argument, scope, end too early, end too late, outcome. A divergence is attributed to the
-    decision where the two states were the same, else to what made them differ. Exit status: 0 the same,
-    1 different, 2 misuse.
+    decision where the two states were the same, else to what made them differ. Of two folders, each pair
+    of traces has a line. Exit status: 0 the same, 1 different, 2 misuse.
 
     Example: ntp trace diff scripted.trace.jsonl learned.trace.jsonl
     """
+    if first.is_dir() or second.is_dir():
+        return _diff_folders(pairs(first, second), not no_scopes, json)
     comparison = compare(read_trace(first), read_trace(second), scopes=not no_scopes)
     if json:
         print_json(document(comparison))
@@ -54,6 +61,30 @@ def command(
         for row in report(comparison, everywhere):
             answers.print(row)
     return DIFFERENT if comparison.first else SAME
+
+
+def _diff_folders(files: list[tuple[Path, Path]], scopes: bool, json: bool) -> int:
+    """Show a line for each pair of traces, and which first divergences there are."""
+    rows: list[dict[str, Any]] = []
+    with progress("comparing", len(files)) as bar:
+        for a, b in files:
+            comparison = compare(read_trace(a), read_trace(b), scopes=scopes)
+            first = as_json(comparison, comparison.first) if comparison.first else None
+            rows.append({"file": a.name, "first": first, "divergences": len(comparison.divergences)})
+            bar.advance()
+    found = [(row, row["first"]) for row in rows if row["first"] is not None]
+    if json:
+        print_json({"pairs": rows, "same": len(rows) - len(found)})
+        return DIFFERENT if found else SAME
+    for row, first in found:
+        cause = f", attributed to {first['attributed_to']}" if first["attributed_to"] else ""
+        where = f" at {printable(first['source'])}" if first["source"] else ""
+        answers.print(Text(f"{row['file']}: {first['kind']}{where}{cause}", style="red"))
+    answers.print(f"{len(rows) - len(found)} of {counted(len(rows), 'pair')} the same")
+    places = Counter((str(first["kind"]), str(first["source"])) for _, first in found)
+    for (kind, place), count in places.most_common():
+        answers.print(f"  {count} × {kind}{f' at {printable(place)}' if place else ''}")
+    return DIFFERENT if found else SAME
 
 
 # As text ----------------------------------------------------------------------------------------
@@ -70,9 +101,9 @@ def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
         yield from _paragraph(comparison, divergence, "first divergence" if not number else "then")
     rest = Counter(str(each.kind) for each in comparison.divergences[len(listed) :])
     if rest:
-        counted = ", ".join(f"{kind} {count}" for kind, count in sorted(rest.items()))
+        kinds = ", ".join(f"{kind} {count}" for kind, count in sorted(rest.items()))
         hint = "" if everywhere else "  (--all shows them)"
-        yield Text(f"{rest.total()} more: {counted}{hint}", style="dim")
+        yield Text(f"{rest.total()} more: {kinds}{hint}", style="dim")
 
 
 def _warnings(comparison: Comparison) -> Iterator[Text]:

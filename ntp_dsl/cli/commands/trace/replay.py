@@ -6,18 +6,19 @@ import io
 from collections import Counter
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ntp_dsl.cli.commands.trace.diff import DIFFERENT, SAME, document, report
-from ntp_dsl.cli.display import answers, messages, print_json
+from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.cli.outputs import check_no_input
+from ntp_dsl.cli.trace_folders import traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.resources import examples_folder
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.execution.replay_checks import check_replayable, check_shown
@@ -27,6 +28,7 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Record
+from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace, read_trace
@@ -37,7 +39,9 @@ from ntp_dsl.user_code.loading import load_with_python
 
 
 def command(
-    file: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace, usually of the scripted expert.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="TRACE", help="A trace, usually of the scripted expert; or a folder.")
+    ],
     model: Model = None,
     expert: Scripted = False,
     library: Annotated[
@@ -52,20 +56,17 @@ def command(
 ) -> int:
     """Compare a policy's decisions at every state of a trace with those of the trace.
 
-    Each decision is judged independently of earlier errors. Exit status: 0 all decisions as in the trace,
-    1 some differ, 2 misuse.
+    Each decision is judged independently of earlier errors. Of a folder, each trace has a line. Exit
+    status: 0 all decisions as in the trace, 1 some differ, 2 misuse.
 
     Example: ntp trace replay runs/data/episode_00000.trace.jsonl
     """
-    trace = read_trace(file)
-    registry = _registry(trace, library, file)
-    _check(registry, trace, file)
-    demo = demo or _beside(trace, file)
-    check_no_input(out, [file, demo])
     path = model_or_expert(model, expert)
-    policy = _policy(registry, trace, path, demo)
-    replayed = _replay(Replay(registry, policy, trace), path, out)
-    comparison = compare(trace, replayed)
+    if file.is_dir():
+        if demo is not None or out is not None:
+            raise NtpError("--demo and --out are for one trace: omit them, or name a trace")
+        return _replay_folder(traces_in(file), path, library, json)
+    comparison, replayed = _compared(file, path, library, demo, out)
     count, wrong = count_answers(replayed), len(comparison.divergences)
     if json:
         print_json({"asked": count, "right": count - wrong} | document(comparison))
@@ -78,6 +79,43 @@ def command(
     if out is not None:
         messages.print(f"wrote {out}")
     return DIFFERENT if wrong else SAME
+
+
+def _compared(
+    file: Path, model: Path | None, library: Path | None, demo: Path | None = None, out: Path | None = None
+) -> tuple[Comparison, Trace]:
+    """Return how a policy's answers differ from a trace, and the answers."""
+    trace = read_trace(file)
+    registry = _registry(trace, library, file)
+    _check(registry, trace, file)
+    demo = demo or _beside(trace, file)
+    check_no_input(out, [file, demo])
+    policy = _policy(registry, trace, model, demo)
+    replayed = _replay(Replay(registry, policy, trace), model, out)
+    return compare(trace, replayed), replayed
+
+
+def _replay_folder(files: list[Path], model: Path | None, library: Path | None, json: bool) -> int:
+    """Show for each trace how many decisions a policy would make as there."""
+    rows: list[dict[str, Any]] = []
+    with progress("replaying", len(files)) as bar:
+        for file in files:
+            comparison, replayed = _compared(file, model, library)
+            count = count_answers(replayed)
+            kinds = Counter(str(each.kind) for each in comparison.divergences)
+            right = count - len(comparison.divergences)
+            rows.append({"file": file.name, "asked": count, "right": right, "kinds": dict(kinds)})
+            bar.advance()
+    asked, right = (sum(row[name] for row in rows) for name in ("asked", "right"))
+    if json:
+        print_json({"traces": rows, "asked": asked, "right": right})
+    else:
+        for row in rows:
+            if row["right"] < row["asked"]:
+                told = "".join(f", {kind} {number}" for kind, number in sorted(row["kinds"].items()))
+                answers.print(f"{row['file']}: {row['right']} of {row['asked']} decisions{told}")
+        answers.print(f"{right} of {asked} decisions as in {counted(len(rows), 'trace')}")
+    return DIFFERENT if right < asked else SAME
 
 
 def registry_path(trace: Trace) -> Path:

@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.display import answers, print_json
+from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
+from ntp_dsl.cli.trace_folders import pairs, traces_in
 from ntp_dsl.common.files import written_whole
+from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
@@ -19,9 +21,11 @@ from ntp_dsl.traces.trace import Trace
 
 
 def command(
-    first: Annotated[Path, typer.Argument(metavar="A", help="A trace; of two, the reference.")],
+    first: Annotated[
+        Path, typer.Argument(metavar="A", help="A trace; of two, the reference; or a folder of traces.")
+    ],
     second: Annotated[
-        Path | None, typer.Argument(metavar="[B]", help="The trace to compare with it.")
+        Path | None, typer.Argument(metavar="[B]", help="The trace to compare with it, or a folder.")
     ] = None,
     out: Annotated[Path, typer.Option(help="File to write.")] = Path("trace.html"),
     demo: Annotated[
@@ -32,10 +36,12 @@ def command(
     """Write a self-contained HTML page of one trace, or of two side by side.
 
     It shows the aligned call trees, scopes over the demonstration, the motion of all objects, the
-    alternatives of each decision, and the camera's pictures. It fetches nothing from the network.
+    alternatives of each decision, and the camera's pictures. It fetches nothing from the network. Of
+    folders it shows the first trace that failed, or the first pair of equal names that differs.
 
     Example: ntp trace view scripted.trace.jsonl learned.trace.jsonl --out both.html
     """
+    first, second = _chosen(first, second)
     a = read_trace(first)
     b = a if second is None else read_trace(second)
     folders = (first.parent, (second or first).parent)
@@ -48,6 +54,23 @@ def command(
         print_json({"file": str(out), "bytes": len(text.encode())})
     else:
         answers.print(f"wrote {out}: open it in a browser")
+
+
+def _chosen(first: Path, second: Path | None) -> tuple[Path, Path | None]:
+    """Return the files that are shown: of folders, the first ones that are worth looking at."""
+    if second is None and first.is_dir():
+        files = traces_in(first)
+        failed = (file for file in files if (end := read_trace(file).end) is None or end.success is False)
+        shown = next(failed, files[0])
+        messages.print(f"of {counted(len(files), 'trace')}: {shown.name}")
+        return shown, None
+    if second is None or not (first.is_dir() or second.is_dir()):
+        return first, second
+    both = pairs(first, second)
+    different = (pair for pair in both if compare(read_trace(pair[0]), read_trace(pair[1])).first)
+    a, b = next(different, both[0])
+    messages.print(f"of {counted(len(both), 'pair')}: {a.name}")
+    return a, b
 
 
 def _beside(trace: Trace, file: Path) -> Path | None:
