@@ -15,7 +15,7 @@ Folders = tuple[Path, Path]
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Folders:
-    """Return two folders of traces: three of the expert, and four of the core, from whose hand things slip."""
+    """Return two folders of traces: three of the expert, and four of the core, in which things slip."""
     path = tmp_path_factory.mktemp("folders")
     words = ["eval", "block_stacking", "few_placements"]
     assert run([*words, "-n", "3", "--expert", "--out", str(path / "expert")]) == 0
