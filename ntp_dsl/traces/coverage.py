@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.failure_attribution import attribute_all
-from ntp_dsl.traces.schema import ROOT, Attribution, Call
+from ntp_dsl.traces.schema import ROOT, Attribution, Call, Ending
 from ntp_dsl.traces.trace import Trace
 
 
@@ -44,10 +44,16 @@ class Coverage:
     def __init__(self) -> None:
         self.lines: defaultdict[str, Line] = defaultdict(Line)
         self.traces = 0
+        self.succeeded = 0  # of them
+        self.sources: dict[str, str] = {}  # file name -> text, as the first trace has it that names it
 
     def add(self, trace: Trace) -> None:
         """Count the calls of statements, and the returns of programs."""
         self.traces += 1
+        end = trace.end
+        if end is not None:
+            self.succeeded += end.ending is Ending.DONE if end.success is None else end.success
+        self.sources = {**trace.header.sources, **self.sources}
         for call, attribution in zip(trace.calls, attribute_all(trace.calls), strict=True):
             if call.parent != ROOT and (place := call.decision.source):
                 self.lines[place].count(call, attribution, call.decision.probability)

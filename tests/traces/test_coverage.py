@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
+from shutil import copy, copytree
 
 import pytest
 
 from ntp_dsl.cli.app import run
+from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.coverage import Coverage
 from ntp_dsl.traces.failure_attribution import attribute_all
@@ -137,3 +139,38 @@ def test_a_trace_that_was_killed_before_its_first_line_is_named_and_skipped(
     (tmp_path / "episode_00000.trace.jsonl").unlink()
     assert run(["trace", "coverage", "block_stacking", str(tmp_path)]) == 2
     assert "found none; run the episodes again" in capsys.readouterr().err
+
+
+def test_a_line_says_first_what_there_is_to_see(
+    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    traces = [read_trace(file) for file in sorted(folders[0].glob("*.jsonl"))]
+    assert run(["trace", "coverage", "block_stacking", str(folders[0])]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    succeeded = sum(bool(trace.end and trace.end.success) for trace in traces)
+    assert (
+        first.startswith(f"4 traces: {succeeded} succeeded; ")
+        and "most failed calls at tabletop.ntp:" in first
+    )
+
+
+def test_traces_without_a_counterpart_are_named_and_counted(
+    folders: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy(folders[1] / "episode_00000.trace.jsonl", tmp_path)
+    words = ["trace", "coverage", "block_stacking", str(folders[0]), "--against", str(tmp_path)]
+    assert run(words) == 0
+    shown = capsys.readouterr()
+    assert shown.err.count("is not compared") == 3 and shown.out.startswith("4 traces")
+
+
+def test_lines_are_shown_as_the_traces_have_them(
+    folders: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library = tmp_path / "block_stacking"
+    copytree(examples_folder() / "block_stacking", library)
+    file = library / "block_stacking.ntp"
+    file.write_text("# edited since\n" + file.read_text())
+    assert run(["trace", "coverage", str(library), str(folders[0])]) == 0
+    shown = capsys.readouterr()
+    assert "block_stacking.ntp has changed since" in shown.err and "edited since" not in shown.out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +13,7 @@ from rich.text import Text
 from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.trace_folders import traces_in
+from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
@@ -39,7 +41,10 @@ def command(
     """
     registry = load(library)
     covered = _covered(list(_found(files)), against)
-    sources = library_sources(registry)
+    now = library_sources(registry)
+    sources = now | {name: text for name, text in covered.sources.items() if name in now}
+    for name in sorted(name for name in sources if sources[name] != now[name]):
+        messages.print(f"{name} has changed since: its lines are shown as the traces have them")
     unknown = sorted({place.rpartition(":")[0] for place in covered.lines} - sources.keys())
     if unknown:
         raise NtpError(f"the traces refer to {', '.join(unknown)}, which '{registry.name}' does not use")
@@ -47,13 +52,29 @@ def command(
         rows = {place: _row(line) for place, line in sorted(covered.lines.items())}
         print_json({"library": registry.name, "traces": covered.traces, "lines": rows})
         return
+    answers.print(_summary(covered))
     statements = _statements(registry)
     for name, text in sources.items():
         answers.print(Text(name, style="bold"))
         answers.print(Text("  calls     ok     p  ", style="dim").append("attributed to, divergences"))
         for row in _listing(name, text, covered, statements):
             answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)
-    answers.print(f"{covered.traces} traces")
+
+
+def _summary(covered: Coverage) -> str:
+    """Return in a line what there is to see below."""
+    calls = sum(line.calls for line in covered.lines.values())
+    failed = calls - sum(line.succeeded for line in covered.lines.values())
+    parts = [
+        f"{counted(covered.traces, 'trace')}: {covered.succeeded} succeeded, {failed} of {calls} calls failed"
+    ]
+    diverged = Counter({place: line.divergences.total() for place, line in covered.lines.items()})
+    if worst := [(place, count) for place, count in diverged.most_common(1) if count]:
+        parts.append(f"most divergences at {worst[0][0]} ({worst[0][1]} of {diverged.total()})")
+    failures = Counter({place: line.calls - line.succeeded for place, line in covered.lines.items()})
+    if worst := [(place, count) for place, count in failures.most_common(1) if count]:
+        parts.append(f"most failed calls at {worst[0][0]} ({worst[0][1]})")
+    return "; ".join(parts)
 
 
 def _found(files: list[Path]) -> Iterator[Path]:
@@ -76,7 +97,11 @@ def _count(covered: Coverage, file: Path, against: Path | None) -> None:
     """Count a trace; one that was killed before its first line is named and skipped."""
     try:
         trace = read_trace(file)
-        reference = None if against is None else read_trace(against / file.name)
+        other = against / file.name if against is not None else None
+        if other is not None and not other.is_file():
+            messages.print(f"{other} is not there: {file.name} is not compared")
+            other = None
+        reference = read_trace(other) if other is not None else None
     except Unstarted as error:
         messages.print(f"skipped {error}")
         return
@@ -109,8 +134,8 @@ def _counted(line: Line) -> Text:
     succeeded = f"{line.succeeded / line.calls:.0%}" if line.calls else "–"
     probability = f"{line.probability:.2f}" if line.probability is not None else "–"
     row = Text(f"{line.calls:7} {succeeded:>6} {probability:>5}  ", style="default")
-    for counted, style in ((line.attributed_to, "red"), (line.divergences, "magenta")):
-        counts = ", ".join(f"{kind} {count}" for kind, count in sorted(counted.items()))
+    for kinds, style in ((line.attributed_to, "red"), (line.divergences, "magenta")):
+        counts = ", ".join(f"{kind} {count}" for kind, count in sorted(kinds.items()))
         row.append(f"{counts} " if counts else "", style=style)
     return row
 
