@@ -66,7 +66,8 @@ def _summary(covered: Coverage) -> str:
     calls = sum(line.calls for line in covered.lines.values())
     failed = calls - sum(line.succeeded for line in covered.lines.values())
     parts = [
-        f"{counted(covered.traces, 'trace')}: {covered.succeeded} succeeded, {failed} of {calls} calls failed"
+        f"{counted(covered.traces, 'trace')}: {covered.succeeded} succeeded; "
+        f"{failed} of {calls} calls and returns failed"
     ]
     diverged = Counter({place: line.divergences.total() for place, line in covered.lines.items()})
     if worst := [(place, count) for place, count in diverged.most_common(1) if count]:
