@@ -79,3 +79,19 @@ def test_a_replay_is_as_sure_as_the_run_was(tmp_path: Path) -> None:
 def test_a_replay_reads_what_was_answered(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "replay", str(answered), "--library", str(LANTERNS)]) == 0
     assert "the same" in capsys.readouterr().out
+
+
+def test_a_run_by_a_goal_is_replayed_with_its_answers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["read", str(LANTERNS), "in_doubt", "--seed", "3"]) == 0
+    (tmp_path / "goal.txt").write_text(capsys.readouterr().out)
+    words = "--world kinematic --seed 3 --noise 0.012 --ask-below 1 --ask-calls-below 0.9".split()
+    answers = ["--answer", "1"] * 9
+    given = ["--goal", str(tmp_path / "goal.txt"), "--out", str(tmp_path)]
+    assert run(["run", str(LANTERNS), "in_doubt", *words, *answers, *given]) == 0
+    file = tmp_path / "episode_00000.trace.jsonl"
+    assert [*read_trace(file).questions()]
+    capsys.readouterr()
+    assert run(["trace", "replay", str(file), "--library", str(LANTERNS)]) == 0
+    assert "the same" in capsys.readouterr().out

@@ -162,16 +162,21 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
     if model is None:
         reference = trace.header.demonstration
         return ScriptedPolicy(Expert(registry), reference.calls if reference else None)
-    if demo is None:
-        raise NtpError(
-            "the trace names no demonstration, and a learned program needs one: give --demo FILE, "
-            "or record the trace with --out"
-        )
-    from ntp_dsl.core.models import open_model
+    from ntp_dsl.core.models import OneCoreModel, open_model
 
-    demonstration = read_demonstration(demo, trace.header.objects)
-    check_shown(trace, demonstration)
-    policy = open_model(model, registry, trace.header.program, trace.header.dispatch).shown(demonstration)
+    found = open_model(model, registry, trace.header.program, trace.header.dispatch)
+    if demo is None:
+        was_told = trace.is_learned and trace.header.demonstration is None  # its goal, by `ntp run --goal`
+        if not was_told or not isinstance(found, OneCoreModel):
+            raise NtpError(
+                "the trace names no demonstration, and a learned program needs one: give --demo FILE, "
+                "or record the trace with --out"
+            )
+        policy: Policy = found.told()
+    else:
+        demonstration = read_demonstration(demo, trace.header.objects)
+        check_shown(trace, demonstration)
+        policy = found.shown(demonstration)
     _heed_answers(trace, policy)
     return policy
 
@@ -182,11 +187,13 @@ def _heed_answers(trace: Trace, policy: Policy) -> None:
     from ntp_dsl.core.policy import OneShotPolicy
     from ntp_dsl.core.shown import Shown
 
-    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+    if not isinstance(policy, OneShotPolicy):
         return
     policy.adviser = Repeated(
         [(call.name, call.arguments, seen, asked) for call, seen, asked in trace.questions()]
     )
+    if not isinstance(policy.source, Shown):
+        return
     source = policy.source
     for call, read in trace.readings():
         said = {(each.parameter, each.number): each.answer for each in read.doubts if each.answer is not None}
