@@ -10,6 +10,7 @@ from one_core_samples import library, the_core
 from safetensors.torch import load_file, save_file
 from torch import nn
 
+from ntp_dsl.cli.app import run
 from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.core.dispatch.network import DispatchNetwork
 from ntp_dsl.core.models import BaselineModel, OneCoreModel, open_model
@@ -39,6 +40,18 @@ def test_the_shipped_core_is_small_and_says_how_it_was_made() -> None:
     assert all(
         sum(each.numel() for each in network.parameters()) < 100_000 for network in networks(the_core())
     )
+
+
+@pytest.mark.minutes
+def test_the_shipped_core_is_what_the_code_makes(tmp_path: Path) -> None:
+    """Not only the pretraining's own code counts: it learns from what random libraries do."""
+    recipe = the_core().recipe
+    if recipe["versions"]["torch"] != torch.__version__:
+        pytest.skip(f"the core was made by torch {recipe['versions']['torch']}, here is {torch.__version__}")
+    assert run(["pretrain", "--seed", str(recipe["pretraining"]["seed"]), "--out", str(tmp_path)]) == 0
+    made, shipped = load_file(tmp_path / "core.safetensors"), load_file(shipped_core())
+    different = [name for name, each in shipped.items() if not torch.equal(made[name], each)]
+    assert made.keys() == shipped.keys() and not different
 
 
 def test_a_core_comes_back_as_it_was_saved(tmp_path: Path) -> None:
