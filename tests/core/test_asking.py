@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import pytest
 from one_core_samples import DOMAINS
@@ -131,7 +132,7 @@ class Looking:
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         eye = Eye(world)
-        choice = self._policy.decide(frame, eye, barred)  # type: ignore[arg-type]  # it only looks
+        choice = self._policy.decide(frame, cast(World, eye), barred)  # it only looks
         self.looks.append((eye.looks, choice.decision.probability or 0.0))
         return choice
 

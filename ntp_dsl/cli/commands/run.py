@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -47,6 +47,13 @@ from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.worlds.protocol import Disturbances
 
+if TYPE_CHECKING:
+    from ntp_dsl.core.shown import Shown
+
+
+def _probability(help: str) -> Any:
+    return typer.Option(min=0, max=1, callback=optional_number, help=help)
+
 
 def command(
     library: Library,
@@ -72,21 +79,11 @@ def command(
     demo_rate: DemoRate = None,
     ask_below: Annotated[
         float | None,
-        typer.Option(
-            min=0,
-            max=1,
-            callback=optional_number,
-            help="Ask which elements are meant, and whether all is done, where less probable than this.",
-        ),
+        _probability("Ask which elements are meant, and whether all is done, where less probable than this."),
     ] = None,
     ask_calls_below: Annotated[
         float | None,
-        typer.Option(
-            min=0,
-            max=1,
-            callback=optional_number,
-            help="Ask what a program is to do next, where less probable than this; needs --ask-below.",
-        ),
+        _probability("Ask what a program is to do next, where less probable than this; needs --ask-below."),
     ] = None,
     answer: Annotated[
         list[int] | None,
@@ -173,15 +170,14 @@ def _prepare(
     """Ask which elements of the program's lists are meant, and let the policy ask while it runs."""
     from ntp_dsl.core.asking import Asking
     from ntp_dsl.core.policy import OneShotPolicy
-    from ntp_dsl.core.shown import Shown
 
     if not isinstance(policy, OneShotPolicy):
         raise NtpError("a checkpoint of `ntp train` says nothing of what it reads: omit --ask-below")
     policy.adviser = Asking(interview.decision, ask_below, calls_below)
-    source = policy.source
-    instance = evaluator.instance(0)
-    if not isinstance(source, Shown) or not evaluator.registry.programs[instance.program].takes_list:
+    source = _source(evaluator, policy)
+    if source is None:
         return
+    instance = evaluator.instance(0)
     wanted = instance.program, instance.arguments, source.scope()
     doubts = [each for each in source.reading(*wanted).doubts if each.probability < ask_below]
     if meant := interview.elements(source, doubts):
@@ -190,21 +186,27 @@ def _prepare(
 
 def _look_through(evaluator: Evaluator, policy: Policy) -> None:
     """Say so where not all of a demonstration is understood."""
-    from ntp_dsl.core.policy import OneShotPolicy
-    from ntp_dsl.core.shown import Shown
-
+    source = _source(evaluator, policy)
+    if source is None:
+        return
     instance = evaluator.instance(0)
-    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
-        return
-    if not evaluator.registry.programs[instance.program].takes_list:
-        return
-    source = policy.source
     reading = source.reading(instance.program, instance.arguments, source.scope())
     if not reading.is_whole:
         messages.print(
             f"only {reading.explained} of {counted(reading.acts, 'act')} of the hand are explained; "
             "`ntp read` prints what was understood"
         )
+
+
+def _source(evaluator: Evaluator, policy: Policy) -> Shown | None:
+    """Return the demonstration that a task's program reads its lists from; None where it reads none."""
+    from ntp_dsl.core.policy import OneShotPolicy
+    from ntp_dsl.core.shown import Shown
+
+    if not isinstance(policy, OneShotPolicy) or not isinstance(policy.source, Shown):
+        return None
+    takes_list = evaluator.registry.programs[evaluator.instance(0).program].takes_list
+    return policy.source if takes_list else None
 
 
 def run_episode(

@@ -96,10 +96,8 @@ class LearnedDispatcher:
         )
         program = self._expert.registry.programs[situation.program]
         grounds, statements = evidence(self._expert, program, situation.arguments, situation.state)
-        calls, chances = (
-            [call for call, _ in expected.calls.values()],
-            [c for _, c in expected.calls.values()],
-        )
+        calls = [call for call, _ in expected.calls.values()]
+        chances = [each for _, each in expected.calls.values()]
         decision = Decision(
             probability=rounded(chance / possible if possible else 1.0),
             end_probability=rounded(expected.end),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from ntp_dsl.core.perception.perceived import Believed
@@ -40,7 +41,7 @@ class Row:
     provides: tuple[Edge, ...]
     requires: tuple[Edge, ...]
 
-    @property
+    @cached_property
     def keys(self) -> list[Key]:
         """Return what tells calls apart: not their numbers, which depend on where objects are."""
         counts: Counter[tuple[int, str, Named]] = Counter()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice, permutations, product
@@ -15,18 +15,16 @@ from ntp_dsl.core.reading.likelihood import Offset
 from ntp_dsl.core.reading.moments import Act, Moments
 from ntp_dsl.core.reading.numbers import ranges_of
 from ntp_dsl.core.reading.reading import Doubt, Measure, Reading, Stray, values_in
+from ntp_dsl.core.reading.weighing import Weighing
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.semantics.observation import Argument, Record, without_lists
+from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.predicates import stands_on
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all
-SAME = 1.1  # ratio of likelihoods up to which an element is kept rather than replaced by another
 AHEAD = 6  # acts after one that what runs does not explain, by which it is told whether it goes on
-UNLIKELY = 0.02  # probability below which others are not reported
-RIVALS = 24  # others that are tried in an element's place
 TRIES = 300  # of other lists, between two improvements
 
 
@@ -74,7 +72,7 @@ class Reader:
                 break
         chosen, reading = self._with_surprises(chosen, reading, found)
         chosen, reading = self._with_purposes(chosen, reading, found)
-        weighed, doubts = self._weighed(chosen, found)
+        weighed, doubts = Weighing(self._contracts, self.moments, self._told).weighed(chosen, found)
         if weighed != chosen:
             reading = self._told(weighed)
         return self._finished(weighed, reading, doubts, tuple(self._measures(weighed)))
@@ -182,113 +180,6 @@ class Reader:
         before, after = self.moments.ends[act.number : act.number + 2]
         facts = self._contracts[candidate.parameter].facts(candidate.element, after)
         return any(item in fact.names and after.holds(fact) and not before.holds(fact) for fact in facts)
-
-    def _weighed(
-        self, chosen: list[Candidate], found: Sequence[Candidate]
-    ) -> tuple[list[Candidate], tuple[Doubt, ...]]:
-        """Replace elements by likelier ones, and return them with the doubts that remain."""
-        doubts: list[Doubt] = []
-        for place, own in enumerate(chosen):
-            rivals = self._rivals(chosen, place, found)
-            total = sum(rivals.values())
-            if not total:
-                continue
-            best = max(rivals, key=rivals.__getitem__)
-            taken = best if rivals[best] > SAME * rivals.get(own, 0.0) else own
-            chosen = [*chosen[:place], taken, *chosen[place + 1 :]]
-            others = [(each, fit / total) for each, fit in rivals.items() if each is not taken]
-            others = sorted((each for each in others if each[1] > UNLIKELY), key=lambda each: -each[1])
-            if not others:
-                continue
-            calls = self._calls(chosen)
-            share = rivals[taken] / total
-            doubtful: list[tuple[Element, float]] = []
-            for other, chance in others:
-                if self._calls([*chosen[:place], other, *chosen[place + 1 :]]) == calls:
-                    share += chance  # nothing that is done depends on which of the two is meant
-                else:
-                    doubtful.append((other.element, chance))
-            if doubtful:
-                number = [each for each in chosen if each.parameter == own.parameter].index(taken)
-                frame = self.moments.phases[own.rise][0]
-                doubts.append(Doubt(own.parameter, number, frame, taken.element, share, tuple(doubtful)))
-        return chosen, tuple(doubts)
-
-    def _is_the_same(self, one: Candidate, other: Candidate) -> bool:
-        """Return whether two elements name the same objects, in any order, and hold in the same states.
-
-        Members do not count: one that the contract does not mention is no field of the demonstration.
-        """
-        objects = self.moments.ends[0].observation.by_name
-        named = [sorted(name for name in values_in(e.element) if name in objects) for e in (one, other)]
-        if named[0] != named[1]:
-            return False
-        holds = self._contracts[one.parameter].holds
-
-        def agree(states: Iterable[State]) -> bool:
-            return all(holds(one.element, each) == holds(other.element, each) for each in states)
-
-        moved = self.moments.ends[one.rise - 1].observation.held
-        return agree(self.moments.ends) and (
-            moved is None or agree(self.moments.beside(self.moments.phases[one.rise][1] - 1, moved).states)
-        )
-
-    def _calls(self, chosen: Sequence[Candidate]) -> list[tuple[str, tuple[str | float, ...]]]:
-        """Return the calls that the demonstration shows with some elements."""
-        calls = self._told(chosen).call.walk()
-        return [(each.name, without_lists(each.arguments)) for each in calls]
-
-    def _rivals(
-        self, chosen: Sequence[Candidate], place: int, found: Sequence[Candidate]
-    ) -> dict[Candidate, float]:
-        """Return an element and those that explain as much in its place, each with its likelihood.
-
-        They come true together. Elements that differ in numbers only are one: numbers are in the middle of
-        what fits. Nothing is returned where there are no others.
-        """
-        own = chosen[place]
-        if not own.rise:
-            return {}
-        by_values = {
-            tuple(values_in(each.element)): each
-            for each in reversed(found)
-            if each.rise == own.rise and each.parameter == own.parameter and each not in chosen
-        }
-        by_values.pop(tuple(values_in(own.element)), None)
-        if not by_values:
-            return {}
-        able = {own: self._told(chosen).acts_explained}
-        for each in [*by_values.values()][:RIVALS]:
-            if any(self._is_the_same(each, other) for other in able):
-                continue
-            explained = self._told([*chosen[:place], each, *chosen[place + 1 :]]).acts_explained
-            if len(explained) >= len(able[own]):
-                able[each] = explained
-        last = own.rise - 1  # the act by which they come true
-        if any(last in explained for explained in able.values()):
-            able = {each: explained for each, explained in able.items() if last in explained}
-        likely = self._likelihoods([*able])
-        return likely if {*likely} - {own} else {}
-
-    def _likelihoods(self, some: Sequence[Candidate]) -> dict[Candidate, float]:
-        """Return how likely elements are that come true together: alike where nothing was put down.
-
-        Those are left out that cannot be compared with the first one, which is always there.
-        """
-        own = some[0]
-        before, after = self.moments.ends[own.rise - 1 : own.rise + 1]
-        moved = before.observation.held
-        contract = self._contracts[own.parameter]
-        facts = {each: {*contract.facts(each.element, after)} for each in some}
-        alike = [each for each in some if facts[each] == facts[own]]
-        if moved is None or moved == after.observation.held or len(alike) == len(some):
-            return dict.fromkeys(some, 1.0)
-        beside = self.moments.beside(self.moments.phases[own.rise][1] - 1, moved)
-        fits = {each: beside.likelihood(partial(contract.holds, each.element)) for each in some}
-        known = {each: fit for each, fit in fits.items() if fit is not None}
-        if own in known:
-            return known
-        return dict.fromkeys(alike, 1.0)
 
     def _with_surprises(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
