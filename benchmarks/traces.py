@@ -19,8 +19,10 @@ import numpy as np
 
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation import episodes
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.execution.interpreter import Interpreter
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import NO_DECISION, Decision
@@ -29,6 +31,7 @@ from ntp_dsl.traces.schema import FORMAT, ROOT, VERSION, CallKind, CallOutcome, 
 from ntp_dsl.traces.writer import TraceWriter
 
 LIBRARY = examples_folder() / "block_stacking"
+TRUTH = "_with_truth"  # the interpreter's, which asks for the truth of facts for the trace alone
 WRITES = ("header", "state", "call", "returned", "frame", "picture", "end")
 
 
@@ -53,7 +56,8 @@ def recording(arguments: argparse.Namespace) -> dict[str, Any]:
 
     for name in WRITES:
         setattr(TraceWriter, name, timed(getattr(TraceWriter, name)))
-    episodes.write_demonstration = timed(episodes.write_demonstration)
+    setattr(Interpreter, TRUTH, timed(getattr(Interpreter, TRUTH)))
+    episodes.write_demonstration = timed(write_demonstration)
     model = model_or_shipped(None)
     shares, sizes = [], []
     with tempfile.TemporaryDirectory() as folder:
