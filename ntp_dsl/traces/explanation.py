@@ -14,6 +14,7 @@ from ntp_dsl.traces.phrases import (
     format_call,
     format_doubt,
     format_invocation,
+    format_measurement,
     format_option,
     format_scope,
 )
@@ -192,7 +193,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
         yield f"Of its calls, {_listed(texts)} did not succeed."
     for name, value in list(call.execution.evidence.items())[:MOST]:
-        yield f"{name.replace('_', ' ')}: {str(value)[:LONG]}."
+        yield f"{format_measurement(name, value)[:LONG]}."
     if call.execution.disturbances:
         yield f"Disturbed by {_listed(call.execution.disturbances)}."
     returned = call.return_decision

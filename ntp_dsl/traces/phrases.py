@@ -28,6 +28,19 @@ def format_invocation(name: str, arguments: tuple[Argument, ...]) -> str:
     return printable(f"{name}({', '.join(map(format_argument, arguments))})")
 
 
+def format_measurement(name: str, value: object) -> str:
+    """Return a measurement of the world as text, its numbers to three digits."""
+    return printable(f"{name.replace('_', ' ')}: {_shortly(value)}")
+
+
+def _shortly(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    if isinstance(value, list | tuple):
+        return f"({', '.join(map(_shortly, value))})"
+    return str(value)
+
+
 def format_doubt(doubt: Doubt) -> str:
     """Return as text which element of a list may be which, and what somebody answered."""
     texts = [f"{format_argument(element)} {chance:.0%}" for element, chance in doubt.offered]

@@ -16,7 +16,15 @@ from trees import Node, headed, written
 from ntp_dsl.cli.app import run
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.traces.comparison.divergence import compare
-from ntp_dsl.traces.decision import NO_DECISION, Alternative, Answer, Decision
+from ntp_dsl.traces.decision import (
+    NO_DECISION,
+    Alternative,
+    Answer,
+    Decision,
+    FactProbability,
+    StatementStatus,
+    Status,
+)
 from ntp_dsl.traces.page.document import NO_ROW
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.page.page_rows import page_rows
@@ -63,6 +71,7 @@ def write_page(tmp_path: Path, comparison_of: tuple[Trace, Trace]) -> Path:
 
 def test_both_trees_are_side_by_side(both: Page) -> None:
     heads = both.text("#heads")
+    assert heads.startswith("A scripted: success") and "B learned: success" in heads
     assert "policy scripted" in heads and "policy learned" in heads
     both.press("Home")
     assert both.chosen().startswith("▾stack([(") and both.chosen().count("stack(") == 2
@@ -88,7 +97,16 @@ def test_arrows_fold_unfold_and_choose(both: Page) -> None:
 def test_the_chosen_call_is_shown_with_its_alternatives_and_its_statement(both: Page) -> None:
     both.press("Home", "ArrowDown")
     detail = both.text("#detail")
-    for part in ("outcome", "scope", "probability", "callee", "argument 1", "argument 2", "or to return"):
+    for part in (
+        "outcome",
+        "reads",
+        "why it was called",
+        "why it returned",
+        "callee",
+        "argument 1",
+        "argument 2",
+        "or to return",
+    ):
         assert part in detail
     assert re.search(r"block_stacking.ntp:\d+: pick_and_place\(p.item, p.support\)", detail)
 
@@ -104,13 +122,48 @@ def test_scopes_are_drawn_over_the_demonstration(both: Page) -> None:
 def test_the_scrubber_moves_the_scene(both: Page) -> None:
     both.press("Home")
     assert both.text("#moment").startswith("frame 0 of")
-    hand = "[...document.querySelectorAll('.hand')].map((each) => each.getAttribute('d')).join()"
+    hand = "[...document.querySelectorAll('path.hand')].map((each) => each.getAttribute('d')).join()"
     before = both.run(hand)
     both.press("}", "}", "]")
     assert both.text("#moment").startswith("frame 21 of") and both.run(hand) != before
     both.press("{", "{", "{", "[")
     assert both.text("#moment").startswith("frame 0 of") and both.run(hand) == before
-    assert both.page.locator("#scene svg").count() == 4
+    assert both.page.locator("#scenes svg").count() == 3  # with the demonstration's
+
+
+def test_what_a_call_reads_is_shown_in_the_demonstrations_scene(both: Page) -> None:
+    both.press("Home", "ArrowDown")
+    scope = both.run("chosenCalls()[1].scope")
+    assert both.text("figcaption >> nth=0") == f"demonstration, frame {scope[0]}"
+    both.press(".")
+    assert both.text("figcaption >> nth=0").endswith(f"frame {scope[0] + 1}")
+    both.press("<", ",")
+    assert both.text("figcaption >> nth=0").endswith(f"frame {max(0, scope[0] - 10)}")
+    named = both.page.locator("#scenes figure:first-child .object.named title").all_text_contents()
+    assert sorted(each.split(",")[0] for each in named) == sorted(both.run("chosenCalls()[1].names"))
+
+
+def test_the_chosen_call_is_played_to_its_end(both: Page) -> None:
+    both.press("/", *"grasp", "Escape")
+    end = both.run("Math.max(...chosenCalls().filter(Boolean).map((each) => each.end_frame))")
+    both.press(" ")
+    while both.run("playing.timer !== null"):
+        both.page.wait_for_timeout(50)
+    assert both.run("chosen.frame") == end and both.text("#play") == "play"
+
+
+def test_a_scene_is_seen_from_all_sides_and_fills_the_panel(both: Page) -> None:
+    drawn = "document.querySelector('#scenes svg').outerHTML"
+    seen = set()
+    for _ in range(3):
+        both.press("v")
+        seen.add(both.run(drawn))
+    assert len(seen) == 3
+    for count in (1, 1, 1, 3):
+        both.press("z")
+        assert both.page.locator("#scenes figure").count() == count
+        panel, scenes = (both.page.locator(each).bounding_box() for each in ("#side", "#scenes"))
+        assert count == 3 or scenes["height"] > 0.8 * panel["height"]
 
 
 def test_search_finds_calls_by_name_and_object(both: Page) -> None:
@@ -138,10 +191,11 @@ def test_the_keys_are_listed_and_the_theme_changes(both: Page) -> None:
 
 def test_everything_can_be_reached_without_a_mouse(both: Page) -> None:
     reached = set()
-    for _ in range(12):
+    for _ in range(24):
         both.press("Tab")
         reached.add(both.run("document.activeElement.id"))
-    assert {"tree", "search", "previous", "next", "theme", "help", "detail", "frame"} <= reached
+    tools = {"search", "previous", "next", "theme", "help", "play", "view", "zoom"}
+    assert tools | {"tree", "detail", "shown", "frame"} <= reached
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
@@ -158,7 +212,7 @@ def test_text_has_enough_contrast(chromium: Any, folder: Path, theme: str) -> No
 def test_one_trace_is_shown_alone(chromium: Any, folder: Path) -> None:
     found = Page(chromium, folder / "one.html")
     assert found.page.locator(".mark").count() == 0 and not found.page.locator("#next").is_visible()
-    assert "done" in found.text("#summary") and found.messages == []
+    assert found.text("#summary") == "learned: success" and found.messages == []
     found.close()
 
 
@@ -189,6 +243,46 @@ def test_five_thousand_steps_open_at_the_divergence_and_move_at_once(chromium: A
     assert took < 250  # [ms] for three changes of the page, on a machine that may be busy
     found.press("End")
     assert "part(block_999)" in found.chosen()
+    found.close()
+
+
+def test_a_divergence_is_shown_with_both_calls_that_diverged(chromium: Any, tmp_path: Path) -> None:
+    """Also where the alignment matches the reference's call with a later one of the other trace."""
+    run_a = Node("run", "run", kids=[Node("program", "build")])
+    run_a.kids[0].kids = [Node("api", "step", (f"block_{n}",), None, "achieved") for n in range(4)]
+    run_b = run_a.copy()
+    run_b.kids[0].kids.insert(1, Node("api", "detour", (), None, "achieved"))
+    found = Page(chromium, write_page(tmp_path, (written(run_a), written(run_b))))
+    cards = [found.text(f"#detail .card >> nth={side}") for side in (0, 1)]
+    assert cards[0].startswith("A step(block_1)") and cards[1].startswith("B detour()")
+    assert found.chosen() == "+ detour() ✓"
+    assert found.page.locator(".row.changed").count() == 0
+    found.close()
+
+
+def test_the_page_says_which_facts_were_seen_wrongly(chromium: Any, tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    facts = (FactProbability("on(a, b)", 0.42, True), FactProbability("clear(a)", 1.0, True))
+    due = StatementStatus(line=7, status=Status.DUE, callee="put", arguments=("a", "b"), lacks=("clear(b)",))
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        obj = SceneObject("a", "Block", (0.05, 0.05, 0.05))
+        writer.header(headed(objects=(obj,)))
+        seen = writer.state(Observation((obj,), {"a": (0.5, 0.0, 0.0)}, (0.0, 0.0, 0.5), False))
+        root = writer.call(ROOT, "program", "go", (), None, 0, seen, NO_DECISION)
+        made = writer.call(
+            root, "api", "put", ("a",), None, 0, seen, Decision(facts=facts, statements=(due,))
+        )
+        writer.returned(made, "achieved", 1)
+        writer.returned(root, "done", 1)
+        writer.end(End(ending=Ending.DONE, success=False, verdict="on(a, b) does not hold"))
+    trace = read_trace(path)
+    found = Page(chromium, write_page(tmp_path, (trace, trace)))
+    assert found.text("#summary").endswith("failed: on(a, b) does not hold")
+    found.press("ArrowDown")
+    assert "line 7 put(a, b) lacks clear(b)" in found.text("#detail")
+    assert found.text("#detail tr.bad") == "on(a, b)\t42%\tyes"
+    assert found.text("#detail summary") == "1 that held"
     found.close()
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ntp_dsl.traces.comparison.alignment import Level
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.confidence import Confidence
+from ntp_dsl.traces.comparison.state_differences import StateDifferences
 from ntp_dsl.traces.decision import Answer
 from ntp_dsl.traces.schema import Attribution
 from ntp_dsl.traces.trace import Trace
@@ -28,7 +29,7 @@ class Divergence:
     attributed_to: Attribution | None  # None where one of the traces was cut off
     source: str  # file:line of the statement that the first trace followed; empty where unknown
     confidence: Confidence  # of the second trace's decision
-    state_distance: float | None = None  # [m] between the states of the two decisions, the largest
+    states: StateDifferences | None = None  # between the states of the two decisions; None where unknown
     answer: Answer | None = None  # of a replay
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
-from math import dist, inf
+from math import inf
 
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.traces.comparison.alignment import Level, Pair, align
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind, Rules
 from ntp_dsl.traces.comparison.confidence import confidence
+from ntp_dsl.traces.comparison.state_differences import StateDifferences, state_differences
 from ntp_dsl.traces.comparison.teacher_forcing import disagreements
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.failure_attribution import attribute_call
@@ -95,7 +96,7 @@ class _Finder:
             yield self._divergence(kind, level, x, y)
 
     def _divergence(self, kind: DivergenceKind, level: Level, x: Call | None, y: Call | None) -> Divergence:
-        distance = state_distance(
+        apart = state_differences(
             self._state(self.a, x, level.caller_a), self._state(self.b, y, level.caller_b)
         )
         followed = x.decision if x else self._returned(self.a, level.caller_a)
@@ -106,27 +107,29 @@ class _Finder:
             level.caller_b,
             x.id if x else None,
             y.id if y else None,
-            self._attribution(kind, x, y, distance),
+            self._attribution(kind, x, y, apart),
             followed.source if followed else "",
             confidence(kind, decision, x, y),
-            distance,
+            apart,
         )
 
     def _attribution(
-        self, kind: DivergenceKind, x: Call | None, y: Call | None, distance: float | None
+        self, kind: DivergenceKind, x: Call | None, y: Call | None, apart: StateDifferences | None
     ) -> Attribution | None:
         if kind is DivergenceKind.CUT_OFF:
             return None
         if kind is DivergenceKind.OUTCOME:
             assert x is not None and y is not None
             return attribute_call(y) or attribute_call(x) or Attribution.DECISION
-        if distance is None or distance <= STATE_TOLERANCE:
+        if apart is None or apart.largest <= STATE_TOLERANCE:
             return Attribution.DECISION
         # The states differ although all calls so far are the same.
         if y is not None and self.disturbed < y.id:
             return Attribution.DISTURBANCE
-        initial = state_distance(_first_state(self.a), _first_state(self.b))
-        return Attribution.START if initial is None or initial > STATE_TOLERANCE else Attribution.PHYSICS
+        initial = state_differences(_first_state(self.a), _first_state(self.b))
+        return (
+            Attribution.START if initial is None or initial.largest > STATE_TOLERANCE else Attribution.PHYSICS
+        )
 
     def _returned(self, trace: Trace, caller: int) -> Decision | None:
         return None if caller == ROOT else trace.calls[caller].return_decision
@@ -135,20 +138,6 @@ class _Finder:
         """Return the state of the decision to make the call, or of the caller's return where it is None."""
         number = call.state if call else None if caller == ROOT else trace.calls[caller].end_state
         return None if number is None else trace.states[number]
-
-
-def state_distance(a: Observation | None, b: Observation | None) -> float | None:
-    """Return the largest distance of an object or the hand between two states [m].
-
-    It is infinite where an object is missing from one of them, or only one hand is closed; None where a state
-    is unknown.
-    """
-    if a is None or b is None:
-        return None
-    if a.positions.keys() != b.positions.keys() or a.closed != b.closed:
-        return inf
-    pairs = [(a.gripper, b.gripper), *((a.positions[n], b.positions[n]) for n in a.positions)]
-    return max(dist(p, q) for p, q in pairs)
 
 
 def _first_state(trace: Trace) -> Observation | None:

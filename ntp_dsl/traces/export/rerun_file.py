@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.traces.page.page_calls import motion
 from ntp_dsl.traces.page.page_pictures import pictures
+from ntp_dsl.traces.page.page_scene import episode_motion
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
@@ -36,7 +36,7 @@ class _Side:
 
     def __init__(self, rerun: Any, recording: Any, side: str, trace: Trace) -> None:
         self.rerun, self.recording, self.side, self.trace = rerun, recording, side, trace
-        self.moments = motion(trace)
+        self.moments = [*episode_motion(trace)]
         self.times = {frame: time for frame, time, *_ in self.moments}
 
     def write(self, folder: Path) -> None:

@@ -6,12 +6,59 @@ from collections.abc import Mapping, Sequence
 
 from msgspec import Struct
 
-from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.geometry import Quaternion, Vector
 from ntp_dsl.traces.decision import Frames
 
 NO_ROW = -1
+Text = int  # number of a text in the document's table
 Ranking = Sequence[tuple[str, float]]  # alternatives with their probabilities, most probable first
 Moment = tuple[int, float, Vector, bool, Mapping[str, Vector]]  # frame, time, hand, closed, moved objects
+Turn = tuple[int, Mapping[str, Quaternion]]  # frame, objects that were turned
+
+
+class PageObject(Struct, frozen=True):
+    """An object of a scene."""
+
+    type: str
+    size: Vector  # full extents [m]
+    shape: str
+    fixed: bool
+
+
+class PageScene(Struct, frozen=True):
+    """Objects in motion, and the camera's pictures of them."""
+
+    title: str
+    objects: Mapping[str, PageObject]
+    motion: Sequence[Moment]
+    turns: Sequence[Turn]
+    pictures: Sequence[tuple[int, str]]  # frame, data URI
+
+
+class PageFact(Struct, frozen=True, array_like=True):
+    """A fact that a decision rests on."""
+
+    text: Text
+    probability: float
+    truth: bool | None
+
+
+class PageStatement(Struct, frozen=True, array_like=True):
+    """A statement of the deciding program, and what the call that it stands for lacked."""
+
+    text: Text
+    line: int
+    status: str
+    lacks: Sequence[Text]
+
+
+class PageDecision(Struct, frozen=True):
+    """A decision: its alternatives, and what it rested on."""
+
+    notes: Sequence[str]
+    alternatives: Sequence[tuple[str, Ranking]]  # each with its title
+    facts: Sequence[PageFact]
+    statements: Sequence[PageStatement]
 
 
 class PageCall(Struct, frozen=True):
@@ -20,6 +67,7 @@ class PageCall(Struct, frozen=True):
     name: str
     program: bool
     arguments: str
+    names: Sequence[str]  # of the objects among its arguments
     scope: Frames | None
     outcome: str  # empty where the trace was cut off
     probability: float | None
@@ -31,17 +79,17 @@ class PageCall(Struct, frozen=True):
     attributed_to: str
     disturbances: Sequence[str]
     evidence: str
-    alternatives: Sequence[tuple[str, Ranking]]  # each with its title
+    made: PageDecision  # by its caller
+    returned: PageDecision | None  # by itself
 
 
 class PageTrace(Struct, frozen=True):
     """One of the traces."""
 
-    headline: str
+    origin: str
+    ending: str  # who decided, and how that ended
     calls: Sequence[PageCall]
-    motion: Sequence[Moment]
-    sizes: Mapping[str, Vector]
-    pictures: Sequence[tuple[int, str]]  # frame, data URI
+    scene: PageScene
     frames: int
 
 
@@ -71,7 +119,7 @@ class PageDivergence(Struct, frozen=True):
     statement: str
     margin: float | None
     rank: int | None
-    state_distance: float | None  # [m]
+    differences: str  # between the states of the two decisions
 
 
 class PageDemonstration(Struct, frozen=True):
@@ -80,12 +128,14 @@ class PageDemonstration(Struct, frozen=True):
     frames: int
     calls: Sequence[tuple[str, Frames]]
     closed: Sequence[Frames]
+    scene: PageScene | None  # None where only its scopes are known
 
 
 class PageDocument(Struct, frozen=True):
     """Everything that a page shows."""
 
     summary: str
+    texts: Sequence[str]
     traces: Sequence[PageTrace]
     rows: Sequence[PageRow]
     divergences: Sequence[PageDivergence]

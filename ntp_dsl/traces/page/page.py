@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from ntp_dsl.common.text import printable
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.decision import Frames
@@ -26,9 +27,9 @@ from ntp_dsl.traces.page.document import (
     PageRow,
     PageTrace,
 )
-from ntp_dsl.traces.page.page_calls import finite, motion, page_call
-from ntp_dsl.traces.page.page_pictures import pictures
+from ntp_dsl.traces.page.page_calls import Texts, page_call
 from ntp_dsl.traces.page.page_rows import page_rows
+from ntp_dsl.traces.page.page_scene import demonstrated_scene, episode_scene
 from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline
 from ntp_dsl.traces.schema import ROOT, DemonstratedCall
 from ntp_dsl.traces.sources import statement
@@ -53,11 +54,13 @@ def page(
     """
     alone = comparison.a is comparison.b
     traces = (comparison.a,) if alone else (comparison.a, comparison.b)
-    sides = [_trace(trace, folder) for trace, folder in zip(traces, folders, strict=False)]
+    texts = Texts()
+    sides = [_trace(trace, folder, texts) for trace, folder in zip(traces, folders, strict=False)]
     rows = page_rows(comparison)
     divergences = () if alone else comparison.divergences
     document = PageDocument(
-        summary=summary(comparison),
+        summary=verdict(comparison.a) if alone else comparison.summary,
+        texts=texts.all,
         traces=sides,
         rows=rows,
         divergences=[_divergence(comparison, each, rows) for each in divergences],
@@ -65,19 +68,6 @@ def page(
         demonstration=_demonstration(comparison.a, demonstration),
     )
     return _render(comparison.a.header.task or "a trace", document)
-
-
-def summary(comparison: Comparison) -> str:
-    """Return the end of a single trace, or the first divergence of two, in a sentence."""
-    first = comparison.first
-    if comparison.a is comparison.b:
-        return _end(comparison.a)
-    if first is None:
-        return "The two traces are the same."
-    more = len(comparison.divergences) - 1
-    others = f"; {more} more" if more else ""
-    cause = f", attributed to {first.attributed_to}" if first.attributed_to else ""
-    return f"First divergence: {first.kind}{cause}{others}."
 
 
 def _render(title: str, document: PageDocument) -> str:
@@ -99,22 +89,30 @@ def _hash(text: str) -> str:
     return "sha256-" + b64encode(sha256(text.encode()).digest()).decode()
 
 
-def _end(trace: Trace) -> str:
-    if trace.end is None:
-        return "The trace is cut off."
-    parts = [trace.end.ending, trace.end.reason, trace.end.verdict]
-    return ": ".join(each for each in parts if each)
+def verdict(trace: Trace) -> str:
+    """Return who decided, and how that ended."""
+    who = str(trace.header.policy or "a run")
+    end = trace.end
+    if end is None:
+        return f"{who}: cut off"
+    if end.success is None:
+        judged = str(end.ending)
+    elif end.success:
+        judged = "success"
+    else:
+        judged = f"failed, attributed to {end.attributed_to}" if end.attributed_to else "failed"
+    said = [end.verdict or end.reason] if not end.success else []
+    return printable(f"{who}: {': '.join([judged, *filter(None, said)])}")
 
 
-def _trace(trace: Trace, folder: Path) -> PageTrace:
+def _trace(trace: Trace, folder: Path, texts: Texts) -> PageTrace:
     times = inclusive_times(trace)
     frames = [call.end_frame or call.frame for call in trace.calls]
     return PageTrace(
-        headline=headline(trace.header),
-        calls=[page_call(trace, call, times[call.id]) for call in trace.calls],
-        motion=motion(trace),
-        sizes={each.name: each.size for each in trace.header.objects},
-        pictures=[(each.frame, each.uri) for each in pictures(trace, folder)],
+        origin=headline(trace.header),
+        ending=verdict(trace),
+        calls=[page_call(trace, call, times[call.id], texts) for call in trace.calls],
+        scene=episode_scene(trace, str(trace.header.policy or "episode"), folder),
         frames=max([len(trace.motions), *frames], default=0) + 1,
     )
 
@@ -134,16 +132,24 @@ def _divergence(comparison: Comparison, divergence: Divergence, rows: list[PageR
         statement=statement(comparison.a, divergence.source),
         margin=divergence.confidence.margin,
         rank=divergence.confidence.rank,
-        state_distance=finite(divergence.state_distance),
+        differences=str(divergence.states or ""),
     )
 
 
 def _row(divergence: Divergence, rows: list[PageRow]) -> int:
-    """Return the row of the call, or of the caller that returned; `NO_ROW` for the run itself."""
-    if divergence.a is None and divergence.answer is None and divergence.b is not None:
-        return next((number for number, row in enumerate(rows) if row.b == divergence.b), NO_ROW)
-    call = divergence.caller_a if divergence.a is None else divergence.a
-    return next((number for number, row in enumerate(rows) if row.a == call), NO_ROW)
+    """Return the row of the calls, the first where they have two; `NO_ROW` for the run itself.
+
+    Where a trace returned instead, it is the other's call, and where both did, their caller.
+    """
+    a, b = divergence.a, divergence.b
+    if a is None and b is None:
+        a, b = divergence.caller_a, divergence.caller_b
+    where = (
+        number
+        for number, row in enumerate(rows)
+        if (a is not None and row.a == a) or (b is not None and row.b == b)
+    )
+    return next(where, NO_ROW)
 
 
 def _call_or_caller(call: int | None, caller: int) -> int | None:
@@ -177,6 +183,7 @@ def _demonstration(trace: Trace, demonstration: Demonstration | None) -> PageDem
         frames=max([1, *scopes, reference.frames if reference else 1]),
         calls=_top_level_calls(reference.calls) if reference and reference.calls else [],
         closed=_closed(demonstration) if demonstration is not None else [],
+        scene=demonstrated_scene(demonstration) if demonstration is not None else None,
     )
 
 

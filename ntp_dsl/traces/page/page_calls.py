@@ -1,19 +1,18 @@
-"""The calls and the motion of a trace for a page."""
+"""The calls of a trace for a page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import isfinite
+from itertools import starmap
 from typing import Any
 
-import msgspec
-
-from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.common.text import printable
+from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces import decision as traced
-from ntp_dsl.traces.decision import Answer
+from ntp_dsl.traces.decision import Answer, Decision
 from ntp_dsl.traces.failure_attribution import attribute_call
-from ntp_dsl.traces.page.document import Moment, PageCall, Ranking
-from ntp_dsl.traces.phrases import format_argument, format_invocation, format_option
+from ntp_dsl.traces.page.document import PageCall, PageDecision, PageFact, PageStatement, Ranking, Text
+from ntp_dsl.traces.phrases import format_argument, format_invocation, format_measurement, format_option
 from ntp_dsl.traces.schema import Call
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.times import Times
@@ -22,13 +21,30 @@ from ntp_dsl.traces.trace import Trace
 MAX_EVIDENCE = 300  # [characters]
 
 
-def page_call(trace: Trace, call: Call, times: Times) -> PageCall:
+class Texts:
+    """The texts of a document, each once: the same facts come up in many decisions."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, Text] = {}
+
+    def number(self, text: str) -> Text:
+        """Return the number of a text."""
+        return self._numbers.setdefault(text, len(self._numbers))
+
+    @property
+    def all(self) -> list[str]:
+        return list(self._numbers)
+
+
+def page_call(trace: Trace, call: Call, times: Times, texts: Texts) -> PageCall:
     """Return a call for the page."""
     source = call.decision.source
+    given = without_lists(call.arguments)
     return PageCall(
         name=call.name,
         program=call.is_program,
         arguments=", ".join(map(format_argument, call.arguments)),
+        names=[name for name in dict.fromkeys(map(str, given)) if name in trace.states[call.state].positions],
         scope=call.scope,
         outcome=call.outcome or "",
         probability=call.decision.probability,
@@ -40,41 +56,89 @@ def page_call(trace: Trace, call: Call, times: Times) -> PageCall:
         attributed_to=attribute_call(call) or "",
         disturbances=call.execution.disturbances,
         evidence=_evidence(call.execution.evidence),
-        alternatives=tuple(_alternatives(call)),
+        made=_decision(call.decision, [*_made(call.decision)], texts),
+        returned=_returned(call.return_decision, texts),
     )
 
 
-def finite(value: float | None) -> float | None:
-    """Return a number where it is finite, as JSON requires; else None."""
-    return value if value is not None and isfinite(value) else None
-
-
 def _evidence(measurements: Mapping[str, Any]) -> str:
-    return msgspec.json.encode(measurements).decode()[:MAX_EVIDENCE] if measurements else ""
+    return "; ".join(starmap(format_measurement, measurements.items()))[:MAX_EVIDENCE]
 
 
-def _alternatives(call: Call) -> Iterator[tuple[str, Ranking]]:
-    """Yield the alternatives of the decision: callees, arguments, scopes, and the caller's end."""
-    decision = call.decision
-    for doubt in decision.read.doubts if decision.read is not None else ():
-        title = f"element {doubt.number + 1} of {doubt.parameter}, as its caller read it"
-        yield title, [(format_argument(element), chance) for element, chance in doubt.offered]
-        if doubt.answer is not None:
-            yield "as somebody answered", [(format_argument(doubt.answer), 1.0)]
+def _returned(decision: Decision | None, texts: Texts) -> PageDecision | None:
+    return None if decision is None else _decision(decision, [*_ended(decision)], texts)
+
+
+def _decision(decision: Decision, alternatives: list[tuple[str, Ranking]], texts: Texts) -> PageDecision:
+    return PageDecision(
+        notes=[*_notes(decision)],
+        alternatives=alternatives,
+        facts=[
+            PageFact(texts.number(each.fact), round(each.probability, 3), each.truth)
+            for each in decision.facts
+        ],
+        statements=[
+            PageStatement(
+                texts.number(format_invocation(each.callee, each.arguments) if each.callee else ""),
+                each.line,
+                str(each.status),
+                [texts.number(fact) for fact in each.lacks],
+            )
+            for each in decision.statements
+        ],
+    )
+
+
+def _notes(decision: Decision) -> Iterator[str]:
+    """Yield what else is worth telling: who decided, for which reason, and what was read."""
+    if decision.scripted:
+        yield "A function in Python decided."
+    if decision.reason:
+        yield printable(decision.reason)
+    if (read := decision.read) is not None:
+        for each in read.lists:
+            yield printable(f"read {each.parameter} = [{', '.join(map(format_argument, each.elements))}]")
+        yield f"that explains {read.explained} of {read.acts} acts of the hand"
+
+
+def _made(decision: Decision) -> Iterator[tuple[str, Ranking]]:
+    """Yield the alternatives of a decision to call: callees, arguments, scopes, and the caller's end."""
+    yield from _doubts(decision, "as its caller read it")
     yield from _ranking("callee", decision.callees)
     for number, ranking in enumerate(decision.arguments, 1):
         yield from _ranking(f"argument {number}", ranking)
     yield from _ranking("scope", decision.scopes)
     if decision.end_probability is not None:
         yield "or to return", [("end of the caller", decision.end_probability)]
-    if call.return_decision is not None and call.return_decision.end_probability is not None:
-        yield "its own end", [("end", call.return_decision.end_probability)]
-    for asked in (decision.asked, call.return_decision.asked if call.return_decision is not None else None):
-        if asked is not None:
-            yield "somebody was asked", [(format_option(each), each.probability) for each in asked.options]
-            yield "and answered", [(format_option(asked.taken), 1.0)]
+    yield from _asked(decision)
     if decision.answer is not None:
         yield "answered", [(_answer(decision.answer), decision.probability or 0.0)]
+
+
+def _ended(decision: Decision) -> Iterator[tuple[str, Ranking]]:
+    """Yield the alternatives of a decision to return."""
+    yield from _doubts(decision, "as it read it")
+    if decision.end_probability is not None:
+        yield "its own end", [("end", decision.end_probability)]
+    if decision.achieved is not None:
+        yield "that all is achieved", [("achieved", decision.achieved)]
+    yield from _asked(decision)
+
+
+def _doubts(decision: Decision, who: str) -> Iterator[tuple[str, Ranking]]:
+    for doubt in decision.read.doubts if decision.read is not None else ():
+        yield (
+            f"element {doubt.number + 1} of {doubt.parameter}, {who}",
+            [(format_argument(element), chance) for element, chance in doubt.offered],
+        )
+        if doubt.answer is not None:
+            yield "as somebody answered", [(format_argument(doubt.answer), 1.0)]
+
+
+def _asked(decision: Decision) -> Iterator[tuple[str, Ranking]]:
+    if (asked := decision.asked) is not None:
+        yield "somebody was asked", [(format_option(each), each.probability) for each in asked.options]
+        yield "and answered", [(format_option(asked.taken), 1.0)]
 
 
 def _answer(answer: Answer) -> str:
@@ -90,19 +154,3 @@ def _alternative(value: object) -> str:
     if value is None:
         return "none"
     return f"frames {value[0]} – {value[1]}" if isinstance(value, tuple) else str(value)
-
-
-def motion(trace: Trace) -> list[Moment]:
-    """Return the traced motion; without it, the states that calls were made in."""
-    if trace.motions:
-        return [(m.frame, m.time, m.gripper, m.closed, m.positions) for m in trace.motions]
-    moments: list[Moment] = []
-    positions: Mapping[str, Vector] = {}
-    last = -1
-    for call in trace.calls:
-        if call.state != last:
-            last, state = call.state, trace.states[call.state]
-            moved = {name: p for name, p in state.positions.items() if positions.get(name) != p}
-            positions = state.positions
-            moments.append((call.frame, call.frame / 10, state.gripper, state.closed, moved))
-    return moments

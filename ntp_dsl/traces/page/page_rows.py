@@ -14,12 +14,17 @@ Match = tuple[int | None, int | None, int]  # call of the first trace, of the se
 
 def page_rows(comparison: Comparison) -> list[PageRow]:
     """Return the rows in order of execution."""
-    changed = {each.a for each in comparison.divergences if each.a is not None}
+    changed = {
+        (each.a, each.b) if (each.a, each.b) != (None, None) else (each.caller_a, each.caller_b)
+        for each in comparison.divergences
+    }
     rows: list[PageRow] = []
     open_rows: list[int] = []
     for a, b, depth in _matches(comparison):
         _close(rows, open_rows, depth)
-        mark = "only b" if a is None else "only a" if b is None else "changed" if a in changed else "same"
+        mark = (
+            "only b" if a is None else "only a" if b is None else "changed" if (a, b) in changed else "same"
+        )
         parent = open_rows[-1] if open_rows else NO_ROW
         open_rows.append(len(rows))
         rows.append(PageRow(a, b, depth, mark, parent))

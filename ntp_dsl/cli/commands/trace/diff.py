@@ -19,6 +19,7 @@ from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Answer
+from ntp_dsl.traces.explanation import brief
 from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Call
@@ -132,8 +133,10 @@ def _paragraph(comparison: Comparison, divergence: Divergence, title: str) -> It
     yield Text(f"  B   {action_b}")
     if confidence := _confidence(divergence):
         yield Text(f"      {confidence}", style="dim")
-    if divergence.state_distance is not None:
-        yield Text(f"      {_states(divergence.state_distance)}", style="dim")
+    if apart := str(divergence.states or ""):
+        yield Text(f"      the states differ: {apart}", style="dim")
+    if divergence.b is not None and (why := brief(comparison.b.calls[divergence.b])):
+        yield Text(f"      B decided so {why}", style="dim")
     a, b = followed(comparison, divergence)
     if a or b:
         yield Text(f"      not shown: the {a} following calls of A, {b} of B", style="dim")
@@ -184,12 +187,6 @@ def _confidence(divergence: Divergence) -> str:
     return f"p={confidence.chosen:.2f}; {right}; margin {confidence.margin:.2f}"
 
 
-def _states(distance: float) -> str:
-    if not isfinite(distance):
-        return "the states differ: an object is missing from one, or only one hand is closed"
-    return f"the states differ by {1000 * distance:.1f} mm"
-
-
 def followed(comparison: Comparison, divergence: Divergence) -> tuple[int, int]:
     """Return how many calls each trace made after a divergence; 0 where the traces continue in parallel."""
     if divergence.kind in (DivergenceKind.SCOPE, DivergenceKind.OUTCOME) or divergence.answer is not None:
@@ -229,7 +226,7 @@ def document(comparison: Comparison) -> dict[str, Any]:
 
 def as_json(comparison: Comparison, divergence: Divergence) -> dict[str, Any]:
     """Return a divergence as a row of JSON."""
-    distance = divergence.state_distance
+    distance = None if divergence.states is None else divergence.states.largest
     return {
         "kind": str(divergence.kind),
         "attributed_to": divergence.attributed_to or "",

@@ -1,24 +1,27 @@
-// The chosen call of each trace: its outcome and the alternatives of its decision. A trace without such a call
-// shows what it did instead: another call, or the return of its caller.
+// The chosen call of each trace: what came of it, what its caller saw, and the alternatives of the decision. A trace
+// without such a call shows what it did instead: another call, or the return of its caller.
+
+const STATUS_MARKS = { due: "▶", achieved: "✓", "passed over": "–", absent: "∅" };
 
 function drawDetail() {
-  const row = page.rows[chosen.row];
   const divergences = page.divergences.filter((each) => each.row === chosen.row);
-  const cards = SIDES.map((side) => card(side, call(row, side) || call(divergences[0] || {}, side)));
+  const calls = chosenCalls();
+  const cards = SIDES.map((side, place) => card(side, calls[place]));
   byId("detail").replaceChildren(...divergences.map(divergenceNote), element("div", { class: "cards" }, ...cards));
 }
 
 function divergenceNote(divergence) {
-  const confidence = divergence.margin === null ? "" : ` margin ${divergence.margin.toFixed(2)}, the right choice ${
-    divergence.rank === null ? "is not among the alternatives" : `has rank ${divergence.rank}`
-  }.`;
-  const distance = divergence.state_distance === null ? "" : ` The states differ by ${(1000 * divergence.state_distance).toFixed(1)} mm.`;
+  const rank = divergence.rank === null ? "is not among the alternatives" : `has rank ${divergence.rank}`;
+  const confidence = divergence.margin === null ? "" : ` B preferred it by ${percentage(divergence.margin)}; the right choice ${rank}.`;
   return element(
     "div",
     { class: "divergence", role: "note" },
     element("strong", { class: "bad" }, `≠ ${divergence.kind}`),
-    `${divergence.attributed_to ? ` attributed to: ${divergence.attributed_to}.` : ""}${confidence}${distance} `,
+    divergence.attributed_to ? ` attributed to: ${divergence.attributed_to}. ` : " ",
     element("span", {}, `A ${divergence.did_a}; B ${divergence.did_b}. `),
+    divergence.differences ? element("span", {}, `The states differ: ${divergence.differences}.`) : "",
+    confidence,
+    " ",
     element("code", {}, divergence.source + (divergence.statement ? `: ${divergence.statement}` : "")),
   );
 }
@@ -28,31 +31,79 @@ function card(side, callData) {
   if (!callData) return element("article", { class: "card" }, title, "no such call");
   const facts = {
     outcome: callData.outcome || "cut off",
-    scope: callData.scope ? `frames ${callData.scope[0]} – ${callData.scope[1]}` : "none",
-    probability: probability(callData.probability),
-    time: timeText(callData.times),
     "attributed to": callData.attributed_to,
     disturbances: callData.disturbances.join(", "),
-    evidence: callData.evidence,
+    measured: callData.evidence,
     source: callData.source + (callData.statement ? `: ${callData.statement}` : ""),
+    probability: percentage(callData.probability),
+    reads: callData.scope ? `frames ${callData.scope[0]} – ${callData.scope[1]} of the demonstration` : "",
     frames: `${callData.frame} – ${callData.end_frame ?? ""}`,
+    time: timeText(callData.times),
   };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(facts)) {
     if (value) list.append(element("dt", {}, name), element("dd", {}, value));
   }
-  return element("article", { class: "card" }, title, list, alternatives(callData, side));
+  const parts = [decision("why it was called", callData.made, side)];
+  if (callData.returned) parts.push(decision("why it returned", callData.returned, side));
+  return element("article", { class: "card" }, title, list, ...parts);
 }
 
-function alternatives(callData, side) {
+// What a decision rested on; an empty element where the trace says nothing.
+function decision(title, made, side) {
+  const box = element("section", {});
+  const parts = [...made.notes.map((note) => element("p", {}, note)), ...statements(made), ...factTable(made), ...alternatives(made, side)];
+  if (parts.length) box.append(element("h3", {}, title), ...parts);
+  return box;
+}
+
+function statements(made) {
+  return made.statements.map(([text, line, status, lacks]) => {
+    const lacking = lacks.length && status === "due" ? ` lacks ${lacks.map((each) => page.texts[each]).join(", ")}` : "";
+    return element(
+      "div",
+      { class: `statement ${status === "due" ? "due" : "dim"}`, title: status },
+      element("span", { "aria-label": status }, STATUS_MARKS[status] || status),
+      element("span", {}, `line ${line} ${page.texts[text]}`, element("span", { class: "dim" }, lacking)),
+    );
+  });
+}
+
+// Facts that were seen wrongly come first, then those that did not hold or were not sure; the rest is folded away.
+function factTable(made) {
+  const isWrong = ([, seen, truth]) => truth !== null && seen > 0.5 !== truth;
+  const wrong = made.facts.filter(isWrong);
+  const telling = made.facts.filter((fact) => !isWrong(fact) && fact[1] < SURE);
+  const rest = made.facts.filter((fact) => !isWrong(fact) && fact[1] >= SURE);
+  const parts = [];
+  if (wrong.length + telling.length) parts.push(facts([...wrong, ...telling], isWrong));
+  if (rest.length) {
+    const heading = element("summary", {}, `${rest.length} that held`);
+    parts.push(element("details", {}, heading, facts(rest, isWrong)));
+  }
+  return parts;
+}
+
+function facts(rows, isWrong) {
+  const table = element("table", {}, element("tr", {}, ...["fact", "seen", "true"].map((name) => element("th", { scope: "col" }, name))));
+  for (const fact of rows) {
+    const [text, seen, truth] = fact;
+    const truly = truth === null ? "" : truth ? "yes" : "no";
+    const cells = [page.texts[text], percentage(seen), truly].map((each) => element("td", {}, each));
+    table.append(element("tr", isWrong(fact) ? { class: "bad" } : {}, ...cells));
+  }
+  return table;
+}
+
+function alternatives(made, side) {
   const box = element("div", { class: `alternatives side-${side}` });
-  for (const [title, ranking] of callData.alternatives) {
-    box.append(element("h3", {}, title));
+  for (const [title, ranking] of made.alternatives) {
+    box.append(element("h4", {}, title));
     for (const [name, value] of ranking) {
       const bar = element("span", { class: "bar", "aria-hidden": "true" }, element("i", {}));
       bar.firstChild.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
-      box.append(element("div", { class: "choice" }, element("span", {}, name), bar, probability(value)));
+      box.append(element("div", { class: "choice" }, element("span", {}, name), bar, percentage(value)));
     }
   }
-  return box;
+  return made.alternatives.length ? [box] : [];
 }

@@ -26,12 +26,19 @@ const KEYS = {
   n: () => jump(1),
   p: () => jump(-1),
   t: toggleTheme,
+  v: changeView,
+  z: zoom,
   "/": () => byId("search").focus(),
   "?": () => byId("keys").showModal(),
   "[": () => scrub(chosen.frame - 1),
   "]": () => scrub(chosen.frame + 1),
   "{": () => scrub(chosen.frame - 10),
   "}": () => scrub(chosen.frame + 10),
+  ",": () => scrubShown(chosen.shown - 1),
+  ".": () => scrubShown(chosen.shown + 1),
+  "<": () => scrubShown(chosen.shown - 10),
+  ">": () => scrubShown(chosen.shown + 10),
+  " ": play,
 };
 
 document.addEventListener("keydown", (event) => {
@@ -41,6 +48,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.ctrlKey || event.metaKey || event.altKey || byId("keys").open) return;
+  if (event.key === " " && ["BUTTON", "SUMMARY"].includes(event.target.tagName)) return; // which it presses
   if (Object.hasOwn(KEYS, event.key)) {
     KEYS[event.key]();
     event.preventDefault();
@@ -57,8 +65,17 @@ byId("next").addEventListener("click", () => jump(1));
 byId("previous").addEventListener("click", () => jump(-1));
 byId("theme").addEventListener("click", toggleTheme);
 byId("help").addEventListener("click", KEYS["?"]);
+byId("play").addEventListener("click", play);
+byId("view").addEventListener("click", changeView);
+byId("zoom").addEventListener("click", zoom);
 byId("frame").addEventListener("input", (event) => scrub(Number(event.target.value)));
-window.addEventListener("resize", drawTree);
+byId("shown").addEventListener("input", (event) => scrubShown(Number(event.target.value)));
+byId("scenes").addEventListener("pointermove", drag);
+window.addEventListener("resize", () => {
+  measure();
+  drawTree();
+  drawScene();
+});
 
 chosen.watchers.push((change) => {
   if (change === "folding") return drawTree();
@@ -68,19 +85,25 @@ chosen.watchers.push((change) => {
     scrollToChosen();
   }
   byId("frame").value = chosen.frame;
+  byId("shown").value = chosen.shown;
   byId("moment").textContent = `frame ${chosen.frame} of ${page.frames}, ${(chosen.frame / 10).toFixed(1)} s`;
+  byId("shown-moment").textContent = `frame ${chosen.shown} of ${page.demonstration.frames}`;
+  byId("play").textContent = playing.timer ? "stop" : "play";
+  drawCursor();
   drawScene();
 });
 
 document.body.classList.toggle("alone", SIDES.length === 1);
 byId("summary").textContent = page.summary;
 byId("frame").max = Math.max(0, page.frames - 1);
+byId("shown").max = Math.max(0, page.demonstration.frames - 1);
 for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
 byId("heads").append(...SIDES.flatMap((side, place) => [
   ...(place ? [element("span", {})] : []),
-  element("span", { class: `side-${side}`, title: trace(side).headline }, `${letter(side)} ${trace(side).headline}`),
+  element("div", { class: `side-${side}`, title: trace(side).origin }, `${letter(side)} ${trace(side).ending}`, element("small", { class: "dim" }, trace(side).origin)),
 ]));
 prepare();
+measure();
 foldUnchanged();
 if (page.rows.length) {
   updateVisible();

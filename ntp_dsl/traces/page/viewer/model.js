@@ -4,7 +4,8 @@
 const page = JSON.parse(document.getElementById("data").textContent);
 const SIDES = page.traces.length === 2 ? ["a", "b"] : ["a"];
 const MARKS = { same: "", changed: "≠", "only a": "−", "only b": "+" };
-const chosen = { row: 0, frame: 0, folded: new Set(), visible: [], query: "", watchers: [] };
+const SURE = 0.995; // probabilities from here on are not worth showing
+const chosen = { row: 0, frame: 0, shown: 0, folded: new Set(), visible: [], query: "", watchers: [] };
 
 function byId(id) {
   return document.getElementById(id);
@@ -33,6 +34,13 @@ function call(row, side) {
   return number === null || number === undefined ? null : trace(side).calls[number];
 }
 
+// The calls that are looked at: those of the divergence at the chosen row, else the row's own.
+function chosenCalls() {
+  const row = page.rows[chosen.row];
+  const divergence = page.divergences.find((each) => each.row === chosen.row);
+  return SIDES.map((side) => call(divergence || row, side));
+}
+
 function letter(side) {
   return SIDES.length === 2 ? side.toUpperCase() : "";
 }
@@ -41,8 +49,8 @@ function callText(callData) {
   return `${callData.name}(${callData.arguments})`;
 }
 
-function probability(value) {
-  return value === null || value === undefined ? "" : value.toFixed(2);
+function percentage(value) {
+  return value === null || value === undefined ? "" : `${(100 * value).toFixed(value > 0.1 && value < 0.9 ? 0 : 1).replace(/\.0$/, "")}%`;
 }
 
 function seconds(value) {
@@ -62,13 +70,31 @@ function notify(change) {
 
 function choose(number) {
   chosen.row = Math.max(0, Math.min(page.rows.length - 1, number));
-  const first = SIDES.map((side) => call(page.rows[chosen.row], side)).find((each) => each);
+  const first = chosenCalls().find((each) => each);
   if (first) chosen.frame = first.frame;
+  const scope = nearestScope();
+  if (scope) chosen.shown = scope[0];
   notify("row");
+}
+
+// Returns the frames of the demonstration that the chosen call reads, or the nearest of its callers.
+function nearestScope() {
+  const own = chosenCalls().find((each) => each && each.scope);
+  if (own) return own.scope;
+  for (let number = chosen.row; number >= 0; number = page.rows[number].parent) {
+    const found = SIDES.map((side) => call(page.rows[number], side)).find((each) => each && each.scope);
+    if (found) return found.scope;
+  }
+  return null;
 }
 
 function scrub(frame) {
   chosen.frame = Math.max(0, Math.min(page.frames - 1, frame));
+  notify("frame");
+}
+
+function scrubShown(frame) {
+  chosen.shown = Math.max(0, Math.min(page.demonstration.frames - 1, frame));
   notify("frame");
 }
 

@@ -24,6 +24,15 @@ function drawTimeline() {
   if (demonstration.closed.length) parts.push(...track("hand closed", "dim", demonstration.closed.map((scope) => bar(scope, "", "closed"))));
   for (const side of SIDES) parts.push(...track(`scopes ${letter(side)}`, `side-${side}`, scopes(side), true));
   byId("timeline").replaceChildren(...parts);
+  drawCursor();
+}
+
+// Marks the shown frame of the demonstration on each track.
+function drawCursor() {
+  for (const box of document.querySelectorAll("#timeline .track")) {
+    const cursor = box.querySelector(".cursor") || box.appendChild(element("i", { class: "cursor" }));
+    cursor.style.left = percent(chosen.shown);
+  }
 }
 
 // Returns the scopes of the chosen call and its nearest callers.
@@ -34,7 +43,7 @@ function scopes(side) {
     if (callData && callData.scope) bars.unshift(bar(callData.scope, callText(callData), `scope side-${side}`));
   }
   bars.forEach((box, level) => {
-    box.style.top = `${level * 14}px`;
+    box.style.top = `${level * 1.1}rem`;
   });
   return bars;
 }

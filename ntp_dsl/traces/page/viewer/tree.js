@@ -1,6 +1,12 @@
 // Both trees, row by row; only visible rows are in the document.
 
-const HEIGHT = 22; // [px] of a row
+let height = 22; // [px] of a row
+
+function measure() {
+  height = Math.round(1.7 * parseFloat(getComputedStyle(document.documentElement).fontSize));
+  document.documentElement.style.setProperty("--row", `${height}px`);
+}
+
 const MANY = 400; // rows, beyond which unchanged ones are folded at first
 
 function cell(row, side, number) {
@@ -18,7 +24,8 @@ function cell(row, side, number) {
   const succeeded = callData.outcome === "done" || callData.outcome === "achieved";
   const outcome = element("span", { class: succeeded ? "good" : "bad" }, succeeded ? " ✓" : ` ✗ ${callData.outcome || "cut off"}`);
   box.append(name, args, outcome);
-  const notes = [callData.probability === null ? "" : `p=${probability(callData.probability)}`, ...callData.disturbances];
+  const unsure = callData.probability !== null && callData.probability < SURE;
+  const notes = [unsure ? percentage(callData.probability) : "", ...callData.disturbances];
   box.append(element("span", { class: "dim" }, ` ${notes.filter(Boolean).join(" ")}`));
   box.title = callText(callData);
   return box;
@@ -48,7 +55,7 @@ function rowElement(number, place) {
     const mark = element("div", { role: "gridcell", class: "mark", "aria-label": row.mark }, MARKS[row.mark]);
     box.append(mark, cell(row, "b", number));
   }
-  box.style.top = `${place * HEIGHT}px`;
+  box.style.top = `${place * height}px`;
   box.addEventListener("click", (event) => {
     if (event.target.classList.contains("toggle")) fold(number, !chosen.folded.has(number));
     choose(number);
@@ -59,9 +66,9 @@ function rowElement(number, place) {
 function drawTree() {
   const tree = byId("tree");
   const rows = byId("rows");
-  rows.style.height = `${chosen.visible.length * HEIGHT}px`;
-  const begin = Math.max(0, Math.floor(tree.scrollTop / HEIGHT) - 10);
-  const end = Math.min(chosen.visible.length, begin + Math.ceil(tree.clientHeight / HEIGHT) + 20);
+  rows.style.height = `${chosen.visible.length * height}px`;
+  const begin = Math.max(0, Math.floor(tree.scrollTop / height) - 10);
+  const end = Math.min(chosen.visible.length, begin + Math.ceil(tree.clientHeight / height) + 20);
   const present = [];
   for (let place = begin; place < end; place += 1) present.push(rowElement(chosen.visible[place], place));
   rows.replaceChildren(...present);
@@ -78,9 +85,9 @@ function fold(number, folded) {
 
 function scrollToChosen() {
   const tree = byId("tree");
-  const top = visibleIndex(chosen.row) * HEIGHT;
-  if (top < tree.scrollTop) tree.scrollTop = top - 3 * HEIGHT;
-  else if (top + HEIGHT > tree.scrollTop + tree.clientHeight) tree.scrollTop = top - tree.clientHeight + 4 * HEIGHT;
+  const top = visibleIndex(chosen.row) * height;
+  if (top < tree.scrollTop) tree.scrollTop = top - 3 * height;
+  else if (top + height > tree.scrollTop + tree.clientHeight) tree.scrollTop = top - tree.clientHeight + 4 * height;
   drawTree();
 }
 
@@ -101,7 +108,7 @@ function step(by) {
 }
 
 function treeKey(event) {
-  const leap = Math.max(1, Math.floor(byId("tree").clientHeight / HEIGHT) - 1);
+  const leap = Math.max(1, Math.floor(byId("tree").clientHeight / height) - 1);
   const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: leap, PageUp: -leap, Home: -Infinity, End: Infinity };
   const row = page.rows[chosen.row];
   if (event.key in steps) step(steps[event.key]);
