@@ -39,6 +39,7 @@ COMMANDS: Table = {
         "diff": "Show where two traces diverge, and what it is attributed to.",
         "view": "Show one trace, or two side by side, in a browser.",
         "replay": "Compare a policy's decisions at every state of a trace with the trace.",
+        "report": "Write a report of many episodes, for a browser.",
         "coverage": "Show a library's source with figures from many traces at each line.",
         "export": "Export traces to Perfetto, speedscope or rerun.",
     },

@@ -9,6 +9,7 @@ from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.trace import Trace
 
 TRACES = "*.trace.jsonl"
 
@@ -48,3 +49,12 @@ def summary(file: Path) -> dict[str, Any]:
         return {"file": file.name, "calls": 0, "ending": "unreadable"}
     ending = "cut off" if trace.end is None else str(trace.end.ending)
     return {"file": file.name, "calls": len(trace.calls), "ending": ending}
+
+
+def demonstration_file(trace: Trace, file: Path) -> Path | None:
+    """Return the demonstration that a trace names, where it lies beside it."""
+    reference = trace.header.demonstration
+    if reference is None or not reference.file:
+        return None
+    path = file.parent / Path(reference.file).name
+    return path if path.is_file() else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ntp_dsl.common.proportions import wilson
 from ntp_dsl.evaluation.episodes import Episode
 from ntp_dsl.evaluation.scope_agreement import ScopeAgreement, agreement
 from ntp_dsl.traces.schema import Attribution
@@ -113,14 +114,6 @@ def calibration_error(rows: Sequence[tuple[float, bool]]) -> float:
         if (bins == k).any()
     ]
     return float(sum(parts))
-
-
-def wilson(wins: int, count: int) -> tuple[float, float]:
-    """Return the 95 % interval of a proportion (Wilson, 1927)."""
-    from scipy.stats import binomtest  # half a second to import, once, at the end
-
-    interval = binomtest(wins, count).proportion_ci(0.95, method="wilson")
-    return round(float(interval.low), 4), round(float(interval.high), 4)
 
 
 def _mean(values: Iterator[float]) -> float:

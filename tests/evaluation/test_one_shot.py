@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from ntp_dsl.common.proportions import wilson
 from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
-from ntp_dsl.evaluation.statistics import statistics, wilson
+from ntp_dsl.evaluation.statistics import statistics
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.schema import Attribution
 from ntp_dsl.worlds.protocol import Disturbances

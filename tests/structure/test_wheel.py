@@ -19,6 +19,7 @@ DATA = (
     "ntp_dsl/library/*.ntp",
     "ntp_dsl/templates/*/*",
     "ntp_dsl/traces/page/viewer/*",
+    "ntp_dsl/traces/report/report.*",
     "grammar/*",
     "ntp_dsl/checkpoints/*",
     "*/py.typed",

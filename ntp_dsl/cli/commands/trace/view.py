@@ -10,14 +10,13 @@ import typer
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
-from ntp_dsl.cli.trace_folders import pairs, traces_in
+from ntp_dsl.cli.trace_folders import demonstration_file, pairs, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.trace import Trace
 
 
 def command(
@@ -45,7 +44,7 @@ def command(
     a = read_trace(first)
     b = a if second is None else read_trace(second)
     folders = (first.parent, (second or first).parent)
-    demo = demo or _beside(a, first)
+    demo = demo or demonstration_file(a, first)
     check_no_input(out, [first, second, demo])
     text = page(compare(a, b), folders, read_demonstration(demo) if demo else None)
     with written_whole(out) as partial:
@@ -71,12 +70,3 @@ def _chosen(first: Path, second: Path | None) -> tuple[Path, Path | None]:
     a, b = next(different, both[0])
     messages.print(f"of {counted(len(both), 'pair')}: {a.name}")
     return a, b
-
-
-def _beside(trace: Trace, file: Path) -> Path | None:
-    """Return the demonstration that a trace names, where it lies beside it."""
-    reference = trace.header.demonstration
-    if reference is None or not reference.file:
-        return None
-    path = file.parent / Path(reference.file).name
-    return path if path.is_file() else None

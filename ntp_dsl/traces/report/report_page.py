@@ -1,0 +1,96 @@
+"""The report of many episodes as a page for a browser: no script, nothing from the network."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.language.syntax.nodes import Call, ProgramDeclaration
+from ntp_dsl.traces.coverage import Line
+from ntp_dsl.traces.report.figures import Report
+from ntp_dsl.traces.report.reliability import Reliability
+
+PARTS = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class SourceLine:
+    """A line of a library with its figures; None where it is no statement, or was never reached."""
+
+    number: int
+    text: str
+    figures: Line | None
+    never: bool
+
+
+def report_page(report: Report, title: str, worst: int, pages: Mapping[str, str]) -> str:
+    """Return the report as HTML.
+
+    Args:
+        worst: number of episodes to list.
+        pages: name of an episode -> address of its own page, where there is one.
+    """
+    style = (PARTS / "report.css").read_text(encoding="utf-8")
+    style_hash = "sha256-" + b64encode(sha256(style.encode()).digest()).decode()
+    environment = Environment(loader=FileSystemLoader(PARTS), autoescape=True, undefined=StrictUndefined)
+    environment.trim_blocks = environment.lstrip_blocks = True
+    return environment.get_template("report.html").render(
+        title=title,
+        style=style,
+        policy=f"default-src 'none'; style-src '{style_hash}'; base-uri 'none'; form-action 'none'",
+        report=report,
+        causes=_causes(report),
+        episodes=report.worst(worst),
+        pages=pages,
+        curves=_curves(report),
+        divergences=sorted(report.divergences.items(), key=lambda each: -each[1].kinds.total()),
+        sources={name: [*_listing(report, name, text)] for name, text in _sources(report)},
+    )
+
+
+def _causes(report: Report) -> list[str]:
+    return sorted({cause for task in report.tasks.values() for cause in task.causes})
+
+
+def _curves(report: Report) -> list[tuple[str, Reliability]]:
+    """Return the probabilities that there are: of episodes, and of facts by predicate, the worst first."""
+    facts = sorted(report.facts.items(), key=lambda each: -each[1].error)
+    named = [("success of an episode", report.confidence), *facts]
+    return [(name, curve) for name, curve in named if curve.count]
+
+
+def _sources(report: Report) -> list[tuple[str, str]]:
+    """Return the libraries of the episodes' tasks, and then those that they use."""
+    own = {f"{library}.ntp" for library in report.libraries}
+    return sorted(report.coverage.sources.items(), key=lambda each: (each[0] not in own, each[0]))
+
+
+def _listing(report: Report, name: str, text: str) -> Iterator[SourceLine]:
+    statements = _statements(text)
+    for number, line in enumerate(text.rstrip("\n").split("\n"), 1):
+        figures = report.coverage.lines.get(f"{name}:{number}")
+        yield SourceLine(number, line, figures, figures is None and number in statements)
+
+
+def _statements(text: str) -> set[int]:
+    """Return the lines of a library that can be counted: headers of programs, and their statements."""
+    try:
+        library = parse(text)
+    except NtpError:  # of another version of the language
+        return set()
+    found: set[int] = set()
+    for program in library.declarations:
+        if isinstance(program, ProgramDeclaration):
+            found.add(program.span.line)
+            for statement in program.body:
+                while not isinstance(statement, Call):
+                    statement = statement.body
+                found.add(statement.span.line)
+    return found
