@@ -36,6 +36,7 @@ def document(diagnostics: Sequence[Diagnostic]) -> Json:
 
 def _result(diagnostic: Diagnostic, rule: int) -> Json:
     text = diagnostic.message + (f" ({diagnostic.help})" if diagnostic.help else "")
+    text = "\n".join([text, *(note.message for note in diagnostic.notes if not note.span.line)])
     result: Json = {
         "ruleId": diagnostic.code,
         "ruleIndex": rule,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from ntp_dsl.dynamic.places import Places
 from ntp_dsl.dynamic.starts import positions_text
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.registry import Api, Registry
+from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import State
@@ -28,10 +31,11 @@ class _Record:
     calls: int = 0
     violations: int = 0
     example: str = ""  # of a violation
+    scene: Span = NOWHERE  # the line that declares an object of it
 
 
 def check_contracts(
-    registry: Registry, world: World, instances: Sequence[Instance], seed: int
+    registry: Registry, world: World, instances: Sequence[Instance], seed: int, places: Places
 ) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each api that violates its contract, or was never ready in a random walk."""
     records = {name: _Record() for name in registry.apis}
@@ -40,25 +44,36 @@ def check_contracts(
         instance = instances[walk % len(instances)]
         world.reset(instance.perturbed_start(rng, straight=1.0), walk)
         for _ in range(STEPS):
-            _step(registry, world, records, rng)
+            _step(registry, world, records, rng, partial(places.scene, instance))
     for name, record in records.items():
         api = registry.apis[name]
         if record.calls >= MIN_CALLS and record.violations > MAX_VIOLATIONS * record.calls:
-            yield _violation(api, record)
+            yield _violation(api, record, places)
         elif record.calls == 0 and api.achieves is not None:
             message = f"'{name}' was never ready in {WALKS * STEPS} random states, so it was not tested"
             yield Diagnostic("N603", message, api.span)
 
 
-def _step(registry: Registry, world: World, records: dict[str, _Record], rng: np.random.Generator) -> None:
-    """Call an api that is ready; the least tested come first, so that none is left out by chance."""
+def _step(
+    registry: Registry,
+    world: World,
+    records: dict[str, _Record],
+    rng: np.random.Generator,
+    scene: Callable[[Collection[object]], Span],
+) -> None:
+    """Call an api that is ready; the least tested come first, so that none is left out by chance.
+
+    Args:
+        scene: returns the line of the scene that declares one of some objects.
+    """
     state = State(registry, world.truth())
     order = sorted(registry.apis.values(), key=lambda api: (records[api.name].calls, rng.random()))
     for api in order:
         for _ in range(TRIES):
             arguments = random_arguments(api.parameters, state, rng)
             if arguments is not None and _is_ready(api, arguments, state):
-                _call(registry, world, api, arguments, records[api.name])
+                if _violates(registry, world, api, arguments, records[api.name]):
+                    records[api.name].scene = scene(without_lists(arguments))
                 return
 
 
@@ -66,9 +81,10 @@ def _is_ready(api: Api, arguments: tuple[Argument, ...], state: State) -> bool:
     return all(state.holds(fact) for fact in state.literals(api.requires, api.bind(arguments)))
 
 
-def _call(
+def _violates(
     registry: Registry, world: World, api: Api, arguments: tuple[Argument, ...], record: _Record
-) -> None:
+) -> bool:
+    """Call an api, and return whether it does not achieve what it promises."""
     outcome = world.call(api.name, arguments)
     after = State(registry, world.truth())
     unmet = [fact for fact in after.literals(api.achieves, api.bind(arguments)) if not after.holds(fact)]
@@ -80,13 +96,19 @@ def _call(
         where = positions_text(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"
         record.example += f"; afterwards: {where}" if where else ""
+    return bool(unmet)
 
 
-def _violation(api: Api, record: _Record) -> Diagnostic:
+def _violation(api: Api, record: _Record, places: Places) -> Diagnostic:
+    """Return the error at what the api achieves; where that is not the user's, at the scene."""
     assert api.achieves is not None
     message = (
         f"'{api.name}' violates its contract: in {record.violations} of {record.calls} calls its 'requires' "
         f"held before, but its 'achieves' did not hold after"
     )
     help = "require more, or achieve less"
+    if not places.is_own(api.span):
+        help = "declare objects that it can handle, and leave them more room"
+        notes = (Note(record.example), Note("it promises this", api.achieves.span))
+        return Diagnostic("E601", message, record.scene, notes, help)
     return Diagnostic("E601", message, api.achieves.span, (Note(record.example, api.span),), help)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
 from ntp_dsl.dynamic.api_contract_test import check_contracts
 from ntp_dsl.dynamic.expert_rollouts import ExpertRollouts
+from ntp_dsl.dynamic.places import Places
 from ntp_dsl.dynamic.reach import Reach
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, NtpError
+from ntp_dsl.dynamic.trial_traces import TrialTraces
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note, NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import (
     NOWHERE,
@@ -39,81 +42,124 @@ MAX_OBJECTS = 8  # of a scene for a library without tasks
 
 
 def check_dynamically(
-    registry: Registry, path: Path | None = None, seed: int = 0, on_step: OnStep = lambda _: None
+    registry: Registry,
+    path: Path | None = None,
+    seed: int = 0,
+    on_step: OnStep = lambda _: None,
+    traces: TrialTraces | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of a simulation, which is deterministic for a seed.
+
+    None of them is at a place of a library that ships with the package, unless that is the one checked.
 
     Args:
         registry: where its functions in Python are not loaded, what needs them is noted as not executed.
         path: of the library; tasks and programs of the libraries that it uses are not tested.
         on_step: called with the name of each task or program before it is tested.
+        traces: where to write those of trials that failed.
     """
-    reach = Reach(registry, lacking(KinematicWorld(), registry))
-    found = list(reach.not_executed())
-    unfit = [Diagnostic("E112", *each) for each in misdeclared(KinematicWorld(), registry)]
-    if unfit:
-        return found + unfit  # nothing that calls them can be tested
-    runnable = reach.runnable()
-    tasks = [task for task in runnable.tasks.values() if path in (None, task.name_span.path)]
-    instances: list[Instance] = []
-    sound: list[TaskDeclaration] = []
-    for task in tasks:
-        try:
-            complete = replace(task, scene=_with_all_readings(task.scene, runnable))
-            drawn = [draw(runnable, complete, np.random.default_rng((seed, n))) for n in range(3)]
-            for each in (*drawn, _with_most_objects(runnable, complete)):
-                each.nominal_start(np.random.default_rng(seed))
-        except NtpError as error:
-            found.append(_impossible(task, error))
-        else:
-            instances += drawn
-            sound.append(task)
-    if not registry.tasks:
-        instances = [_sample_of_all_types(runnable)]
-    instances = [each for each in instances if each.objects]  # nothing can be tested without objects
-    instances = sorted(instances, key=lambda instance: len(instance.objects))[:SCENES]
-    if instances:
-        found += _run(runnable, sound, instances, reach, path, seed, on_step)
-    return list(dict.fromkeys(found))  # several tasks may report the same function
+    places = Places(registry, path)
+    found = _Check(registry, path, seed, on_step, traces or TrialTraces(), places).run()
+    return list(dict.fromkeys(places.owned(each, places.anywhere) for each in found))
 
 
-def _run(
-    registry: Registry,
-    tasks: Sequence[TaskDeclaration],
-    instances: Sequence[Instance],
-    reach: Reach,
-    path: Path | None,
-    seed: int,
-    on_step: OnStep,
-) -> Iterator[Diagnostic]:
-    world = make_world("kinematic", registry, exact=True)
-    rollouts = ExpertRollouts(registry, world, seed)
-    on_step("apis")
-    try:
-        found = list(check_contracts(registry, world, instances, seed))
-    except NtpError as error:  # a skill or predicate in Python failed
-        yield _failed(error, reach, instances[0].task.name_span)
-        return
-    yield from found
-    if any(each.severity == "error" for each in found):
-        return  # the tests below rely on the apis' contracts
-    steps: list[tuple[str, Callable[[], Iterator[Diagnostic]]]]
-    steps = [(task.name, lambda task=task: rollouts.check_task(task)) for task in tasks]  # type: ignore[misc]
-    steps += [
-        (program.name, lambda program=program: rollouts.check_program(program, instances))  # type: ignore[misc]
-        for program in registry.programs.values()
-        if not program.takes_list and path in (None, program.span.path)
-    ]
-    for name, step in steps:
-        on_step(name)
-        try:
-            yield from step()
-        except NtpError as error:
-            task = registry.tasks.get(name)
-            if task is not None and isinstance(error, NoGoal):
+@dataclass(frozen=True)
+class _Check:
+    """One simulation of a library."""
+
+    registry: Registry
+    path: Path | None
+    seed: int
+    on_step: OnStep
+    traces: TrialTraces
+    places: Places
+
+    @cached_property
+    def reach(self) -> Reach:
+        return Reach(self.registry, lacking(KinematicWorld(), self.registry))
+
+    def run(self) -> Iterator[Diagnostic]:
+        """Yield what cannot be tested, and what is wrong with the rest."""
+        yield from self.reach.not_executed()
+        unfit = [Diagnostic("E112", *each) for each in misdeclared(KinematicWorld(), self.registry)]
+        yield from unfit
+        if unfit:
+            return  # nothing that calls them can be tested
+        runnable = self.reach.runnable()
+        tasks = [task for task in runnable.tasks.values() if self.path in (None, task.name_span.path)]
+        instances: list[Instance] = []
+        sound: list[TaskDeclaration] = []
+        for task in tasks:
+            try:
+                complete = replace(task, scene=_with_all_readings(task.scene, runnable))
+                drawn = [draw(runnable, complete, np.random.default_rng((self.seed, n))) for n in range(3)]
+                for each in (*drawn, _with_most_objects(runnable, complete)):
+                    each.nominal_start(np.random.default_rng(self.seed))
+            except NtpError as error:
                 yield _impossible(task, error)
             else:
-                yield _failed(error, reach, reach.place(name) or NOWHERE)
+                instances += drawn
+                sound.append(task)
+        if not self.registry.tasks:
+            instances = [_sample_of_all_types(runnable)]
+        instances = [each for each in instances if each.objects]  # nothing can be tested without objects
+        instances = sorted(instances, key=lambda instance: len(instance.objects))[:SCENES]
+        if instances:
+            yield from self._simulate(runnable, sound, instances)
+
+    def _simulate(
+        self, registry: Registry, tasks: Sequence[TaskDeclaration], instances: Sequence[Instance]
+    ) -> Iterator[Diagnostic]:
+        world = make_world("kinematic", registry, exact=True)
+        rollouts = ExpertRollouts(registry, world, self.seed, self.places, self.traces)
+        self.on_step("apis")
+        scene = self.places.scene(instances[0])
+        try:
+            found = list(check_contracts(registry, world, instances, self.seed, self.places))
+        except NtpError as error:  # a skill or predicate in Python failed, or a start has no room
+            failed = self._failed(error, instances[0].task.name_span, [each.task for each in instances])
+            yield self.places.owned(failed, scene)
+            return
+        yield from (self.places.owned(each, scene) for each in found)
+        if any(each.severity == "error" for each in found):
+            return  # the tests below rely on the apis' contracts
+        steps = [(task.name, _home(task), partial(rollouts.check_task, task)) for task in tasks]
+        steps += [
+            (program.name, program.span, partial(rollouts.check_program, program, instances))
+            for program in registry.programs.values()
+            if not program.takes_list and self.path in (None, program.span.path)
+        ]
+        for name, home, step in steps:
+            self.on_step(name)
+            own = [task for task in tasks if task.name == name]
+            try:
+                yield from (self.places.owned(each, home) for each in step())
+            except NtpError as error:
+                failed = self._failed(error, self.reach.place(name) or NOWHERE, own or tasks)
+                yield self.places.owned(failed, home)
+
+    def _failed(self, error: NtpError, place: Span, tasks: Sequence[TaskDeclaration]) -> Diagnostic:
+        """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown.
+
+        Args:
+            tasks: in whose scenes it was raised.
+        """
+        if isinstance(error, NoGoal | NoRoom):
+            group = error.group if isinstance(error, NoRoom) else ""
+            meant = [task for task in tasks if not group or group in {each.name for each in task.scene}]
+            if meant:
+                return _impossible(meant[0], error)
+        location = None
+        if isinstance(error, PythonFault | UndeclaredCall):
+            location = self.reach.place(error.name)
+        if isinstance(error, OutOfRange) and error.span.path:
+            location = error.span
+        notes = tuple(map(Note, getattr(error, "__notes__", ())))
+        return Diagnostic("E607", str(error), location or place, notes)
+
+
+def _home(task: TaskDeclaration) -> Span:
+    return task.run.span if task.run is not None else task.name_span
 
 
 def _with_most_objects(registry: Registry, task: TaskDeclaration) -> Instance:
@@ -158,14 +204,6 @@ def _with_all_readings(scene: tuple[SceneGroup, ...], registry: Registry) -> tup
 def _values(result: TypeName | None, registry: Registry) -> tuple[Setting, ...]:
     members = registry.enums.get(result.name if result else "", ())
     return tuple(map(Name, members)) or (Number(0.0), Number(1.0))
-
-
-def _failed(error: NtpError, reach: Reach, place: Span) -> Diagnostic:
-    """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown."""
-    location = reach.place(error.name) if isinstance(error, PythonFault | UndeclaredCall) else None
-    if isinstance(error, OutOfRange) and error.span.path:
-        location = error.span
-    return Diagnostic("E607", str(error), location or place)
 
 
 def _impossible(task: TaskDeclaration, error: NtpError) -> Diagnostic:

@@ -2,126 +2,116 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ntp_dsl.dynamic.deadlock import Deadlock
-from ntp_dsl.dynamic.starts import STARTS, scene_text
-from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, WatchedPolicy, source_lines
-from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
-from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
+from ntp_dsl.dynamic.findings import Finding
+from ntp_dsl.dynamic.places import Places
+from ntp_dsl.dynamic.starts import STARTS
+from ntp_dsl.dynamic.trial_traces import TrialTraces
+from ntp_dsl.dynamic.trials import Trial, Trials
+from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert
+from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
+from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax.nodes import Span, TaskDeclaration
-from ntp_dsl.policies.expert import Decision, Expert, NextCall
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.semantics.value_checks import OutOfRange
-from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
-from ntp_dsl.traces.phrases import format_argument
+from ntp_dsl.tasks.instances import Instance, draw
 from ntp_dsl.worlds.protocol import World
 
 MAX_OBJECTS_FOR_ALL_TRIALS, MIN_OBJECTS_FOR_ONE_TRIAL = 16, 60
 PROGRAM_TRIALS = 6  # of every program as the root
 
 
-@dataclass
-class Trial:
-    """A run of a task's expert, with the conditions of success that do not hold at its end."""
-
-    start: str
-    run: Run
-    unmet: list[Fact]
-    seed: int
-    scene: str  # at the start
-    goal: str
-    deadlock: Deadlock | None = None  # in which it ended unfinished
-
-
 class ExpertRollouts:
-    """Tests the experts of one registry in one world."""
+    """Tests the experts of one registry in one world.
 
-    def __init__(self, registry: Registry, world: World, seed: int) -> None:
+    Args:
+        traces: where to write those of trials that failed.
+    """
+
+    def __init__(
+        self, registry: Registry, world: World, seed: int, places: Places, traces: TrialTraces
+    ) -> None:
         self.registry, self.world, self.seed = registry, world, seed
-        self.expert = Expert(registry)
+        self._places, self._traces = places, traces
+        self._trials = Trials(registry, world, seed, traced=traces.folder is not None)
 
     # Tasks --------------------------------------------------------------------------------------
 
     def check_task(self, task: TaskDeclaration) -> Iterator[Diagnostic]:
-        """Yield what is wrong with a task or its expert; a livelock or nondeterminism ends the test."""
+        """Yield what is wrong with a task or its expert; a livelock or nondeterminism ends the test.
+
+        Raises `NtpError` where a function in Python fails.
+        """
+        assert task.run is not None
         trials: list[Trial] = []
-        initially_unmet: list[bool] = []  # for each nominal start, whether there is anything to do
-        initial_facts: set[str] = set()  # parts of the goals that hold at the start
         objects = len(self._instance(task, 0)[0].objects)
         for start, (_, count) in STARTS.items():
             for number in range(_trial_count(count, start, objects)):
-                try:
-                    trials.append(self._trial(task, start, number, initial_facts, initially_unmet))
-                except Livelock as livelock:
-                    yield _livelock(livelock, self.registry.apis, task.name, start, task.name_span)
+                trial = self._trial(task, start, number)
+                trials.append(trial)
+                if trial.fault is not None:
+                    failed = self._findings(task.name, filter(_is_failed, trials), task.run.span)
+                    yield _fault(failed[-1])
                     return
-                except NondeterministicExpert as error:
-                    yield _nondeterministic(error, self.registry)
-                    return
-        yield from _check_reached(self.registry, task, trials)
-        if initially_unmet and not any(initially_unmet):
-            message = f"the goal of '{task.name}' holds at the start: there is nothing to demonstrate"
-            yield Diagnostic("E602", message, _success_span(task))
-        elif initial_facts:
-            facts = ", ".join(sorted(initial_facts)[:3])
-            message = f"part of the goal of '{task.name}' holds at the start: {facts}"
-            help = "a demonstration only shows what does not hold at the start"
-            yield Diagnostic("W602", message, _success_span(task), (), help)
-        elif not any(trial.unmet for trial in trials if trial.start == "nominal"):
-            yield from self._check_half_way(task, trials)
+        failed = self._findings(task.name, filter(_is_failed, trials), task.run.span)
+        yield from _unreached(failed, sum(trial.start != "missing object" for trial in trials))
+        yield from self._check_success(task, [trial for trial in trials if trial.start == "nominal"])
 
     def _instance(self, task: TaskDeclaration, number: int) -> tuple[Instance, np.random.Generator]:
         rng = np.random.default_rng((self.seed, number))
         return draw(self.registry, task, rng), rng
 
-    def _trial(
-        self,
-        task: TaskDeclaration,
-        start: str,
-        number: int,
-        initial_facts: set[str],
-        initially_unmet: list[bool],
-        limit: int | None = None,
-    ) -> Trial:
+    def _trial(self, task: TaskDeclaration, start: str, number: int, limit: int | None = None) -> Trial:
         instance, rng = self._instance(task, number)
         self.world.reset(STARTS[start][0](instance, rng), number)
-        scene = scene_text(self.world.truth())
-        if start == "nominal":
-            unmet = self._unmet(instance)
-            initially_unmet.append(bool(unmet))
-            initial_facts |= {
-                str(fact)
-                for fact in self._facts(instance)
-                if fact not in unmet and _is_of_an_element(fact, instance)
-            }
-        policy = WatchedPolicy(self.expert)
-        limits = Limits(primitives=limit or enough_primitives(instance), retries=1)
-        interpreter = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch)
-        run = interpreter.run(instance.program, instance.arguments)
-        goal = ", ".join(map(str, instance.goal))
-        deadlock = policy.deadlocks[-1][1] if policy.deadlocks and run.gave_up else None
-        return Trial(start, run, self._unmet(instance), number, scene, goal, deadlock)
+        return self._trials.run(instance, start, number, limit)
 
-    def _facts(self, instance: Instance) -> list[Fact]:
-        return instance.literals(self.registry, self.world.truth())
+    def _findings(self, name: str, failed: Iterable[Trial], home: Span) -> list[Finding]:
+        """Write the traces of trials that failed, and return what they show."""
+        return [
+            Finding(
+                name,
+                trial,
+                home,
+                self._places,
+                self._traces.write(self.registry.name, name, trial.trace),
+            )
+            for trial in failed
+        ]
 
-    def _unmet(self, instance: Instance) -> list[Fact]:
-        state = State(self.registry, self.world.truth())
-        return [fact for fact in self._facts(instance) if not state.holds(fact)]
+    def _check_success(self, task: TaskDeclaration, nominal: Sequence[Trial]) -> Iterator[Diagnostic]:
+        """Yield where success holds too early: at the start, in part, or half-way."""
+        unmet = [trial.unmet_in(trial.first) for trial in nominal]
+        initially = {
+            str(fact)
+            for trial, lacking in zip(nominal, unmet, strict=True)
+            for fact in trial.facts_in(trial.first)
+            if fact not in lacking and _is_of_an_element(fact, trial.instance)
+        }
+        if nominal and not any(unmet):
+            message = f"the goal of '{task.name}' holds at the start: there is nothing to demonstrate"
+            yield Diagnostic("E602", message, _success_span(task))
+        elif initially:
+            facts = ", ".join(sorted(initially)[:3])
+            message = f"part of the goal of '{task.name}' holds at the start: {facts}"
+            help = "a demonstration only shows what does not hold at the start"
+            yield Diagnostic("W602", message, _success_span(task), (), help)
+        elif not any(trial.unmet for trial in nominal):
+            yield from self._check_half_way(task, nominal)
 
-    def _check_half_way(self, task: TaskDeclaration, trials: Sequence[Trial]) -> Iterator[Diagnostic]:
+    def _check_half_way(self, task: TaskDeclaration, nominal: Sequence[Trial]) -> Iterator[Diagnostic]:
         """Yield an error where success already holds after half of the expert's primitives."""
-        completed = [trial for trial in trials if trial.start == "nominal" and trial.run.primitives > 1]
         halves = [
-            self._trial(task, "nominal", trial.seed, set(), [], trial.run.primitives // 2)
-            for trial in completed
+            self._trial(task, "nominal", trial.number, trial.run.primitives // 2)
+            for trial in nominal
+            if trial.run.primitives > 1
         ]
         if halves and not any(trial.unmet for trial in halves):
             message = f"success of '{task.name}' holds although its expert was stopped half-way"
@@ -131,9 +121,12 @@ class ExpertRollouts:
     # Programs -----------------------------------------------------------------------------------
 
     def check_program(self, program: Program, instances: Sequence[Instance]) -> Iterator[Diagnostic]:
-        """Yield where a program, as the root with random arguments, does not achieve its contract."""
-        reasons: list[str] = []
-        livelocks: list[Livelock] = []
+        """Yield where a program, as the root with random arguments, does not achieve its contract.
+
+        Raises `NtpError` where a function in Python fails.
+        """
+        livelocks: list[Trial] = []
+        unfinished: list[Trial] = []
         for number in range(PROGRAM_TRIALS):
             rng = np.random.default_rng((self.seed, 1, number))
             instance = instances[number % len(instances)]
@@ -142,33 +135,32 @@ class ExpertRollouts:
             arguments = random_arguments(program.parameters, state, rng)
             if arguments is None:
                 return
-            policy = WatchedPolicy(self.expert)
-            limits = Limits(primitives=enough_primitives(instance), retries=1)
-            try:
-                run = Interpreter(self.registry, policy, self.world, limits=limits, watch=policy.watch).run(
-                    program.name, arguments
-                )
-            except Livelock as livelock:
-                livelocks.append(livelock)
+            trial = self._trials.run(_calling(program, arguments, instance), "perturbed", number)
+            if isinstance(trial.fault, Livelock):
+                livelocks.append(trial)
+            elif isinstance(trial.fault, OutOfRange):  # of a random number, which it need not accept
                 continue
-            except NondeterministicExpert as error:
-                yield _nondeterministic(error, self.registry)
+            elif trial.fault is not None:
+                yield _fault(self._findings(program.name, [trial], program.span)[0])
                 return
-            except OutOfRange:  # of a random number, which the program need not accept
-                continue
-            scope = program.bind(arguments)
-            is_ready = all(state.holds(fact) for fact in state.literals(program.requires, scope))
-            if is_ready and not run.done:
-                reasons.append(str(run))
-            elif is_ready:
-                return
+            elif all(map(state.holds, state.literals(program.requires, program.bind(arguments)))):
+                if trial.run.done:
+                    return
+                unfinished.append(trial)
         if len(livelocks) > 1:
-            yield _livelock(livelocks[0], self.registry.apis, program.name, "perturbed", program.span, "W604")
-        elif len(reasons) > 1:
-            tried = f"{len(reasons)} perturbed states"
-            message = f"'{program.name}' did not achieve its contract in any of {tried}"
-            note = Note(f"the last run ended: {reasons[-1]}", program.span)
-            yield Diagnostic("W605", message, program.span, (note,))
+            yield _fault(self._findings(program.name, livelocks, program.span)[0], "W604")
+        elif len(unfinished) > 1:
+            findings = self._findings(program.name, unfinished, program.span)
+            yield findings[-1].unkept(len(findings))
+
+
+def _calling(program: Program, arguments: tuple[Argument, ...], instance: Instance) -> Instance:
+    """Return an instance in the same scene whose root is a call of the program, and success its contract."""
+    task = replace(instance.task, name=program.name, success=program.achieves)
+    bindings = {**instance.bindings, **program.bind(arguments)}
+    return replace(
+        instance, task=task, goal=(), program=program.name, arguments=arguments, name="", bindings=bindings
+    )
 
 
 def _trial_count(count: int, start: str, objects: int) -> int:
@@ -186,94 +178,32 @@ def _is_of_an_element(fact: Fact, instance: Instance) -> bool:
     return any(len(row & set(fact.arguments)) >= min(2, len(row)) for row in rows)
 
 
-def _check_reached(
-    registry: Registry, task: TaskDeclaration, trials: Sequence[Trial]
-) -> Iterator[Diagnostic]:
-    """Yield an error where the goal is not reached; with a missing object the run need only end."""
-    failed = [trial for trial in trials if trial.unmet and trial.start != "missing object"]
-    if not failed:
-        return
-    for trial in failed:
-        if trial.deadlock is not None:
-            span = registry.programs[trial.deadlock.program].span
-            yield _deadlock(trial.deadlock, task.name, trial.start, span, "E605")
+def _is_failed(trial: Trial) -> bool:
+    return trial.is_failed
+
+
+def _fault(finding: Finding, code: str = "E605") -> Diagnostic:
+    """Return the diagnostic of the fault that ended a trial; raise it where a function in Python failed."""
+    match finding.trial.fault:
+        case Livelock() as livelock:
+            return finding.livelock(livelock, code)
+        case NondeterministicExpert() as error:
+            return finding.nondeterministic(error)
+        case fault:
+            assert fault is not None
+            if finding.file is not None:
+                fault.add_note(f"its trace: {shown_path(finding.file)}")
+            raise fault
+
+
+def _unreached(failed: Sequence[Finding], tried: int) -> Iterator[Diagnostic]:
+    """Yield an error where the goal is not reached, at a deadlock if there is one."""
+    for finding in failed:
+        if finding.trial.deadlock is not None:
+            yield finding.deadlock(finding.trial.deadlock)
             return
-    tried = sum(trial.start != "missing object" for trial in trials)
-    refused = all(trial.run.failures and not trial.run.gave_up for trial in failed)
-    kinds = ", ".join(dict.fromkeys(trial.start for trial in failed))
-    example = failed[0]
-    notes = [Note(f"{example.unmet[0]} does not hold at the end; the run ended: {example.run}")]
-    notes.append(Note(f"it started ({example.start}) with {example.scene}; the goal was {example.goal}"))
-    assert task.run is not None
-    message = f"the expert of '{task.name}' did not reach its goal from {len(failed)} of {tried} starts"
-    message += f" ({kinds})"
-    yield Diagnostic("W603" if refused else "E603", message, task.run.span, tuple(notes))
-
-
-def _livelock(
-    livelock: Livelock, apis: Container[str], name: str, start: str, home: Span, code: str = "E605"
-) -> Diagnostic:
-    lines = source_lines(livelock.cycle)
-    # A cycle has no beginning: it is listed from a statement of this library, not of one that it uses.
-    first = next((n for n, (_, place) in enumerate(lines) if place.path == home.path), 0)
-    lines = lines[first:] + lines[:first]
-    call, span = lines[0]
-    message = f"'{name}' is in a livelock ({start} start): the same states recur"
-    notes = [
-        Note(f"{number}. {each.callee}({_given(each.arguments)})", place)
-        for number, (each, place) in enumerate(lines, start=1)
-    ]
-    if livelock.refused:
-        return _refused(livelock, name, start, span)
-    if livelock.deadlocks and not any(each.callee in apis for each in livelock.cycle):
-        return _deadlock(livelock.deadlocks[0], name, start, span, code)
-    notes.append(Note(f"{len(lines) + 1}. {call.callee}({_given(call.arguments)}) again, and so on"))
-    for program, arguments, reason in dict.fromkeys(livelock.unfinished):
-        notes.append(Note(f"{program}({_given(arguments)}) returns unfinished: {reason}"))
-    help = "one of these calls undoes what another achieves: write it before that one, or under a 'when'"
-    return Diagnostic(code, message, span, tuple(notes), help)
-
-
-def _deadlock(deadlock: Deadlock, name: str, start: str, span: Span, code: str) -> Diagnostic:
-    """Return the diagnostic of a livelock in which a program has no statement that is due."""
-    call = f"{deadlock.program}({_given(deadlock.arguments)})"
-    unmet = ", ".join(map(str, deadlock.unmet[:3]))
-    message = (
-        f"'{name}' is in a deadlock ({start} start): {call} has not achieved {unmet}, but no statement is due"
-    )
-    notes = [
-        Note(f"{number}. skipped: {reason}", statement.span)
-        for number, (statement, reason) in enumerate(deadlock.skipped, start=1)
-    ]
-    help = f"give '{deadlock.program}' a statement that achieves it, or let it require what it cannot achieve"
-    return Diagnostic(code, message, span, tuple(notes), help)
-
-
-def _refused(livelock: Livelock, name: str, start: str, span: Span) -> Diagnostic:
-    """Return the warning of a livelock that is due to failing calls, perhaps not the expert's fault."""
-    failures = dict.fromkeys(f"{api}({_given(arguments)}): {why}" for api, arguments, why in livelock.refused)
-    message = f"'{name}' makes no progress ({start} start): the world refuses {next(iter(failures))}"
-    help = "leave more room: fewer or smaller objects, or larger regions; or call something else in that case"
-    return Diagnostic("W603", message, span, (), help)
-
-
-def _given(arguments: Sequence[Argument]) -> str:
-    return ", ".join("..." if isinstance(each, tuple) else format_argument(each) for each in arguments)
-
-
-def _nondeterministic(error: NondeterministicExpert, registry: Registry) -> Diagnostic:
-    row = registry.programs[error.program]
-    answers = [_answer(each) for each in error.answers]
-    message = f"the expert of '{row.name}' is not a function of the state: {error.how}, it decides "
-    message += f"{answers[1]}, not {answers[0]}"
-    help = "decide by the arguments and the predicates alone; sort what has no order"
-    return Diagnostic("E606", message, row.span, (), help)
-
-
-def _answer(answer: Decision) -> str:
-    if isinstance(answer, NextCall):
-        return f"{answer.callee}({_given(answer.arguments)})"
-    return "done" if answer.done else "unfinished"
+    if failed:
+        yield failed[0].unreached([finding.trial for finding in failed], tried)
 
 
 def _success_span(task: TaskDeclaration) -> Span:

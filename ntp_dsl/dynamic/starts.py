@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
-from ntp_dsl.semantics.predicates import inside, on
+from ntp_dsl.semantics.predicates import covers, inside, on
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.worlds.perturbed_starts import piled_start, with_in_hand
 from ntp_dsl.worlds.protocol import Scene
@@ -16,6 +16,7 @@ from ntp_dsl.worlds.scenes import movable
 from ntp_dsl.worlds.standing import Standing
 
 PILE = 5  # approximate number of objects in a pile
+MOST = 6  # objects that a text places
 HAND_HEIGHT = 0.3  # of the hand where it holds an object at the start [m]
 
 Start = Callable[[Instance, np.random.Generator], Scene]
@@ -77,14 +78,50 @@ def scene_text(seen: Observation) -> str:
         elif obj.name == seen.held:
             parts.append(f"{obj.name} in the hand")
         else:
-            parts += _below(seen, obj.name)[:1]
-    return ", ".join(parts) or "all objects apart"
+            parts += [f"{obj.name} {how} {other}" for how, other in _below(seen, obj.name)[:1]]
+    more = [f"and {len(parts) - MOST} more"] if len(parts) > MOST else []
+    return ", ".join([*parts[:MOST], *more]) or "all objects apart"
 
 
-def _below(seen: Observation, item: str) -> list[str]:
+def state_text(seen: Observation, names: Iterable[str]) -> str:
+    """Return in a few words where some objects are, what is on or in them, and what the hand holds."""
+    named = [name for name in dict.fromkeys(names) if name in seen.by_name]
+    below = {
+        obj.name: _below(seen, obj.name) for obj in seen.objects if obj.movable and obj.name != seen.held
+    }
+    near = [item for item, rows in below.items() if any(other in named for _, other in rows)]
+    placed = [_place(seen, name, below.get(name)) for name in dict.fromkeys([*named, *near])]
+    hand = f"{seen.held} in the hand" if seen.held else "nothing in the hand"
+    parts = [part for part in placed if part]
+    more = f"and {len(parts) - MOST} more; " if len(parts) > MOST else ""
+    return "; ".join([", ".join(parts[:MOST]), more + hand] if parts else [hand])
+
+
+def _place(seen: Observation, name: str, below: Sequence[tuple[str, str]] | None) -> str:
+    """Return where an object is; an empty string for what is in the hand, and for what stays where it is.
+
+    Args:
+        below: what it is on or in, and how; None for such an object.
+    """
+    if name not in seen.positions:
+        return f"{name} missing"
+    unreachable = " out of reach" if name in seen.unreachable else ""
+    if below is None:
+        return f"{name}{unreachable}" if unreachable else ""
+    if below:
+        how, other = below[0]
+        return f"{name} {how} {other}{unreachable}"
+    x, y, _ = seen.positions[name]
+    return f"{name} at ({x:.2f}, {y:.2f}) m{unreachable}"
+
+
+def _below(seen: Observation, item: str) -> list[tuple[str, str]]:
+    """Return what an object lies in, is on, or leans over, and how."""
     others = [other.name for other in seen.objects if other.name != item and other.size[0] <= TOO_WIDE]
-    lies_in = [f"{item} in {other}" for other in others if inside(seen, item, other)]
-    return lies_in or [f"{item} on {other}" for other in others if on(seen, item, other)]
+    for how, relation in (("in", inside), ("on", on), ("off centre over", covers)):
+        if found := [(how, other) for other in others if relation(seen, item, other)]:
+            return found
+    return []
 
 
 def positions_text(seen: Observation, names: Iterable[object]) -> str:

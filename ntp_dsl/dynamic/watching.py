@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ntp_dsl.dynamic.deadlock import Deadlock, find_deadlock
-from ntp_dsl.language.syntax.nodes import Span
+from ntp_dsl.dynamic.stuck import Stuck, find_deadlock
+from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.expert import Decision, Expert, NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
-from ntp_dsl.policies.scripted import ScriptedPolicy, check_numbers
+from ntp_dsl.policies.scripted import ScriptedPolicy, check_numbers, source_of
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.state import State
 from ntp_dsl.traces import decision as traced
@@ -27,7 +27,8 @@ class Livelock(Exception):
     """The expert repeats a cycle of states; `cycle` has its decisions, with the statements that made them.
 
     `unfinished` has the programs that returned unfinished in the cycle, and `refused` the apis that failed:
-    name, arguments and reason. `deadlocks` has the programs in which no statement was due.
+    name, arguments and reason. `deadlocks` has the programs in which no statement was due. `way` has the
+    statements of the calls that are open, the outermost first.
     """
 
     def __init__(
@@ -35,10 +36,11 @@ class Livelock(Exception):
         cycle: Sequence[NextCall],
         unfinished: Sequence[Failed] = (),
         refused: Sequence[Failed] = (),
-        deadlocks: Sequence[Deadlock] = (),
+        deadlocks: Sequence[Stuck] = (),
+        way: Sequence[Span] = (),
     ) -> None:
         self.cycle, self.unfinished, self.refused = tuple(cycle), tuple(unfinished), tuple(refused)
-        self.deadlocks = tuple(deadlocks)
+        self.deadlocks, self.way = tuple(deadlocks), tuple(way)
         super().__init__(" -> ".join(call.callee for call in cycle))
 
 
@@ -56,12 +58,13 @@ class WatchedPolicy(ScriptedPolicy):
 
     expert: Expert
     demonstration: None = None
-    running: list[tuple[str, tuple[Argument, ...]]] = field(default_factory=list)
+    running: list[NextCall] = field(default_factory=list)  # the calls that are open, with their statements
     seen: dict[Key, list[int]] = field(default_factory=dict)
     decisions: list[NextCall] = field(default_factory=list)
     unfinished: list[tuple[int, Failed]] = field(default_factory=list)  # after how many decisions
     refused: list[tuple[int, Failed]] = field(default_factory=list)
-    deadlocks: list[tuple[int, Deadlock]] = field(default_factory=list)
+    deadlocks: list[tuple[int, Stuck]] = field(default_factory=list)
+    _latest: NextCall | None = None  # decision
 
     def watch(
         self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], detail: object
@@ -71,7 +74,13 @@ class WatchedPolicy(ScriptedPolicy):
             self.refused.append((len(self.decisions), (name, arguments, str(detail))))
         del self.running[depth:]
         if event == "call":
-            self.running.append((name, arguments))
+            place = self._latest.span if self._latest is not None and self._latest.callee == name else NOWHERE
+            self.running.append(NextCall(name, arguments, place))
+
+    @property
+    def way(self) -> tuple[Span, ...]:
+        """The statements of the calls that are open, the outermost first."""
+        return tuple(each.span for each in self.running if each.span.line)
 
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         seen = world.truth()
@@ -82,14 +91,18 @@ class WatchedPolicy(ScriptedPolicy):
                     (len(self.decisions), (frame.program, frame.arguments, decision.reason))
                 )
                 state = State(self.expert.registry, seen)
-                if deadlock := find_deadlock(self.expert, frame.program, frame.arguments, state):
+                if deadlock := find_deadlock(self.expert, frame.program, frame.arguments, state, self.way):
                     self.deadlocks.append((len(self.decisions), deadlock))
-            return Choice(None, done=decision.done, decision=traced.Decision(reason=decision.reason))
+            reason = traced.Decision(reason=decision.reason)
+            return Choice(None, done=decision.done, decision=reason, seen=seen)
         check_numbers(self.expert.registry, decision)
         if decision.callee not in barred:  # else the expert is asked again in the same state
-            self._remember((*_moment(seen), *self.running))
+            calls = ((each.callee, each.arguments) for each in self.running)
+            self._remember((*_moment(seen), *calls))
             self.decisions.append(decision)
-        return Choice(decision.callee, decision.arguments)
+        self._latest = decision
+        source = traced.Decision(source=source_of(decision))
+        return Choice(decision.callee, decision.arguments, decision=source, seen=seen)
 
     def _ask(self, frame: Frame, seen: Observation) -> Decision:
         registry = self.expert.registry
@@ -115,7 +128,8 @@ class WatchedPolicy(ScriptedPolicy):
                 for rows in (self.unfinished, self.refused)
             )
             deadlocks = [each for number, each in self.deadlocks if times[-2] < number]
-            raise Livelock(self.decisions[times[-2] : times[-1]], unfinished, refused, deadlocks)
+            cycle = self.decisions[times[-2] : times[-1]]
+            raise Livelock(cycle, unfinished, refused, deadlocks, self.way)
 
 
 def _moment(seen: Observation) -> Key:

@@ -3,15 +3,68 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from ntp_dsl.language.registry import Program
-from ntp_dsl.policies.expert import Expert
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.policies.expert import Expert, Instance, NextCall
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import Bindings, Fact, State
 from ntp_dsl.traces.decision import FactProbability, StatementStatus, Status
 
 MOST = 200  # facts that a decision reports
+
+
+@dataclass(frozen=True)
+class BodyStatement:
+    """A statement of a program's body in a state: what it stands for there, and what the rule makes of it."""
+
+    statement: nodes.Statement
+    instance: Instance | None  # None where its `when` is false
+    is_due: bool
+
+    @property
+    def status(self) -> Status:
+        if self.instance is None:
+            return Status.ABSENT
+        return Status.ACHIEVED if self.instance.achieved else Status.DUE if self.is_due else Status.PASSED
+
+    @property
+    def call(self) -> NextCall | None:
+        """Return the call that it stands for; None where it stands for none."""
+        return self.instance.call if self.instance is not None else None
+
+    @property
+    def span(self) -> nodes.Span:
+        """Return the place of its call, or else its own."""
+        return self.call.span if self.call is not None and self.call.span.line else self.statement.span
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """Return the facts that its call requires and that do not hold."""
+        return tuple(sorted(map(str, self.instance.lacks))) if self.instance is not None else ()
+
+    @property
+    def record(self) -> StatementStatus:
+        """Return what a trace keeps of it."""
+        call = self.call
+        return StatementStatus(
+            line=self.span.line,
+            status=self.status,
+            callee=call.callee if call else "",
+            arguments=call.arguments if call else (),
+            lacks=self.lacks,
+        )
+
+
+def body_statements(
+    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
+) -> tuple[BodyStatement, ...]:
+    """Return what the rule makes of each statement; none where the program does not read its body."""
+    scope = row.bind(arguments)
+    achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
+    return _body_statements(expert, row, scope, (achieves, requires), state)
 
 
 def evidence(
@@ -21,27 +74,21 @@ def evidence(
     scope = row.bind(arguments)
     achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
     found = dict.fromkeys([*achieves, *requires])
-    statements: list[StatementStatus] = []
+    statements = _body_statements(expert, row, scope, (achieves, requires), state)
+    for each in reversed(statements):
+        if each.instance is not None:
+            found |= dict.fromkeys(sorted([*each.instance.provides, *each.instance.names], key=str))
+    return tuple(found)[:MOST], tuple(each.record for each in statements)
+
+
+def _body_statements(
+    expert: Expert, row: Program, scope: Bindings, contract: tuple[list[Fact], list[Fact]], state: State
+) -> tuple[BodyStatement, ...]:
+    achieves, requires = contract
     needed = {fact for fact in achieves if not state.holds(fact)}
-    if needed and all(state.holds(fact) for fact in requires):
-        for statement, instance, is_due in expert.read_body(row, scope, needed, state):
-            status = Status.ABSENT
-            lacks: frozenset[Fact] = frozenset()
-            if instance is not None:
-                status = Status.ACHIEVED if instance.achieved else Status.DUE if is_due else Status.PASSED
-                lacks = instance.lacks
-                found |= dict.fromkeys(sorted([*instance.provides, *instance.names], key=str))
-            call = instance.call if instance is not None else None
-            statements.append(
-                StatementStatus(
-                    line=(call.span if call is not None and call.span.line else statement.span).line,
-                    status=status,
-                    callee=call.callee if call else "",
-                    arguments=call.arguments if call else (),
-                    lacks=tuple(sorted(map(str, lacks))),
-                )
-            )
-    return tuple(found)[:MOST], tuple(reversed(statements))
+    if not needed or not all(map(state.holds, requires)):
+        return ()
+    return tuple(BodyStatement(*each) for each in expert.read_body(row, scope, needed, state))[::-1]
 
 
 def weighed(facts: Sequence[Fact], probability: Callable[[Fact], Any]) -> tuple[FactProbability, ...]:

@@ -101,15 +101,15 @@ def test_a_planted_fault_is_found_at_its_place(tmp_path: Path, fault: str) -> No
 def test_a_livelock_is_reported_as_a_cycle_of_source_lines(tmp_path: Path) -> None:
     path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
     (livelock,) = [each for each in diagnostics(path) if each.code == "E605"]
-    steps = [note.message.split(".")[0] for note in livelock.notes]
-    assert steps == [str(number) for number in range(1, len(steps) + 1)]
-    assert {"clear", "pick", "place"} <= {note.message.split()[1].split("(")[0] for note in livelock.notes}
-    assert livelock.notes[-1].message.endswith("again, and so on")
+    steps = [note.message for note in livelock.notes if note.message[0].isdigit()]
+    assert [step.split(".")[0] for step in steps] == [str(number) for number in range(1, len(steps) + 1)]
+    assert {"clear", "pick", "place"} <= {step.split()[1].split("(")[0] for step in steps}
+    assert steps[-1].endswith("again, and so on")
 
 
 def test_a_goal_that_is_not_reached_is_reported_with_the_start_and_without_a_seed(tmp_path: Path) -> None:
     (failed,) = diagnostics(written(tmp_path, FOUND["E603 an expert that forgets half of the goal"][0]))
-    start = failed.notes[1].message
+    start = failed.notes[0].message
     assert start.startswith("it started (nominal) with all objects apart; the goal was (block_")
     assert "--seed" not in failed.help
 

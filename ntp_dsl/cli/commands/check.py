@@ -12,6 +12,7 @@ import typer
 
 from ntp_dsl.cli.report import difference, print_diagnostics, print_lines, summary
 from ntp_dsl.common.files import rewrite
+from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, NtpError, has_errors
 from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.loader import Report, check_files, find, read
@@ -41,23 +42,37 @@ def command(
     diff: Annotated[
         bool, typer.Option("--diff", help="Show exactly what --fix would write; write nothing.")
     ] = False,
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0, help="Seed of the scenes, goals, starts and arguments that the simulation draws."
+        ),
+    ] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the traces of trials that failed: LIBRARY_TASK_00000.trace.jsonl, …"),
+    ] = None,
 ) -> int:
     """Check libraries, and report every error with its location.
 
     The text is checked first. If it has no errors, the library is simulated in the kinematic world, to
     find apis that violate their contract, goals that hold from the start or are never reached, and
-    experts that never end. A fix is certain if you would surely have written just that, as for a misspelt
-    name or a foreign unit; every other one is an offer. With --fix, a fix with which the library is worse
-    is taken back. Exit status: 0 no errors (warnings and notes do not count), 1 errors, 2 there is no
-    such file.
+    experts that never end. Each task is tried from several starts; another --seed draws others. With
+    --out, the trace of every trial that failed is written, for `ntp trace show`, `explain` and `view`.
 
-    Example: ntp check examples/block_stacking --static
+    A fix is certain if you would surely have written just that, as for a misspelt name or a foreign unit;
+    every other one is an offer. With --fix, a fix with which the library is worse is taken back. Exit
+    status: 0 no errors (warnings and notes do not count), 1 errors, 2 there is no such file.
+
+    Example: ntp check examples/block_stacking --seed 1 --out runs/check
     """
     if static and execute:
         raise NtpError("--static simulates nothing and --execute everything: choose one")
+    if static and out is not None:
+        raise NtpError("--static simulates nothing, so that there are no traces for --out: choose one")
     if fix and diff:
         raise NtpError("--fix writes files and --diff only shows changes: choose one")
-    checks = _Checks([find(file) for file in files], execute)
+    checks = _Checks([find(file) for file in files], execute, seed)
     texts: Texts = {}
     if fix or diff:
         from ntp_dsl.cli.mending import mend
@@ -70,7 +85,7 @@ def command(
             rewrite(path, text)
     diagnostics, sources = checks.diagnose(texts)
     if not static and not has_errors(diagnostics):
-        simulated, more = checks.simulate(texts)
+        simulated, more = checks.simulate(texts, out)
         diagnostics, sources = [*diagnostics, *simulated], {**sources, **more}
     if format is Format.TEXT:
         _print_text(checks.paths, diagnostics, sources)
@@ -82,10 +97,10 @@ def command(
 class _Checks:
     """The checks of some libraries, with other texts in place of those of files; each is made once."""
 
-    def __init__(self, paths: list[Path], execute: bool) -> None:
+    def __init__(self, paths: list[Path], execute: bool, seed: int) -> None:
         self.paths = paths
-        self._execute = execute
-        self._simulated: dict[tuple[tuple[Path, str], ...], Found] = {}
+        self._execute, self._seed = execute, seed
+        self._simulated: dict[tuple[Path | None, tuple[tuple[Path, str], ...]], Found] = {}
 
     def diagnose(self, texts: Texts) -> Found:
         """Return the diagnostics of all libraries; those of shared libraries occur once."""
@@ -97,28 +112,49 @@ class _Checks:
             sources |= report.sources
         return list(diagnostics), sources
 
-    def simulate(self, texts: Texts) -> Found:
-        """Return the diagnostics of the dynamic check."""
-        key = tuple(sorted(texts.items()))
+    def simulate(self, texts: Texts, out: Path | None = None) -> Found:
+        """Return the diagnostics of the dynamic check.
+
+        Args:
+            out: folder for the traces of trials that failed.
+        """
+        key = out, tuple(sorted(texts.items()))
         if key not in self._simulated:
-            self._simulated[key] = self._simulate(texts)
+            self._simulated[key] = self._simulate(texts, out)
         return self._simulated[key]
 
-    def _simulate(self, texts: Texts) -> Found:
+    def _simulate(self, texts: Texts, out: Path | None) -> Found:
         from ntp_dsl.cli.display import progress
         from ntp_dsl.dynamic.check import check_dynamically
+        from ntp_dsl.dynamic.trial_traces import TrialTraces
         from ntp_dsl.user_code.loading import with_python
 
         diagnostics: dict[Diagnostic, None] = {}
+        registries = [(path, _report(path, texts).checked()) for path in self.paths]
+        traces = TrialTraces(out)
+        traces.check_free(registry.name for _, registry in registries)
         with progress("simulating", None) as bar:
-            for path in self.paths:
-                checked = _report(path, texts).checked()
+            for path, checked in registries:
                 registry = with_python(checked) if self._execute else checked
                 report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
-                diagnostics |= dict.fromkeys(check_dynamically(registry, path, on_step=report))
+                found = check_dynamically(registry, path, self._seed, report, traces)
+                diagnostics |= dict.fromkeys(found)
+        if out is not None:
+            _print_written(traces.written, out)
         spans = [span for each in diagnostics for span in (each.span, *(note.span for note in each.notes))]
         named = [span.path for span in spans if span.path is not None]
         return list(diagnostics), {path: texts[path] if path in texts else read(path) for path in named}
+
+
+def _print_written(files: Sequence[Path], out: Path) -> None:
+    """Say how many traces there are, and how to look at one."""
+    from ntp_dsl.cli.display import messages
+
+    if files:
+        written = f"{counted(len(files), 'trace')} of failed trials in {out}"
+        messages.print(f"{written}; to look at the first: ntp trace show {files[0]}", soft_wrap=True)
+    else:
+        messages.print(f"no trial failed: no trace was written to {out}", soft_wrap=True)
 
 
 def _report(path: Path, texts: Texts) -> Report:

@@ -1,0 +1,108 @@
+"""Where an expert gets stuck: a call in a state, what it needs, and what each of its statements lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ntp_dsl.language.registry import Api, Program
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.nodes import Span
+from ntp_dsl.language.syntax.visitors import innermost
+from ntp_dsl.policies.evidence import BodyStatement, body_statements
+from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.traces.decision import Status
+from ntp_dsl.traces.phrases import format_argument
+
+FEW, MOST = 3, 6  # items that a part of a note lists, and a note
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """A call that makes no progress: what does not hold of its contract, and what the rule makes of its body.
+
+    `way` has the statements that lead to it, the outermost first.
+    """
+
+    program: Program
+    arguments: tuple[Argument, ...]
+    state: State
+    unmet: tuple[Fact, ...]  # of what it achieves
+    lacks: tuple[Fact, ...]  # of what it requires
+    statements: tuple[BodyStatement, ...]
+    way: tuple[Span, ...] = ()
+    is_deadlock: bool = False  # no statement is due whose call would do anything
+
+    @property
+    def call(self) -> str:
+        return f"{self.program.name}({given(self.arguments)})"
+
+    @property
+    def reasons(self) -> list[tuple[Span, str]]:
+        """Return where each statement of the body is, and why it is not called, or that it is due."""
+        return [(each.span, _reason(each, self.is_deadlock)) for each in self.statements]
+
+
+def stuck(
+    expert: Expert, program: str, arguments: tuple[Argument, ...], state: State, way: tuple[Span, ...] = ()
+) -> Stuck:
+    """Return what a call needs in a state, and what each statement of its body lacks there."""
+    row = expert.registry.programs[program]
+    scope = row.bind(arguments)
+    unmet, lacks = (
+        tuple(fact for fact in state.literals(part, scope) if not state.holds(fact))
+        for part in (row.achieves, row.requires)
+    )
+    statements = body_statements(expert, row, arguments, state)
+    return Stuck(row, arguments, state, unmet, lacks, statements, way)
+
+
+def find_deadlock(
+    expert: Expert, program: str, arguments: tuple[Argument, ...], state: State, way: tuple[Span, ...] = ()
+) -> Stuck | None:
+    """Follow calls that would return at once, and return the program in which no statement is due."""
+    found = stuck(expert, program, arguments, state, way)
+    if found.program.in_python or not found.unmet or found.lacks:
+        return None
+    for each in found.statements:
+        call = each.instance and (each.instance.call or each.instance.vain)
+        if call and each.is_due and not each.lacks:
+            callee = expert.registry[call.callee]
+            if isinstance(callee, Api):
+                return None
+            if inner := find_deadlock(expert, callee.name, call.arguments, state, (*way, call.span)):
+                return inner
+    return replace(found, is_deadlock=True)
+
+
+def _reason(each: BodyStatement, is_deadlock: bool) -> str:
+    called = innermost(each.statement).callee
+    call = f"{called}({given(each.call.arguments)})" if each.call else called
+    match each.status:
+        case Status.ABSENT:
+            return "skipped: its condition does not hold"
+        case Status.PASSED:
+            return "skipped: nothing that it achieves is needed"
+        case Status.ACHIEVED:
+            loops = isinstance(each.statement, nodes.For)
+            if loops and each.instance is not None and not each.instance.provides:
+                return "skipped: no element meets the conditions of the loop"
+            return "skipped: what it achieves already holds"
+    if each.lacks:
+        return f"skipped: {call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
+    if is_deadlock or each.call is None:
+        return f"skipped: every call of {called} would return at once, or lacks what it requires"
+    return f"due: {call}"
+
+
+def given(arguments: Sequence[Argument]) -> str:
+    """Return the arguments of a call, lists left out."""
+    return ", ".join("..." if isinstance(each, tuple) else format_argument(each) for each in arguments)
+
+
+def listed(facts: Sequence[object], most: int) -> str:
+    """Return the first facts as text, and how many there are besides."""
+    more = f" and {len(facts) - most} more" if len(facts) > most else ""
+    return ", ".join(map(str, facts[:most])) + more

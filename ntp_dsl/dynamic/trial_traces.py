@@ -1,0 +1,62 @@
+"""The traces of trials that failed, as files that `ntp trace show`, `explain` and `view` take."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ntp_dsl.common.files import written_whole
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.traces.reader import parse_trace
+
+
+@dataclass
+class TrialTraces:
+    """A folder for traces; earlier ones of the same library and name are replaced, and nothing else is.
+
+    Without a folder, nothing is kept.
+    """
+
+    folder: Path | None = None
+    written: list[Path] = field(default_factory=list)
+    _counts: Counter[str] = field(default_factory=Counter)
+
+    def check_free(self, libraries: Iterable[str]) -> None:
+        """Raise `NtpError` where a file that is no trace of one of the libraries has the name of one."""
+        if self.folder is None:
+            return
+        self.folder.mkdir(parents=True, exist_ok=True)
+        for library in libraries:
+            self._check_free(self.folder, library)
+
+    def _check_free(self, folder: Path, library: str) -> None:
+        ours = re.compile(rf"{re.escape(library)}_\w+_\d{{5,}}\.trace\.jsonl")
+        for path in sorted(each for each in folder.iterdir() if ours.fullmatch(each.name)):
+            if not _is_of(path, library):
+                raise NtpError(
+                    f"{path} is no trace of '{library}' and might be replaced; choose another --out"
+                )
+
+    def write(self, library: str, name: str, text: str) -> Path | None:
+        """Write the trace of the next failed trial of a task or program, and return its file."""
+        if self.folder is None:
+            return None
+        stem = f"{library}_{name}"
+        path = self.folder / f"{stem}_{self._counts[stem]:05d}.trace.jsonl"
+        self._counts[stem] += 1
+        with written_whole(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+        self.written.append(path)
+        return path
+
+
+def _is_of(path: Path, library: str) -> bool:
+    """Return whether a file begins as a trace of the library does."""
+    try:
+        with path.open("rb") as stream:
+            return parse_trace(stream.readline(), path).header.library == library
+    except (NtpError, OSError):
+        return False
