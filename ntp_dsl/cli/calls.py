@@ -26,6 +26,8 @@ def line(call: Call, frames: int, times: Times) -> Text:
     text.append(f"  {scope_bar(call, frames)}  ", style="blue not bold")
     outcome = call.outcome or "cut off"
     text.append(outcome, style=f"{COLOURS.get(outcome, 'red')} not bold")
+    if call.execution.unmet:
+        text.append(f"  but not {printable(', '.join(call.execution.unmet))}", style="red not bold")
     if call.decision.probability is not None:
         text.append(f"  p={call.decision.probability:.2f}", style="dim not bold")
     if time := duration(times):
@@ -81,4 +83,5 @@ def as_json(call: Call, times: Times) -> Mapping[str, Any]:
             "moving": round(times.moving, 5),
         },
         "disturbances": call.execution.disturbances,
+        "unmet": call.execution.unmet,
     }

@@ -47,8 +47,15 @@ def summary(file: Path) -> dict[str, Any]:
         trace = read_trace(file)
     except NtpError:
         return {"file": file.name, "calls": 0, "ending": "unreadable"}
-    ending = "cut off" if trace.end is None else str(trace.end.ending)
-    return {"file": file.name, "calls": len(trace.calls), "ending": ending}
+    end = trace.end
+    row = {
+        "file": file.name,
+        "calls": len(trace.calls),
+        "ending": "cut off" if end is None else str(end.ending),
+    }
+    if end is not None and end.success is False:
+        row |= {"attributed_to": end.attributed_to or "", "verdict": end.verdict}
+    return row
 
 
 def demonstration_file(trace: Trace, file: Path) -> Path | None:

@@ -19,6 +19,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy, demonstrated
+from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.reader import parse_trace
@@ -31,6 +32,7 @@ from ntp_dsl.traces.schema import (
     Header,
     PolicyKind,
 )
+from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
@@ -49,6 +51,19 @@ class RecordedDemonstration:
     def trace_record(self, file: str) -> DemonstrationReference:
         """Return the trace's record of the demonstration; the file lies beside the trace."""
         return DemonstrationReference(file=file, frames=len(self.demonstration), calls=self.calls)
+
+
+@dataclass(frozen=True)
+class FailedDemonstration:
+    """A run of the expert that did not bring the goal about, with the trace of it."""
+
+    run: Run
+    trace: str  # the lines up to the end, which its reader judges
+    missing: str  # a fact of the goal that does not hold at the end; empty where all do
+
+    def __str__(self) -> str:
+        lacking = f"{self.missing} does not hold; " if self.missing else ""
+        return f"{lacking}{self.run}{self.run.last_message}"
 
 
 def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Scene:
@@ -77,13 +92,14 @@ def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Sc
 
 def demonstrate(
     registry: Registry, expert: Expert, world: World, instance: Instance, seed: int
-) -> RecordedDemonstration | Run:
-    """Record the expert, undisturbed, from a nominal start. Return the failed run instead if it fails."""
+) -> RecordedDemonstration | FailedDemonstration:
+    """Record the expert, undisturbed, from a nominal start."""
     world.reset(demonstration_start(registry, instance, seed), seed)
     recorder = Recorder(world)
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    writer.header(header(registry, instance, seed, PolicyKind.DEMONSTRATION))
+    own = header(registry, instance, seed, PolicyKind.DEMONSTRATION)
+    writer.header(with_fields(own, sources=library_sources(registry)))
     interpreter = Interpreter(
         registry,
         ScriptedPolicy(expert),
@@ -97,7 +113,10 @@ def demonstrate(
     if run.done and not len(recorder):
         run.ending, run.reason = Ending.UNFINISHED, "there is nothing to show: the goal holds from the start"
     if not run.done or run.failures:
-        return run
+        end = world.truth()
+        state = State(registry, end)
+        missing = (fact for fact in instance.literals(registry, end) if not state.holds(fact))
+        return FailedDemonstration(run, stream.getvalue(), str(next(missing, "")))
     origin = Origin(library=registry.name, task=instance.name, seed=seed, goal=instance.goal)
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
     return RecordedDemonstration(recorder.demonstration(origin), demonstrated(trace))

@@ -92,7 +92,7 @@ def _reason(each: BodyStatement, is_deadlock: bool) -> str:
             return "skipped: what it achieves already holds"
     if each.lacks:
         return f"skipped: {call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
-    if is_deadlock or each.call is None:
+    if is_deadlock or each.status is Status.VAIN:
         return f"skipped: every call of {called} would return at once, or lacks what it requires"
     return f"due: {call}"
 

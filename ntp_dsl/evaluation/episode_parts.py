@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.seeds import derived
-from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
-from ntp_dsl.evaluation.success import Verdict, judge
+from ntp_dsl.datasets.recording import FailedDemonstration, RecordedDemonstration, demonstrate
+from ntp_dsl.evaluation.success import Verdict, attribution_of_failures, judge
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.registry import Registry
@@ -21,7 +22,7 @@ from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.tasks.goal_samplers import Variation
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
-from ntp_dsl.traces.schema import End, Header
+from ntp_dsl.traces.schema import Attribution, End, Header
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
@@ -32,6 +33,24 @@ REDRAWS = 100  # of a goal that holds from the start
 
 class NoDemonstration(TaskFailed):
     """The expert failed to demonstrate the task."""
+
+    def __init__(self, instance: Instance, last: FailedDemonstration) -> None:
+        super().__init__(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {last}")
+        self.last = last
+
+    @property
+    def attributed_to(self) -> Attribution:
+        """Return what the last failure is attributed to."""
+        return attribution_of_failures(self.last.run)
+
+    def write_trace(self, path: Path) -> None:
+        """Write the trace of the last attempt."""
+        with path.open("w", encoding="utf-8") as stream:
+            stream.write(self.last.trace)
+            end = with_fields(
+                self.last.run.end(), success=False, attributed_to=self.attributed_to, verdict=str(self.last)
+            )
+            TraceWriter(stream).end(end)
 
 
 def drawn_instance(
@@ -58,13 +77,13 @@ def demonstration(
 
     Raises `NoDemonstration` where the expert fails again and again.
     """
-    reason = ""
-    for attempt in range(ATTEMPTS):
-        shown = demonstrate(registry, expert, world, instance, derived(seed, number, 2, attempt))
+    failed: list[FailedDemonstration] = []
+    while len(failed) < ATTEMPTS:
+        shown = demonstrate(registry, expert, world, instance, derived(seed, number, 2, len(failed)))
         if isinstance(shown, RecordedDemonstration):
-            return shown, attempt + 1
-        reason = str(shown)
-    raise NoDemonstration(f"the expert failed in {ATTEMPTS} demonstrations of {instance.name}: {reason}")
+            return shown, len(failed) + 1
+        failed.append(shown)
+    raise NoDemonstration(instance, failed[-1])
 
 
 @dataclass(frozen=True)

@@ -133,10 +133,17 @@ class Evaluator:
     def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """Return the expert's demonstration from another placement, and the number of attempts.
 
-        Raises `NoDemonstration` where all attempts fail.
+        Raises `NoDemonstration` where all attempts fail; the episode's trace is that of the last one then.
         """
         seed, sigma = self.plan.seed, self.plan.demo_noise
-        found, attempts = demonstration(self.registry, self.expert, self._shown_in, instance, seed, number)
+        try:
+            found, attempts = demonstration(
+                self.registry, self.expert, self._shown_in, instance, seed, number
+            )
+        except NoDemonstration as failure:
+            if self.plan.traces is not None:
+                failure.write_trace(episode_files(self.plan.traces, number)[0])
+            raise
         if sigma:
             seen = noisy(found.demonstration, sigma, np.random.default_rng((seed, number, 4)))
             found = replace(found, demonstration=seen)
@@ -257,7 +264,7 @@ def _without_demonstration(number: int, instance: Instance, failure: NoDemonstra
         len(instance.goal),
         False,
         False,
-        Attribution.PLANNER,
+        failure.attributed_to,
         str(failure),
         primitives=0,
         simulated_seconds=0.0,

@@ -74,15 +74,9 @@ def judge(registry: Registry, world: World, instance: Instance, scene: Scene, ru
     attribution = _attribution(run, first)
     reason = second.message
     if not run.done:
-        last = _last_message(run) if attribution is not Attribution.DECISION else ""
+        last = run.last_message if attribution is not Attribution.DECISION else ""
         reason = f"{reason}; {run}{last}"
     return Verdict(False, bool(authors), attribution, reason)
-
-
-def _last_message(run: Run) -> str:
-    """Return the world's message on the last failed primitive, if there is one."""
-    messages = [str(failure.evidence["message"]) for failure in run.failures if "message" in failure.evidence]
-    return f"; last: {messages[-1]}" if messages else ""
 
 
 def _shortfall(
@@ -191,8 +185,11 @@ def _attribution(run: Run, first: Shortfall | None) -> Attribution:
     """Return physics if the result was reached but fell, the cause of repeated failures, or the decision."""
     if run.done and (first is None or first.kind is ShortfallKind.KNOCKED_ASIDE):
         return Attribution.PHYSICS
-    if run.done:
-        return Attribution.DECISION
+    return Attribution.DECISION if run.done else attribution_of_failures(run)
+
+
+def attribution_of_failures(run: Run) -> Attribution:
+    """Return what most of the last failures of an unfinished run are attributed to; else the decision."""
     found = (ATTRIBUTION_OF_OUTCOME.get(CallOutcome.of(failure)) for failure in run.failures[-5:])
     kinds = Counter(kind for kind in found if kind is not None)
     return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else Attribution.DECISION

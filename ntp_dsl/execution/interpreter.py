@@ -81,6 +81,12 @@ class Run:
         """
         return self.achieved if self.achieved is not None else 0.0 if self.tells else None
 
+    @property
+    def last_message(self) -> str:
+        """Return the world's message on the last failed primitive, as a clause; empty where there is none."""
+        messages = [str(each.evidence["message"]) for each in self.failures if "message" in each.evidence]
+        return f"; last: {messages[-1]}" if messages else ""
+
     def __str__(self) -> str:
         """Return how it ended, and why."""
         return f"{self.ending}: {self.reason}" if self.reason else str(self.ending or "running")
@@ -361,10 +367,18 @@ class Interpreter:
             planner=outcome.planner,
             evidence=dict(outcome.evidence),
             disturbances=outcome.disturbances,
+            unmet=self._unmet(choice, after) if outcome.achieved and self.writer.is_open else (),
         )
         self.writer.returned(number, came_to, self.frame_number(), execution=execution)
         if self.interfere is not None:
             self.interfere(self.world)
+
+    def _unmet(self, choice: Choice, after: Observation) -> tuple[str, ...]:
+        """Return what a primitive is to achieve and what does not hold after it."""
+        assert choice.callee is not None
+        row, state = self.registry.apis[choice.callee], State(self.registry, after)
+        promised = state.literals(row.achieves, row.bind(choice.arguments))
+        return tuple(str(fact) for fact in promised if not state.holds(fact))
 
 
 def _lesser(some: float | None, other: float | None) -> float | None:

@@ -28,12 +28,16 @@ class BodyStatement:
     def status(self) -> Status:
         if self.instance is None:
             return Status.ABSENT
-        return Status.ACHIEVED if self.instance.achieved else Status.DUE if self.is_due else Status.PASSED
+        if self.instance.achieved:
+            return Status.ACHIEVED
+        if not self.is_due:
+            return Status.PASSED
+        return Status.VAIN if self.instance.call is None else Status.DUE
 
     @property
     def call(self) -> NextCall | None:
-        """Return the call that it stands for; None where it stands for none."""
-        return self.instance.call if self.instance is not None else None
+        """Return the call that it stands for, or would; None where it stands for none."""
+        return (self.instance.call or self.instance.vain) if self.instance is not None else None
 
     @property
     def span(self) -> nodes.Span:

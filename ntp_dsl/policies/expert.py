@@ -16,6 +16,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import Bindings, Fact, State
 from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
+from ntp_dsl.traces.phrases import format_invocation
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class NextCall:
     callee: str
     arguments: tuple[Argument, ...]
     span: nodes.Span = field(default=nodes.NOWHERE, compare=False, repr=False)
+
+    def __str__(self) -> str:
+        return format_invocation(self.callee, self.arguments)
 
 
 @dataclass(frozen=True)
@@ -92,11 +96,28 @@ class Expert:
     # The body, read from its end ----------------------------------------------------------------
 
     def _first_due(self, row: Program, scope: Bindings, needed: set[Fact], state: State) -> Decision:
-        due = [each for _, each, is_due in self.read_body(row, scope, needed, state) if each and is_due]
+        wanted = frozenset(needed)  # which reading the body extends
+        read = [(each, is_due) for _, each, is_due in self.read_body(row, scope, needed, state) if each]
+        due = [each for each, is_due in read if is_due]
         for instance in reversed(due):
             if not instance.lacks and instance.call is not None:
                 return instance.call
-        return Return(False, "no statement is due")
+        return Return(False, self._why_none(due, [each for each, _ in read], wanted, state))
+
+    def _why_none(
+        self, due: list[Instance], body: list[Instance], wanted: frozenset[Fact], state: State
+    ) -> str:
+        """Return why no statement is called although something is wanted."""
+        for instance in due:
+            if instance.vain is not None and (end := self._end_at_once(instance.vain, state)):
+                return f"{instance.vain} would return at once: {end.reason or 'it is done'}"
+            if instance.lacks and instance.call is not None:
+                lacking = min(map(str, instance.lacks))
+                return f"{instance.call} lacks {lacking}, which no statement before it brings about"
+        for fact in sorted(wanted, key=str):
+            if not any(_provides_any(each.provides, {fact}) for each in body):
+                return f"no statement achieves {fact}"
+        return "no statement is due"
 
     def read_body(
         self, row: Program, scope: Bindings, needed: set[Fact], state: State

@@ -18,6 +18,7 @@ class Line:
     calls: int = 0
     succeeded: int = 0
     attributed_to: Counter[Attribution] = field(default_factory=Counter)  # of failed calls
+    unmet: int = 0  # calls that reported success without what they are to achieve
     divergences: Counter[str] = field(default_factory=Counter)  # from another trace, by kind
     _probabilities: int = 0  # decisions with a probability
     _probability_sum: float = 0.0
@@ -31,6 +32,7 @@ class Line:
         """Count a call that the line made, or a return of the line's program."""
         self.calls += 1
         self.succeeded += call.succeeded
+        self.unmet += bool(call.execution.unmet)
         if attribution:
             self.attributed_to[attribution] += 1
         if probability is not None:

@@ -48,6 +48,7 @@ class Status(StrEnum):
 
     DUE = "due"
     ACHIEVED = "achieved"
+    VAIN = "in vain"  # all that it would call would return at once
     PASSED = "passed over"  # nothing that is needed comes of it
     ABSENT = "absent"  # its `when` is false
 
@@ -161,6 +162,13 @@ class Decision(Struct, frozen=True, omit_defaults=True, kw_only=True):
     scripted: bool = False  # by a function in Python that no body or learnt row stands for
     asked: Asked | None = None  # where the decision was left to somebody
     answer: Answer | None = None
+
+    @property
+    def mistaken(self) -> list[FactProbability]:
+        """Return the facts that it was wrong about."""
+        return [
+            each for each in self.facts if each.truth is not None and (each.probability > 0.5) != each.truth
+        ]
 
 
 NO_DECISION = Decision()

@@ -18,12 +18,12 @@ from ntp_dsl.traces.phrases import (
     format_option,
     format_scope,
 )
-from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.trace import Trace
 
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
-LONG = 100  # characters of a measurement
+LONG = 300  # characters of a measurement
 SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
 
 
@@ -38,34 +38,38 @@ def explanation(trace: Trace, call: Call) -> list[str]:
     return [printable(" ".join(sentences)) for sentences in told if sentences]
 
 
-def mistaken(decision: Decision) -> list[FactProbability]:
-    """Return the facts that a decision was wrong about."""
-    return [
-        each for each in decision.facts if each.truth is not None and (each.probability > 0.5) != each.truth
-    ]
-
-
 def brief(call: Call) -> str:
     """Return why a call was made in a line: what did not hold, and what was seen wrongly."""
     decision = call.decision
     lacking = [each for each in decision.facts if each.probability <= 0.5][:FEW]
     parts = [f"as {_facts(lacking)} did not hold"] if lacking else []
-    if wrong := mistaken(decision)[:FEW]:
+    if wrong := decision.mistaken[:FEW]:
         parts.append(f"wrong about {_facts(wrong)}")
     return printable("; ".join(parts))
 
 
 def interesting(trace: Trace) -> Call | None:
-    """Return the call that one would ask about: the first that failed, innermost, else the least probable."""
-    failed = [
-        call
-        for call in trace.calls
-        if not call.succeeded and all(below.succeeded for below in trace.children(call.id))
-    ]
+    """Return the call that one would ask about.
+
+    Of a run that says that it is done and is not, that is the task's program, which read what to do; of any
+    other that failed, the last call that failed or did not achieve what it is to, innermost, as earlier ones
+    were made good. Of a run that succeeded it is the first that failed, or else the least probable.
+    """
+    failed = [call for call in trace.calls if _went_wrong(trace, call)]
+    end = trace.end
+    if end is not None and end.success is False:
+        roots = trace.children(ROOT)
+        return roots[-1] if roots and (end.ending is Ending.DONE or not failed) else failed[-1]
     if failed:
         return failed[0]
     made = [call for call in trace.calls if call.parent != ROOT]
     return min(made, key=lambda call: call.decision.probability or 1.0, default=None)
+
+
+def _went_wrong(trace: Trace, call: Call) -> bool:
+    if call.succeeded:
+        return bool(call.execution.unmet)
+    return all(below.succeeded for below in trace.children(call.id))
 
 
 def _head(trace: Trace, call: Call) -> str:
@@ -125,7 +129,7 @@ def _seen(decision: Decision) -> Iterator[str]:
     doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
     if doubtful:
         yield f"Not sure was {_facts(doubtful)}."
-    wrong = mistaken(decision)
+    wrong = decision.mistaken
     surely = [each for each in wrong if each.probability >= SURE][:MOST]
     if surely:
         yield f"It was seen that {_facts(surely)} held."
@@ -146,6 +150,7 @@ def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
     """Yield what became of each statement of the caller: those that were due first."""
     for status, words in (
         (Status.DUE, "Due"),
+        (Status.VAIN, "In vain, as it would return at once"),
         (Status.PASSED, "Passed over, as nothing that is needed comes of it"),
         (Status.ACHIEVED, "Done already"),
         (Status.ABSENT, "Left out, as its condition does not hold"),
@@ -188,6 +193,8 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     cause = attribute_call(call)
     blamed = f", which is attributed to {cause}" if cause and not call.succeeded else ""
     yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
+    if call.execution.unmet:
+        yield f"But {_listed(call.execution.unmet[:MOST])}, which it is to achieve, did not hold in truth."
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
@@ -203,6 +210,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         if returned.reason:
             yield f"Its reason: {returned.reason}."
         yield from _seen(returned)
+        yield from _statements(returned.statements)
         if returned.asked is not None:
             yield f"Somebody was asked: {format_asked(returned.asked)}."
 

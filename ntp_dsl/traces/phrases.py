@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
 from ntp_dsl.common.text import printable
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Asked, Doubt, Frames, Option
 from ntp_dsl.traces.schema import Call, Header
+from ntp_dsl.worlds.protocol import UNDISTURBED
 
 MAX_LIST_ITEMS = 3  # of a list in a text
 
@@ -70,7 +73,22 @@ def headline(header: Header) -> str:
         "episode": header.episode,
     }
     facts = [f"{name} {value}" for name, value in origin.items() if value is not None]
-    return printable(", ".join(facts)) or "a trace"
+    return printable(", ".join(filter(None, [*facts, conditions(header)]))) or "a trace"
+
+
+def conditions(header: Header) -> str:
+    """Return what a run was made difficult by, and the checkpoint that decided; empty without either."""
+    made = header.disturbances or UNDISTURBED
+    shown = header.demonstration.noise if header.demonstration else 0.0
+    parts = {
+        "model": "/".join(PurePath(header.model).parts[-2:]) if header.model else None,
+        "slips": made.slips or None,
+        "pushes": made.pushes or None,
+        "clumsiness": made.clumsiness or None,
+        "noise": f"{1000 * made.noise:g} mm" if made.noise else None,
+        "noise of the demonstration": f"{1000 * shown:g} mm" if shown else None,
+    }
+    return ", ".join(f"{name} {value}" for name, value in parts.items() if value is not None)
 
 
 def format_scope(scope: Frames | None) -> str:

@@ -88,6 +88,7 @@ class Attribution(StrEnum):
     GRASP = "grasp"
     PHYSICS = "physics"
     DISTURBANCE = "disturbance"
+    NOISE = "noise"  # a fact was seen wrongly, of two traces
     START = "start"  # two traces that began in different states
 
 
@@ -100,6 +101,7 @@ class Execution(Struct, frozen=True, omit_defaults=True, kw_only=True):
     planner: str = ""
     evidence: dict[str, Any] = {}  # measurements, under the names of the world that made them
     disturbances: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()  # what it is to achieve, and what did not hold although it reported success
 
 
 NOT_EXECUTED = Execution()

@@ -8,7 +8,7 @@ import pytest
 
 from ntp_dsl.cli.app import run
 from ntp_dsl.traces.decision import Decision, Status
-from ntp_dsl.traces.explanation import brief, explanation, interesting, mistaken
+from ntp_dsl.traces.explanation import brief, explanation, interesting
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT
@@ -43,12 +43,12 @@ def decisions(trace: Trace) -> list[Decision]:
 def test_each_fact_of_a_learned_decision_has_its_truth(file: Path) -> None:
     found = decisions(read_trace(file))
     assert found and all(each.truth is not None for decision in found for each in decision.facts)
-    assert any(mistaken(each) for each in found)
+    assert any(each.mistaken for each in found)
 
 
 def test_a_script_rests_on_what_is_true(scripted: Path) -> None:
     for each in decisions(read_trace(scripted)):
-        assert each.facts and not mistaken(each)
+        assert each.facts and not each.mistaken
         assert all(fact.probability == float(bool(fact.truth)) for fact in each.facts)
 
 
@@ -62,21 +62,24 @@ def test_of_a_script_the_statement_that_is_followed_was_due(scripted: Path) -> N
 
 def test_what_was_seen_wrongly_is_told(file: Path) -> None:
     trace = read_trace(file)
-    wrong = [call for call in trace.calls if call.parent != ROOT and mistaken(call.decision)]
+    wrong = [call for call in trace.calls if call.parent != ROOT and call.decision.mistaken]
     call = wrong[0]
-    fact = mistaken(call.decision)[0]
+    fact = call.decision.mistaken[0]
     text = " ".join(explanation(trace, call))
     assert f"That was wrong: {fact.fact} {'held' if fact.truth else 'did not hold'} in truth." in text
     assert f"wrong about {fact.fact}" in brief(call)
 
 
-def test_by_default_the_first_failure_is_explained(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_by_default_the_episode_and_its_first_failure_are_explained(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     trace = read_trace(file)
     failed = interesting(trace)
     assert failed is not None and not failed.succeeded
     assert run(["trace", "explain", str(file)]) == 0
     told = " ".join(capsys.readouterr().out.split())
-    assert told.startswith(f"call {failed.id}, ")
+    assert told.startswith("The episode by the learned policy")
+    assert "slips 0.5, noise 12 mm) succeeded." in told and f" call {failed.id}, " in told
     assert "returned: object dropped, which is attributed to disturbance" in told
 
 

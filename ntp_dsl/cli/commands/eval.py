@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.display import answers, print_json, progress
+from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
@@ -34,6 +34,7 @@ from ntp_dsl.cli.options import (
     shown_at,
     varied,
 )
+from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.signals import uninterrupted
 from ntp_dsl.evaluation.episodes import Episode, Plan, run_all
 from ntp_dsl.evaluation.statistics import Confidence, Statistics, statistics
@@ -118,7 +119,10 @@ def command(
         stopped = error
     with uninterrupted():
         if done:
-            _report(statistics(done, seed), episodes, stopped is not None, json)
+            figures = statistics(done, seed)
+            _report(figures, episodes, stopped is not None, json)
+            if figures.failed and not json:
+                messages.print(_hint(figures.failed[0].episode, out))
     if stopped is not None:
         raise stopped
     return 0
@@ -133,6 +137,14 @@ def _confidence(figures: Confidence) -> str:
     if figures.auroc is not None:
         parts.append(f"AUROC {figures.auroc:.2f}")
     return ", ".join(parts)
+
+
+def _hint(failed: int, out: Path | None) -> str:
+    """Return how to find out why an episode failed."""
+    if out is None:
+        return "why: run it again with --out DIR, and `ntp trace explain` says it from the traces"
+    trace, _ = episode_files(out, failed)
+    return f"why: ntp trace explain {trace}; of all: ntp trace report {out}"
 
 
 def _report(figures: Statistics, wanted: int, interrupted: bool, json: bool) -> None:

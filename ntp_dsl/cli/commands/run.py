@@ -38,8 +38,9 @@ from ntp_dsl.cli.options import (
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
-from ntp_dsl.demonstrations.demonstration import check_objects
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
+from ntp_dsl.evaluation.demonstrated import as_demonstrated
+from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
@@ -145,7 +146,9 @@ def command(
         RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     )
     if recorded is not None:
-        check_objects(recorded.demonstration, evaluator.instance(0).objects)
+        shown = as_demonstrated(evaluator.registry, evaluator.instance(0), recorded.demonstration)
+        for remark in remarks(evaluator.registry, shown, recorded.demonstration):
+            messages.print(remark, style="yellow")
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
         recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
@@ -253,6 +256,8 @@ def run_episode(
     for path in files:
         messages.print(f"wrote {path}")
     if episode.success is False:
+        if out is not None:
+            messages.print(f"why: ntp trace explain {episode_files(out, 0)[0]}")
         raise TaskFailed(f"the task failed ({episode.attributed_to}): {episode.reason}")
     if json:
         return

@@ -17,8 +17,10 @@ from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.schema import ROOT, Attribution, Call
 from ntp_dsl.traces.trace import Trace
+from ntp_dsl.worlds.protocol import UNDISTURBED
 
 STATE_TOLERANCE = 0.01  # [m] between positions in two states that count as the same
+MOST_NOISE = 4.5  # standard deviations by which one look of many is off, at most
 
 
 def compare(a: Trace, b: Trace, scopes: bool = True) -> Comparison:
@@ -107,22 +109,29 @@ class _Finder:
             level.caller_b,
             x.id if x else None,
             y.id if y else None,
-            self._attribution(kind, x, y, apart),
+            self._attribution(kind, x, y, apart, decision),
             followed.source if followed else "",
             confidence(kind, decision, x, y),
             apart,
         )
 
     def _attribution(
-        self, kind: DivergenceKind, x: Call | None, y: Call | None, apart: StateDifferences | None
+        self,
+        kind: DivergenceKind,
+        x: Call | None,
+        y: Call | None,
+        apart: StateDifferences | None,
+        decision: Decision | None,
     ) -> Attribution | None:
         if kind is DivergenceKind.CUT_OFF:
             return None
         if kind is DivergenceKind.OUTCOME:
             assert x is not None and y is not None
             return attribute_call(y) or attribute_call(x) or Attribution.DECISION
-        if apart is None or apart.largest <= STATE_TOLERANCE:
-            return Attribution.DECISION
+        noise = max((trace.header.disturbances or UNDISTURBED).noise for trace in (self.a, self.b))
+        if apart is None or apart.largest <= STATE_TOLERANCE + MOST_NOISE * noise:
+            misled = noise > 0 and decision is not None and bool(decision.mistaken)
+            return Attribution.NOISE if misled else Attribution.DECISION
         # The states differ although all calls so far are the same.
         if y is not None and self.disturbed < y.id:
             return Attribution.DISTURBANCE

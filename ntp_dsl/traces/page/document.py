@@ -78,6 +78,7 @@ class PageCall(Struct, frozen=True):
     statement: str
     attributed_to: str
     disturbances: Sequence[str]
+    unmet: Sequence[str]
     evidence: str
     made: PageDecision  # by its caller
     returned: PageDecision | None  # by itself

@@ -55,6 +55,7 @@ def page_call(trace: Trace, call: Call, times: Times, texts: Texts) -> PageCall:
         statement=statement(trace, source),
         attributed_to=attribute_call(call) or "",
         disturbances=call.execution.disturbances,
+        unmet=call.execution.unmet,
         evidence=_evidence(call.execution.evidence),
         made=_decision(call.decision, [*_made(call.decision)], texts),
         returned=_returned(call.return_decision, texts),

@@ -34,8 +34,9 @@ def command(
 ) -> None:
     """Show a library's source with figures from many traces at each line.
 
-    These are the number of calls, the share that succeeded, the mean probability of the decisions, and what
-    failures are attributed to. For a program's header line they are of its returns.
+    These are the number of calls, the share that succeeded, the mean probability of the decisions, how many
+    reported success without what they are to achieve, and what failures are attributed to. For a program's
+    header line they are of its returns.
 
     Example: ntp trace coverage block_stacking runs/learned --against runs/scripted
     """
@@ -135,6 +136,7 @@ def _counted(line: Line) -> Text:
     succeeded = f"{line.succeeded / line.calls:.0%}" if line.calls else "–"
     probability = f"{line.probability:.2f}" if line.probability is not None else "–"
     row = Text(f"{line.calls:7} {succeeded:>6} {probability:>5}  ", style="default")
+    row.append(f"not achieved {line.unmet} " if line.unmet else "", style="red")
     for kinds, style in ((line.attributed_to, "red"), (line.divergences, "magenta")):
         counts = ", ".join(f"{kind} {count}" for kind, count in sorted(kinds.items()))
         row.append(f"{counts} " if counts else "", style=style)
@@ -145,6 +147,7 @@ def _row(line: Line) -> dict[str, Any]:
     return {
         "calls": line.calls,
         "succeeded": line.succeeded,
+        "unmet": line.unmet,
         "probability": line.probability,
         "attributed_to": dict(sorted(line.attributed_to.items())),
         "divergences": dict(sorted(line.divergences.items())),

@@ -14,6 +14,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.explanation import explanation, interesting
+from ntp_dsl.traces.overview import overview
 from ntp_dsl.traces.phrases import format_call, format_invocation
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Call
@@ -27,8 +28,8 @@ def command(
     call: Annotated[
         str | None,
         typer.Argument(
-            help="A call's number, its name, or the call as `ntp trace show` prints it; by default the "
-            "first that failed, or else the least probable."
+            help="A call's number, its name, or the call as `ntp trace show` prints it; by default what the "
+            "episode came to, and the call that one would ask about."
         ),
     ] = None,
     json: Json = False,
@@ -36,13 +37,16 @@ def command(
     """Say in plain words why a call was made, and what came of it.
 
     That is: which facts its caller saw, and which of them wrongly; which statement was due and what it
-    lacked; what was read from the demonstration; and how the call ended.
+    lacked; what was read from the demonstration; and how the call ended. Without a call, it begins with
+    what the episode came to: the verdict, what was called again and again, which primitives did not achieve
+    what they are to, and how many decisions rest on a fact that was seen wrongly.
 
     Example: ntp trace explain runs/episode_00000.trace.jsonl "grasp(block_3)"
     """
     trace = read_trace(file)
     chosen = _chosen(trace, call)
-    paragraphs = explanation(trace, chosen)
+    paragraphs = [] if call is not None else [" ".join(overview(trace))]
+    paragraphs += explanation(trace, chosen)
     if json:
         print_json({"call": chosen.id, "explanation": paragraphs})
         return

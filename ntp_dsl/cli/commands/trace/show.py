@@ -91,7 +91,9 @@ def _show_folder(folder: Path, json: bool) -> None:
         print_json(rows)
         return
     for row in rows:
-        answers.print(printable(f"{row['file']}  {counted(row['calls'], 'call')}  {row['ending']}"))
+        failed = f"; failed ({row['attributed_to']}): {row['verdict']}" if "verdict" in row else ""
+        text = printable(f"{row['file']}  {counted(row['calls'], 'call')}  {row['ending']}{failed}")
+        answers.print(Text(text, style="red" if failed else ""))
 
 
 # Which calls are shown ---------------------------------------------------------------------------

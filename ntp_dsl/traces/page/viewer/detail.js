@@ -1,7 +1,7 @@
 // The chosen call of each trace: what came of it, what its caller saw, and the alternatives of the decision. A trace
 // without such a call shows what it did instead: another call, or the return of its caller.
 
-const STATUS_MARKS = { due: "▶", achieved: "✓", "passed over": "–", absent: "∅" };
+const STATUS_MARKS = { due: "▶", achieved: "✓", "passed over": "–", absent: "∅", "in vain": "↩" };
 
 function drawDetail() {
   const divergences = page.divergences.filter((each) => each.row === chosen.row);
@@ -31,6 +31,7 @@ function card(side, callData) {
   if (!callData) return element("article", { class: "card" }, title, "no such call");
   const facts = {
     outcome: callData.outcome || "cut off",
+    "not achieved": callData.unmet.join(", "),
     "attributed to": callData.attributed_to,
     disturbances: callData.disturbances.join(", "),
     measured: callData.evidence,

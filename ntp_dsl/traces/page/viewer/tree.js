@@ -24,6 +24,7 @@ function cell(row, side, number) {
   const succeeded = callData.outcome === "done" || callData.outcome === "achieved";
   const outcome = element("span", { class: succeeded ? "good" : "bad" }, succeeded ? " ✓" : ` ✗ ${callData.outcome || "cut off"}`);
   box.append(name, args, outcome);
+  if (callData.unmet.length) box.append(element("span", { class: "bad" }, ` but not ${callData.unmet.join(", ")}`));
   const unsure = callData.probability !== null && callData.probability < SURE;
   const notes = [unsure ? percentage(callData.probability) : "", ...callData.disturbances];
   box.append(element("span", { class: "dim" }, ` ${notes.filter(Boolean).join(" ")}`));

@@ -1,0 +1,65 @@
+"""What is odd about a demonstration that was made elsewhere, so that people know it before it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ntp_dsl.common.text import printable
+from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.state import State
+from ntp_dsl.tasks.instances import Instance
+
+MOVED = 0.05  # [m] from where it began
+LAST = 10  # frames of which an object's last place is the mean: noise averages out
+STILL = 0.01  # [m] from the last one, within which its places are averaged
+FEW = 3  # objects or facts that a sentence names
+
+
+def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Iterator[str]:
+    """Yield what is odd, as sentences.
+
+    Args:
+        instance: with the goal that the demonstration states, or without any.
+    """
+    last = _moment(shown, LAST)
+    in_hand = _moment(shown, 1).held
+    moved = _moved(shown)
+    if moved and not shown.closed.any():
+        yield f"the hand is never closed, and yet {_named(moved)} moved: is `closed` right?"
+    if in_hand is not None:
+        yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"
+    state = State(registry, last)
+    facts = instance.literals(registry, last) if instance.goal else []
+    if lacking := [str(fact) for fact in facts if not state.holds(fact)]:
+        yield f"the demonstration does not end in the goal that it states: at its end, not {_named(lacking)}"
+
+
+def _moment(shown: Demonstration, frames: int) -> Observation:
+    """Return the end of a demonstration, with the places of what lies still averaged over the last frames."""
+    places = shown.positions[-frames:]
+    still = np.linalg.norm(places - places[-1:], axis=2, keepdims=True) < STILL
+    positions = np.mean(places, axis=0, where=still).tolist()
+    turns = shown.orientations[-1].tolist() if shown.orientations is not None else []
+    x, y, z = shown.grippers[-1].tolist()
+    return Observation(
+        shown.objects,
+        {name: (px, py, pz) for name, (px, py, pz) in zip(shown.names, positions, strict=True)},
+        (x, y, z),
+        bool(shown.closed[-1]),
+        orientations={name: tuple(turn) for name, turn in zip(shown.names, turns, strict=False)},
+        facts=shown.facts[-1] if shown.facts else frozenset(),
+    )
+
+
+def _moved(shown: Demonstration) -> list[str]:
+    way = np.linalg.norm(shown.positions - shown.positions[:1], axis=2).max(axis=0)
+    return [name for name, far in zip(shown.names, way.tolist(), strict=True) if far > MOVED]
+
+
+def _named(texts: list[str]) -> str:
+    more = f" and {len(texts) - FEW} more" if len(texts) > FEW else ""
+    return printable(", ".join(texts[:FEW])) + more

@@ -1,0 +1,105 @@
+"""What an episode came to names its cause: planted in a library, a demonstration, the looks or the hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace as with_fields
+
+from ntp_dsl.cli.app import run
+from ntp_dsl.semantics.observation import Record
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.overview import overview
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import Attribution, Ending
+from ntp_dsl.traces.trace import Trace
+
+STACK = """library planted
+use tabletop
+
+{api}
+program stack(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        {call}
+
+task planted:
+    scene:   blocks: 4 Block on table
+    goal:    towers(blocks, placements=2..2, height=3)
+    run:     stack(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+LIE = """api praise(target: Object) by move_to
+    requires present(target) and reachable(target)
+    achieves holding(target)
+
+program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    clear(support)
+    clear(item)
+    praise(item)
+    place(item, support)
+"""
+
+
+def traced(folder: Path, api: str, call: str, *words: str) -> Trace:
+    """Write a library, evaluate an episode of it, and return the trace that is kept."""
+    library = folder / "planted.ntp"
+    library.write_text(STACK.format(api=api, call=call), encoding="utf-8")
+    out = folder / "out"
+    assert run(["eval", str(library), "planted", "-n", "1", "--seed", "2", "--out", str(out), *words]) == 0
+    return read_trace(out / "episode_00000.trace.jsonl")
+
+
+def test_a_demonstration_that_fails_leaves_its_trace_and_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trace = traced(tmp_path, "", "pick(p.item)")  # and never puts it down
+    said = capsys.readouterr().out
+    assert "failures         decision 1" in said and "does not hold; " in said
+    assert trace.end is not None and trace.end.success is False
+    assert trace.end.attributed_to is Attribution.DECISION
+    assert trace.end.verdict.split(";")[0] in said and trace.header.sources
+    assert overview(trace)[0].startswith("The episode by the demonstration policy failed")
+
+
+def test_a_statement_that_cannot_help_is_named(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "clear(p.item)")
+    assert trace.end is not None and trace.end.ending is not Ending.DONE
+    reasons = [call.return_decision.reason for call in trace.calls if call.return_decision]
+    assert any(reason.startswith("no statement achieves on(block_") for reason in reasons)
+
+
+def test_a_primitive_that_does_not_do_what_it_says_is_named(tmp_path: Path) -> None:
+    trace = traced(tmp_path, LIE, "bring(p.item, p.support)")
+    broken = [call for call in trace.calls if call.execution.unmet]
+    assert broken and {call.name for call in broken} == {"praise"}
+    assert all(call.execution.unmet == (f"holding({call.arguments[0]})",) for call in broken)
+    told = " ".join(overview(trace))
+    assert f"praise reported success {len(broken)} time" in told and f"after {len(broken)} of them" in told
+
+
+def test_primitives_that_do_what_they_say_are_not(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "pick_and_place(p.item, p.support)", "--slips", ".5")
+    assert not any(call.execution.unmet for call in trace.calls)
+    assert not any("reported success" in each for each in overview(trace))
+
+
+def test_noise_that_misleads_is_named_and_a_divergence_is_attributed_to_it(tmp_path: Path) -> None:
+    call = "pick_and_place(p.item, p.support)"
+    noisy = traced(tmp_path, "", call, "--noise", ".03", "--slips", ".5")
+    told = " ".join(overview(noisy))
+    assert "noise 30 mm" in told and "decisions rest on a fact seen wrongly, most often " in told
+    exact = traced(tmp_path, "", call, "--expert", "--slips", ".5")
+    causes = {each.attributed_to for each in compare(exact, noisy, scopes=False).divergences}
+    assert Attribution.NOISE in causes
+
+
+def test_a_demonstration_of_something_else_is_named(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "pick_and_place(p.item, p.support)")
+    goal = trace.header.goal
+    other = Record(goal[0].type, tuple((name, "block_9") for name, _ in goal[0].fields))
+    trace.header = with_fields(trace.header, goal=(goal[0], other))
+    assert "Of its goal, (block_9, block_9) was not read from the demonstration" in " ".join(overview(trace))
