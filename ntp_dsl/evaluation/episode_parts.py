@@ -14,6 +14,7 @@ from ntp_dsl.common.seeds import derived
 from ntp_dsl.datasets.recording import FailedDemonstration, RecordedDemonstration, demonstrate
 from ntp_dsl.evaluation.success import Verdict, attribution_of_failures, judge
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
+from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import TaskDeclaration
@@ -108,6 +109,7 @@ def carry_out(
     disturbances: Disturbances,
     watch: Watcher | None = None,
     on_frame: OnFrame | None = None,
+    supervisor: Supervisor | None = None,
 ) -> CarriedOut:
     """Reset the world, run the task's program to its end, judge the result, and trace all of it."""
     scene = starting_scene(instance, seed, number)
@@ -129,6 +131,7 @@ def carry_out(
         limits=Limits(primitives=enough_primitives(instance)),
         watch=watch,
         frame_number=lambda: writer.frames,
+        supervisor=supervisor,
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from ntp_dsl.evaluation.episode_parts import (
 )
 from ntp_dsl.evaluation.scope_agreement import ScopeWatcher
 from ntp_dsl.execution.interpreter import Watcher
+from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
@@ -166,6 +168,7 @@ class Evaluator:
         watch: Watcher | None = None,
         on_frame: OnFrame | None = None,
         policy: Policy | None = None,
+        supervisor: Supervisor | None = None,
     ) -> Episode:
         """Run and judge an episode.
 
@@ -174,6 +177,7 @@ class Evaluator:
             watch: follows the calls.
             on_frame: called at every frame of the world.
             policy: the one of the demonstration, by default.
+            supervisor: may stop it before a decision is carried out, and force outcomes.
         """
         instance = self.instance(number)
         attempts = 0
@@ -187,7 +191,7 @@ class Evaluator:
                     return _without_demonstration(number, instance, failure)
         shown = recorded.calls if recorded is not None and self.is_learned else None
         scopes = ScopeWatcher(shown, watch) if shown is not None else None
-        with traced(self.plan.traces, number) as writer:
+        with traced(self.plan.traces, number, explained=supervisor is not None) as writer:
             done = carry_out(
                 self.registry,
                 instance,
@@ -200,6 +204,7 @@ class Evaluator:
                 self.plan.disturbances,
                 scopes or watch,
                 on_frame,
+                supervisor,
             )
         run, verdict = done.run, done.verdict
         return Episode(
@@ -249,10 +254,15 @@ class Evaluator:
 
 
 @contextmanager
-def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
-    """Open the writer of an episode's trace; without a folder, nothing is written."""
+def traced(folder: Path | None, number: int, explained: bool = False) -> Iterator[TraceWriter]:
+    """Open the writer of an episode's trace; without a folder, nothing is written.
+
+    Args:
+        explained: decisions say what they rest on, even where nothing is written.
+    """
     path = episode_files(folder, number)[0] if folder else None
-    with path.open("w", encoding="utf-8") if path else nullcontext() as stream:
+    unwritten = StringIO() if explained else None
+    with path.open("w", encoding="utf-8") if path else nullcontext(unwritten) as stream:
         yield TraceWriter(stream)
 
 

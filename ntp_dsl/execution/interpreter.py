@@ -10,6 +10,7 @@ from typing import Any
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.execution.refusals import ROUNDS, InVain, Refusals, differ
+from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.evidence import evidence, weighed
@@ -134,6 +135,7 @@ class Interpreter:
         watch: Watcher | None = None,
         frame_number: Callable[[], int] = lambda: 0,
         interfere: Interference | None = None,
+        supervisor: Supervisor | None = None,
     ) -> None:
         self.registry, self.policy, self.world = registry, policy, world
         self.writer = writer or TraceWriter()
@@ -141,6 +143,7 @@ class Interpreter:
         self.watch = watch or (lambda *_: None)
         self.frame_number = frame_number
         self.interfere = interfere
+        self.supervisor = supervisor
         self._expert = Expert(registry)
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
@@ -180,6 +183,8 @@ class Interpreter:
                 return False
             choice = self._decide(stack, run, fresh and len(stack) > 1)
             fresh = False
+            if self.supervisor is not None:
+                self.supervisor.before(len(stack), frame, choice)
             if choice.callee is None:
                 self._leave(number, len(stack), frame, choice)
                 stack.pop()
@@ -335,7 +340,9 @@ class Interpreter:
         self.watch("call", depth, choice.callee, choice.arguments, choice.scope)
         number = self._write_call(parent, CallKind.API, choice.callee, choice, choice.decision, choice.seen)
         before = self.world.truth()
-        outcome = self.world.call(choice.callee, choice.arguments)
+        outcome = self._forced(choice)
+        if outcome is None:
+            outcome = self.world.call(choice.callee, choice.arguments)
         if not isinstance(outcome, Outcome):
             raise NtpError(f"the world answered {choice.callee} with {outcome!r}; expected an Outcome")
         run.primitives += 1
@@ -372,6 +379,12 @@ class Interpreter:
         self.writer.returned(number, came_to, self.frame_number(), execution=execution)
         if self.interfere is not None:
             self.interfere(self.world)
+
+    def _forced(self, choice: Choice) -> Outcome | None:
+        """Return the outcome that is forced on a primitive, if one is."""
+        if self.supervisor is None or choice.callee is None:
+            return None
+        return self.supervisor.outcome(choice.callee, choice.arguments)
 
     def _unmet(self, choice: Choice, after: Observation) -> tuple[str, ...]:
         """Return what a primitive is to achieve and what does not hold after it."""

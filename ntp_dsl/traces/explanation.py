@@ -38,6 +38,11 @@ def explanation(trace: Trace, call: Call) -> list[str]:
     return [printable(" ".join(sentences)) for sentences in told if sentences]
 
 
+def reasons(decision: Decision) -> list[str]:
+    """Return what a decision rests on, as sentences: the facts that it saw, and what was due."""
+    return [*_seen(decision), *_statements(decision.statements)] or ["The policy does not say."]
+
+
 def brief(call: Call) -> str:
     """Return why a call was made in a line: what did not hold, and what was seen wrongly."""
     decision = call.decision

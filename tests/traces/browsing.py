@@ -32,7 +32,7 @@ def browser() -> Iterator[Any]:
 class Page:
     """An open page, with its messages and requests."""
 
-    def __init__(self, browser: Any, file: Path, theme: str = "light") -> None:
+    def __init__(self, browser: Any, file: Path | str, theme: str = "light") -> None:
         self.context = browser.new_context(
             viewport={"width": 1280, "height": 860}, color_scheme=theme, reduced_motion="reduce"
         )
@@ -43,7 +43,7 @@ class Page:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("dialog", lambda dialog: (self.messages.append("a dialog"), dialog.dismiss()))
         self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(file.as_uri())
+        self.page.goto(file if isinstance(file, str) else file.as_uri())
         self.page.wait_for_selector("body[data-ready=yes]", state="attached", timeout=20_000)
 
     def press(self, *keys: str) -> Page:

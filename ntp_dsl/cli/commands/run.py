@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -35,6 +36,7 @@ from ntp_dsl.cli.options import (
     shown_at,
     varied,
 )
+from ntp_dsl.cli.stepping import supervised
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
@@ -43,6 +45,7 @@ from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
+from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.traces.decision import Dispatch
@@ -90,6 +93,28 @@ def command(
         list[int] | None,
         typer.Option(min=1, help="Answer to a question, by number; repeat it for each question, in order."),
     ] = None,
+    step: Annotated[
+        bool, typer.Option("--step", help="Stop before every decision, show it, and wait for a line.")
+    ] = False,
+    stop_at: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--break",
+            metavar="WHERE",
+            help="Stop before a call of a program or api (grasp, or grasp(block_3)), at a line (12), or when "
+            "a fact comes about (holding(block_3)); repeat it for several.",
+        ),
+    ] = None,
+    inject: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CALL=OUTCOME",
+            help="Force what a primitive comes to, once: grasp(block_3)=object_dropped; repeatable.",
+        ),
+    ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show the run on a local page of a browser as it happens.")
+    ] = False,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -101,8 +126,8 @@ def command(
     """Run a task: learned from one demonstration, or by the scripted expert.
 
     Any sound library runs, without training. With --demo the goal is that of the demonstration, with --goal
-    that of a file, else one drawn from the seed. Exit status: 0 done, 1 the
-    task failed, 2 misuse.
+    that of a file, else one drawn from the seed. With --step, --break and --watch it can be followed and
+    stopped. Exit status: 0 done, 1 the task failed, 2 misuse.
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
@@ -122,6 +147,7 @@ def command(
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
+    scratch = TemporaryDirectory(prefix="ntp_run_") if watch and out is None else None
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(
@@ -131,7 +157,7 @@ def command(
         world,
         seed,
         disturbances,
-        traces=out,
+        traces=out or (Path(scratch.name) if scratch else None),
         varied=ranges,
         gui=gui,
         arm=arm,
@@ -159,8 +185,11 @@ def command(
     if policy is not None and recorded is not None:
         _look_through(evaluator, policy)
     try:
-        run_episode(evaluator, recorded, out, json, policy)
+        with supervised(evaluator, step, stop_at or [], inject or [], watch) as supervisor:
+            run_episode(evaluator, recorded, out, json, policy, supervisor)
     finally:
+        if scratch is not None:
+            scratch.cleanup()
         if interview.unused:
             verb = "was" if interview.unused == 1 else "were"
             messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
@@ -218,6 +247,7 @@ def run_episode(
     out: Path | None,
     json: bool,
     policy: Policy | None = None,
+    supervisor: Supervisor | None = None,
 ) -> None:
     """Run one episode and show its calls. Raises `TaskFailed` with the reason where it fails."""
     camera = _camera(evaluator, out)
@@ -227,6 +257,7 @@ def run_episode(
         watch=None if json else LiveTree(evaluator.registry),
         on_frame=camera.frame if camera else None,
         policy=policy,
+        supervisor=supervisor,
     )
     files = []
     if out is not None:

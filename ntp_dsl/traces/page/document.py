@@ -142,3 +142,4 @@ class PageDocument(Struct, frozen=True):
     divergences: Sequence[PageDivergence]
     frames: int
     demonstration: PageDemonstration
+    goes_on: bool = False  # a run that is not over

@@ -18,6 +18,7 @@ import msgspec
 from ntp_dsl.common.text import printable
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
+from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Frames
 from ntp_dsl.traces.page.document import (
     NO_ROW,
@@ -41,60 +42,84 @@ if TYPE_CHECKING:
 
 PARTS = Path(__file__).parent / "viewer"
 SCRIPTS = ("model.js", "tree.js", "detail.js", "scene.js", "timeline.js", "main.js")
+LIVE = (*SCRIPTS, "live.js")  # of a run that goes on
 
 
 def page(
     comparison: Comparison, folders: tuple[Path, ...], demonstration: Demonstration | None = None
 ) -> str:
-    """Return the page of a comparison; that of a trace with itself shows one trace.
+    """Return the page of a comparison; see `page_document`."""
+    return _render(comparison.a.header.task, page_document(comparison, folders, demonstration))
+
+
+def live_page(trace: Trace, folder: Path, demonstration: Demonstration | None) -> str:
+    """Return the page of a run that goes on, which may ask for what lies beside it, such as `events`."""
+    document = page_document(compare(trace, trace), (folder,), demonstration, goes_on=True)
+    return _render(trace.header.task, document, LIVE, "connect-src 'self'; ")
+
+
+def encoded(document: PageDocument) -> str:
+    """Return a document as JSON."""
+    return json.dumps(msgspec.to_builtins(document), separators=(",", ":"), allow_nan=False)
+
+
+def page_document(
+    comparison: Comparison,
+    folders: tuple[Path, ...],
+    demonstration: Demonstration | None = None,
+    goes_on: bool = False,
+) -> PageDocument:
+    """Return what a page shows of a comparison; that of a trace with itself shows one trace.
 
     Args:
         folders: of the traces, where their pictures are.
-        demonstration: shows when the hand was closed.
+        demonstration: shows its scene, and when the hand was closed.
+        goes_on: the run is not over.
     """
     alone = comparison.a is comparison.b
     traces = (comparison.a,) if alone else (comparison.a, comparison.b)
     texts = Texts()
-    sides = [_trace(trace, folder, texts) for trace, folder in zip(traces, folders, strict=False)]
+    sides = [_trace(trace, folder, texts, goes_on) for trace, folder in zip(traces, folders, strict=False)]
     rows = page_rows(comparison)
     divergences = () if alone else comparison.divergences
-    document = PageDocument(
-        summary=verdict(comparison.a) if alone else comparison.summary,
+    return PageDocument(
+        summary=verdict(comparison.a, goes_on) if alone else comparison.summary,
         texts=texts.all,
         traces=sides,
         rows=rows,
         divergences=[_divergence(comparison, each, rows) for each in divergences],
         frames=max([1, *(side.frames for side in sides)]),
         demonstration=_demonstration(comparison.a, demonstration),
+        goes_on=goes_on,
     )
-    return _render(comparison.a.header.task or "a trace", document)
 
 
-def _render(title: str, document: PageDocument) -> str:
+def _render(title: str, document: PageDocument, scripts: tuple[str, ...] = SCRIPTS, network: str = "") -> str:
     style = (PARTS / "page.css").read_text(encoding="utf-8")
-    script = "\n".join((PARTS / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    script = "\n".join((PARTS / name).read_text(encoding="utf-8") for name in scripts)
     policy = (
-        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; "
+        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; {network}"
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-    data = json.dumps(msgspec.to_builtins(document), separators=(",", ":"), allow_nan=False)
     text = (PARTS / "page.html").read_text(encoding="utf-8")
-    parts = {"policy": policy, "title": escape(title), "style": style, "script": script}
+    parts = {"policy": policy, "title": escape(title or "a trace"), "style": style, "script": script}
     for name, part in parts.items():
         text = text.replace(f"{{{name}}}", part)
-    return text.replace("{data}", data.replace("<", "\\u003c"))  # so that no tag can end the block
+    return text.replace(
+        "{data}", encoded(document).replace("<", "\\u003c")
+    )  # so that no tag can end the block
 
 
 def _hash(text: str) -> str:
     return "sha256-" + b64encode(sha256(text.encode()).digest()).decode()
 
 
-def verdict(trace: Trace) -> str:
+def verdict(trace: Trace, goes_on: bool = False) -> str:
     """Return who decided, and how that ended."""
     who = str(trace.header.policy or "a run")
     end = trace.end
     if end is None:
-        return f"{who}: cut off"
+        return f"{who}: {'running' if goes_on else 'cut off'}"
     if end.success is None:
         judged = str(end.ending)
     elif end.success:
@@ -105,12 +130,12 @@ def verdict(trace: Trace) -> str:
     return printable(f"{who}: {': '.join([judged, *filter(None, said)])}")
 
 
-def _trace(trace: Trace, folder: Path, texts: Texts) -> PageTrace:
+def _trace(trace: Trace, folder: Path, texts: Texts, goes_on: bool) -> PageTrace:
     times = inclusive_times(trace)
     frames = [call.end_frame or call.frame for call in trace.calls]
     return PageTrace(
         origin=headline(trace.header),
-        ending=verdict(trace),
+        ending=verdict(trace, goes_on),
         calls=[page_call(trace, call, times[call.id], texts) for call in trace.calls],
         scene=episode_scene(trace, str(trace.header.policy or "episode"), folder),
         frames=max([len(trace.motions), *frames], default=0) + 1,

@@ -30,7 +30,7 @@ function card(side, callData) {
   const title = element("h2", { class: `side-${side}` }, `${letter(side)} ${callData ? callText(callData) : "–"}`);
   if (!callData) return element("article", { class: "card" }, title, "no such call");
   const facts = {
-    outcome: callData.outcome || "cut off",
+    outcome: outcome(callData),
     "not achieved": callData.unmet.join(", "),
     "attributed to": callData.attributed_to,
     disturbances: callData.disturbances.join(", "),

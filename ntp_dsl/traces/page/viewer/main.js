@@ -93,17 +93,22 @@ chosen.watchers.push((change) => {
   drawScene();
 });
 
-document.body.classList.toggle("alone", SIDES.length === 1);
-byId("summary").textContent = page.summary;
-byId("frame").max = Math.max(0, page.frames - 1);
-byId("shown").max = Math.max(0, page.demonstration.frames - 1);
-for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
-byId("heads").append(...SIDES.flatMap((side, place) => [
-  ...(place ? [element("span", {})] : []),
-  element("div", { class: `side-${side}`, title: trace(side).origin }, `${letter(side)} ${trace(side).ending}`, element("small", { class: "dim" }, trace(side).origin)),
-]));
-prepare();
-measure();
+// Draws what is there from the beginning on.
+function drawWhole() {
+  document.body.classList.toggle("alone", SIDES.length === 1);
+  byId("summary").textContent = page.summary;
+  byId("frame").max = Math.max(0, page.frames - 1);
+  byId("shown").max = Math.max(0, page.demonstration.frames - 1);
+  for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
+  byId("heads").replaceChildren(...SIDES.flatMap((side, place) => [
+    ...(place ? [element("span", {})] : []),
+    element("div", { class: `side-${side}`, title: trace(side).origin }, `${letter(side)} ${trace(side).ending}`, element("small", { class: "dim" }, trace(side).origin)),
+  ]));
+  prepare();
+  measure();
+}
+
+drawWhole();
 foldUnchanged();
 if (page.rows.length) {
   updateVisible();

@@ -41,6 +41,10 @@ function chosenCalls() {
   return SIDES.map((side) => call(divergence || row, side));
 }
 
+function outcome(callData) {
+  return callData.outcome || (page.goes_on ? "running" : "cut off");
+}
+
 function letter(side) {
   return SIDES.length === 2 ? side.toUpperCase() : "";
 }

@@ -189,6 +189,7 @@ function prepare() {
     const found = chosenCalls()[place];
     return found ? [found.frame, found.end_frame ?? page.frames] : [0, 0];
   };
+  scenes.length = 0;
   if (page.demonstration.scene) {
     scenes.push({ scene: page.demonstration.scene, side: "", frame: () => chosen.shown, interval: () => nearestScope() || [0, 0] });
   }

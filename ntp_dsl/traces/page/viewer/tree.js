@@ -22,8 +22,9 @@ function cell(row, side, number) {
   const args = element("span", {});
   highlight(args, `(${callData.arguments})`);
   const succeeded = callData.outcome === "done" || callData.outcome === "achieved";
-  const outcome = element("span", { class: succeeded ? "good" : "bad" }, succeeded ? " ✓" : ` ✗ ${callData.outcome || "cut off"}`);
-  box.append(name, args, outcome);
+  const runs = !callData.outcome && page.goes_on;
+  const mark = succeeded ? " ✓" : `${runs ? " …" : " ✗"} ${outcome(callData)}`;
+  box.append(name, args, element("span", { class: succeeded ? "good" : runs ? "dim" : "bad" }, mark));
   if (callData.unmet.length) box.append(element("span", { class: "bad" }, ` but not ${callData.unmet.join(", ")}`));
   const unsure = callData.probability !== null && callData.probability < SURE;
   const notes = [unsure ? percentage(callData.probability) : "", ...callData.disturbances];

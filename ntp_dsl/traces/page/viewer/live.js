@@ -1,0 +1,72 @@
+// Follows a run as it happens: the page asks for the document again whenever the trace has grown.
+
+let isFollowed = true; // whether the newest call is chosen
+let isOver = false;
+let isWanted = false; // a newer document
+let isFetching = false;
+
+function post(command) {
+  fetch(command, { method: "POST" });
+}
+
+function tool(name, title, pressed) {
+  const button = element("button", { title }, name);
+  button.addEventListener("click", pressed);
+  return button;
+}
+
+const STEPS = [
+  tool("step", "To the next decision (s)", () => post("step")),
+  tool("over", "Over the call (o)", () => post("over")),
+  tool("continue", "To the next breakpoint (c)", () => post("go")),
+];
+const follow = tool("follow", "Choose the newest call (f)", () => setFollowed(!isFollowed));
+const waiting = element("span", { id: "waiting", role: "status" });
+document.querySelector("header").append(element("div", { class: "tools", id: "live" }, follow, ...STEPS, waiting));
+Object.assign(KEYS, { s: () => post("step"), o: () => post("over"), c: () => post("go"), f: () => setFollowed(!isFollowed) });
+
+function setFollowed(value) {
+  isFollowed = value;
+  follow.setAttribute("aria-pressed", value);
+  if (value) reveal(page.rows.length - 1);
+}
+
+// One fetch at a time, so that an older document never comes after a newer one.
+async function refresh() {
+  isWanted = true;
+  if (isFetching) return;
+  isFetching = true;
+  try {
+    while (isWanted) {
+      isWanted = false;
+      await fetchOnce();
+    }
+  } finally {
+    isFetching = false;
+  }
+}
+
+async function fetchOnce() {
+  const answer = await fetch("document");
+  if (!answer.ok) return;
+  const { document: fresh, waits_for: reason, is_over: over } = await answer.json();
+  Object.assign(page, fresh);
+  isOver = over;
+  waiting.textContent = over ? "the run is over" : reason ? `waits before: ${reason}` : "running";
+  for (const button of STEPS) button.hidden = !reason;
+  drawWhole();
+  updateVisible();
+  if (isFollowed) reveal(page.rows.length - 1);
+  else notify("row");
+}
+
+byId("tree").addEventListener("keydown", (event) => {
+  if (isFollowed && /^(Arrow|Page|Home|End)/.test(event.key)) setFollowed(false);
+});
+byId("tree").addEventListener("click", () => setFollowed(false));
+setFollowed(true);
+const stream = new EventSource("events");
+stream.addEventListener("message", refresh);
+stream.addEventListener("error", () => {
+  if (isOver) stream.close();
+});

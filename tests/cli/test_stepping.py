@@ -1,0 +1,176 @@
+"""A run is stopped before decisions, at breakpoints, and with outcomes that are forced on it."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+import ntp_dsl
+from ntp_dsl.cli.app import run
+from ntp_dsl.cli.stepping import Breakpoint
+from ntp_dsl.execution.supervision import OUTCOMES, Injection
+from ntp_dsl.traces.failure_attribution import attribute_call
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import Attribution
+from ntp_dsl.traces.trace import Trace
+
+WORDS = "run block_stacking few_placements --world kinematic --seed 3".split()
+
+
+@pytest.fixture
+def typed(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    """Return what is typed at the terminal."""
+    lines = io.StringIO()
+    monkeypatch.setattr("sys.stdin", lines)
+    return lines
+
+
+def stops(typed: io.StringIO, lines: str, capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    """Run with lines typed, and return the decisions that it stopped before."""
+    typed.write(lines)
+    typed.seek(0)
+    capsys.readouterr()
+    assert run([*WORDS, *words]) == 0
+    said = capsys.readouterr().err
+    return re.findall(r"^(?:step> )?(\w+\(.*(?: calls | returns).*)$", said, re.MULTILINE)
+
+
+def traced(folder: Path, *words: str) -> Trace:
+    assert run([*WORDS, *words, "--out", str(folder)]) == 0
+    return read_trace(folder / "episode_00000.trace.jsonl")
+
+
+def test_every_decision_is_stopped_before_and_the_run_is_the_same(
+    tmp_path: Path, typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plain = traced(tmp_path / "plain", "--expert")
+    decisions = sum(1 + call.is_program for call in plain.calls) - len(plain.children(-1))
+    found = stops(typed, "\n" * 200, capsys, "--expert", "--step", "--out", str(tmp_path / "stepped"))
+    assert len(found) == decisions
+    stepped = read_trace(tmp_path / "stepped" / "episode_00000.trace.jsonl")
+    assert ntp_dsl.compare(plain, stepped).first is None
+
+
+def test_over_goes_past_the_calls_below(typed: io.StringIO, capsys: pytest.CaptureFixture[str]) -> None:
+    found = stops(typed, "\no\no\nc\n", capsys, "--step")
+    assert [each.partition("(")[0] for each in found] == [
+        "stack",
+        "pick_and_place",
+        "pick_and_place",
+        "pick_and_place",
+    ]
+    assert [re.search(r" calls (\w+)|( returns)", each)[0] for each in found[1:]] == [
+        " calls pick",
+        " calls place",
+        " returns",
+    ]
+
+
+def test_the_end_of_the_input_goes_on_to_the_end(
+    typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert len(stops(typed, "\n", capsys, "--step")) == 2
+
+
+def test_it_says_why_and_which_words_there_are(
+    typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    typed.write("what\nw\nc\n")
+    typed.seek(0)
+    assert run([*WORDS, "--step"]) == 0
+    said = capsys.readouterr().err
+    assert "Enter: to the next decision" in said and "It was seen that on(block_" in said
+
+
+def test_quitting_is_an_interruption(typed: io.StringIO) -> None:
+    typed.write("q\n")
+    typed.seek(0)
+    assert run([*WORDS, "--step"]) == 130
+
+
+@pytest.mark.parametrize(
+    ("where", "pattern"),
+    [
+        ("grasp", r" calls grasp\("),
+        ("tabletop.ntp:75", r" calls grasp\(.*tabletop\.ntp:75"),
+        ("75", r"tabletop\.ntp:75"),
+        ("place", r" calls place\("),
+    ],
+)
+def test_a_breakpoint_stops_at_calls_and_lines(
+    where: str, pattern: str, typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = stops(typed, "c\n" * 50, capsys, "--break", where, "--expert")
+    assert len(found) == 3 and all(re.search(pattern, each) for each in found)
+
+
+def test_a_breakpoint_stops_when_a_fact_comes_about(
+    tmp_path: Path, typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    placement = traced(tmp_path, "--expert").header.goal[0]
+    item, support = (value for _, value in placement.fields)
+    on = f"on({item}, {support})"
+    assert len(stops(typed, "c\n" * 50, capsys, "--break", on, "--expert")) == 1
+    typed.seek(0)
+    typed.truncate()
+    found = stops(typed, "c\n" * 50, capsys, "--break", f"not {on}", "--expert")
+    assert len(found) == 1 and found[0].startswith("stack(")
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("gasp", "did you mean 'grasp'?"),
+        ("holding", "a fact such as holding(block_3)"),
+        ("hold(block_1)", "--break: expected a program"),
+    ],
+)
+def test_a_breakpoint_that_means_nothing_is_misuse(
+    where: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*WORDS, "--break", where]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_outcome_is_forced_once_and_made_good(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first = next(call for call in traced(tmp_path / "plain").calls if call.name == "grasp")
+    whole = f"grasp({first.arguments[0]})=object_dropped"
+    trace = traced(tmp_path / "forced", "--inject", whole, "--inject", "release=no_path")
+    forced = [call for call in trace.calls if call.execution.disturbances]
+    assert [(call.name, str(call.outcome)) for call in forced] == [
+        ("grasp", "object dropped"),
+        ("release", "no path"),
+    ]
+    assert {attribute_call(call) for call in forced} == {Attribution.DISTURBANCE}
+    assert trace.end is not None and trace.end.success
+    assert "nothing was forced" not in capsys.readouterr().err
+
+
+def test_an_injection_that_fits_no_call_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*WORDS, "--inject", "grasp(block_99)=no_ik"]) == 0
+    assert "no primitive was grasp(block_99): nothing was forced on it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("grasp", "expected CALL=OUTCOME"),
+        ("grasp=no_pth", "did you mean 'no_path'?"),
+        ("gasp=no_path", "did you mean 'grasp'?"),
+    ],
+)
+def test_an_injection_that_means_nothing_is_misuse(
+    text: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*WORDS, "--inject", text]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_every_outcome_can_be_forced_by_its_name() -> None:
+    registry = ntp_dsl.load("block_stacking")
+    for name, outcome in OUTCOMES.items():
+        assert Injection.parse(f"grasp( block_1 ) = {name}", registry) == Injection("grasp(block_1)", outcome)
+    assert Breakpoint.parse("not on(block_1,  block_2)", registry).text == "not on(block_1,block_2)"
