@@ -16,9 +16,9 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.evidence import evidence, weighed
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
-from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
-from ntp_dsl.traces.decision import NO_DECISION, Decision
+from ntp_dsl.traces.decision import NO_DECISION, Decision, Status
 from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
@@ -245,7 +245,7 @@ class Interpreter:
         seconds = perf_counter() - start - waited
         run.deciding_seconds += seconds
         self._check(choice)
-        source = choice.decision.source or self.registry.programs[frame.program].line(choice.callee)
+        source = choice.decision.source or self._source(frame.program, choice)
         decision = self._with_truth(frame, choice) if self.writer.is_open else choice.decision
         return replace(
             choice,
@@ -256,6 +256,16 @@ class Interpreter:
                 read=choice.decision.read or read,
             ),
         )
+
+    def _source(self, program: str, choice: Choice) -> str:
+        """Return the line that makes a call: of like statements the one that was due, else the first."""
+        row = self.registry.programs[program]
+        made = choice.callee, without_lists(choice.arguments)
+        for each in choice.decision.statements:
+            is_made = (each.callee, without_lists(each.arguments)) == made
+            if is_made and each.status is Status.DUE and row.span.path is not None:
+                return f"{row.span.path.name}:{each.line}"
+        return row.line(choice.callee)
 
     def _with_truth(self, frame: Frame, choice: Choice) -> Decision:
         """Return a decision with the truth of its facts; a script's has those that its program names."""

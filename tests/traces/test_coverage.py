@@ -174,3 +174,37 @@ def test_lines_are_shown_as_the_traces_have_them(
     assert run(["trace", "coverage", str(library), str(folders[0])]) == 0
     shown = capsys.readouterr()
     assert "block_stacking.ntp has changed since" in shown.err and "edited since" not in shown.out
+
+
+TWICE = """library twice
+use tabletop
+
+program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    when not clear(support):
+        pick_and_place(item, support)
+    when clear(support):
+        pick_and_place(item, support)
+
+program build(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+task twice:
+    scene:   blocks: 6 Block on table
+    goal:    towers(blocks, placements=2..2, height=3)
+    run:     build(goal)
+    success: all on(p.item, p.support) for p in goal
+"""
+
+
+def test_of_two_statements_that_are_alike_the_one_that_was_due_is_counted(tmp_path: Path) -> None:
+    library = tmp_path / "twice.ntp"
+    library.write_text(TWICE, encoding="utf-8")
+    assert run(["eval", str(library), "twice", "-n", "2", "--out", str(tmp_path), "--json"]) == 0
+    for number in range(2):
+        calls = read_trace(tmp_path / f"episode_{number:05}.trace.jsonl").calls
+        made = [call.decision.source for call in calls if call.name == "pick_and_place"]
+        assert made and set(made) == {"twice.ntp:10"}  # all supports are clear

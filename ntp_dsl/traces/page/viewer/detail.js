@@ -1,6 +1,7 @@
 // The chosen call of each trace: what came of it, what its caller saw, and the alternatives of the decision. A trace
 // without such a call shows what it did instead: another call, or the return of its caller.
 
+const MOST_FACTS = 12; // that a decision shows at first
 const STATUS_MARKS = { due: "▶", achieved: "✓", "passed over": "–", absent: "∅", "in vain": "↩" };
 
 function drawDetail() {
@@ -75,14 +76,15 @@ function factTable(made) {
   const isWrong = ([, seen, truth]) => truth !== null && seen > 0.5 !== truth;
   const wrong = made.facts.filter(isWrong);
   const telling = made.facts.filter((fact) => !isWrong(fact) && fact[1] < SURE);
-  const rest = made.facts.filter((fact) => !isWrong(fact) && fact[1] >= SURE);
-  const parts = [];
-  if (wrong.length + telling.length) parts.push(facts([...wrong, ...telling], isWrong));
-  if (rest.length) {
-    const heading = element("summary", {}, `${rest.length} that held`);
-    parts.push(element("details", {}, heading, facts(rest, isWrong)));
-  }
+  const held = made.facts.filter((fact) => !isWrong(fact) && fact[1] >= SURE);
+  const first = [...wrong, ...telling];
+  const parts = first.length ? [facts(first.slice(0, MOST_FACTS), isWrong)] : [];
+  parts.push(...folded("more", first.slice(MOST_FACTS), isWrong), ...folded("that held", held, isWrong));
   return parts;
+}
+
+function folded(title, rows, isWrong) {
+  return rows.length ? [element("details", {}, element("summary", {}, `${rows.length} ${title}`), facts(rows, isWrong))] : [];
 }
 
 function facts(rows, isWrong) {
