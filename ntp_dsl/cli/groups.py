@@ -40,6 +40,7 @@ COMMANDS: Table = {
         "view": "Show one trace, or two side by side, in a browser.",
         "replay": "Compare a policy's decisions at every state of a trace with the trace.",
         "report": "Write a report of many episodes, for a browser.",
+        "rerun": "Run again what a trace records, to step it, or to its end where it was cut off.",
         "coverage": "Show a library's source with figures from many traces at each line.",
         "export": "Export traces to Perfetto, speedscope or rerun.",
     },

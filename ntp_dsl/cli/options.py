@@ -64,6 +64,28 @@ Arm = Annotated[
     str | None,
     typer.Option(help="Arm of the bullet world: panda, xarm6, or your own TOML beside its URDF."),
 ]
+Step = Annotated[
+    bool, typer.Option("--step", help="Stop before every decision, show it, and wait for a line.")
+]
+BreakAt = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--break",
+        metavar="WHERE",
+        help="Stop before a call of a program or api (grasp, or grasp(block_3)), at a line (12), or when a "
+        "fact comes about (holding(block_3)); repeat it for several.",
+    ),
+]
+Inject = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="CALL=OUTCOME",
+        help="Force what a primitive comes to, once: grasp(block_3)=object_dropped; repeat it for several.",
+    ),
+]
+Watch = Annotated[
+    bool, typer.Option("--watch", help="Show the run on a local page of a browser as it happens.")
+]
 Noise = Annotated[
     float, typer.Option(min=0, max=0.1, callback=number, help="Standard deviation of observed positions [m].")
 ]

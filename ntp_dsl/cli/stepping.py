@@ -129,7 +129,7 @@ class Stepper(Injections):
 
 @contextmanager
 def supervised(
-    evaluator: Evaluator, step: bool, stop_at: Sequence[str], inject: Sequence[str], watch: bool
+    evaluator: Evaluator, number: int, step: bool, stop_at: Sequence[str], inject: Sequence[str], watch: bool
 ) -> Iterator[Supervisor | None]:
     """Give the supervisor that the options of a command ask for, and say which injections fitted no call."""
     registry, traces = evaluator.registry, evaluator.plan.traces
@@ -140,7 +140,7 @@ def supervised(
         page: Watched | None = None
         if watch:
             assert traces is not None
-            page = stack.enter_context(watched(episode_files(traces, 0)[0]))
+            page = stack.enter_context(watched(episode_files(traces, number)[0]))
             if stops:
                 Thread(target=page.listen, daemon=True).start()
         if not stops and not injections:

@@ -14,11 +14,13 @@ from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    BreakAt,
     DemoBy,
     DemoNoise,
     DemoRate,
     DispatchBy,
     Gui,
+    Inject,
     Json,
     Length,
     Library,
@@ -29,8 +31,10 @@ from ntp_dsl.cli.options import (
     Seed,
     Semantics,
     Slips,
+    Step,
     Task,
     Topology,
+    Watch,
     WorldName,
     optional_number,
     shown_at,
@@ -93,28 +97,10 @@ def command(
         list[int] | None,
         typer.Option(min=1, help="Answer to a question, by number; repeat it for each question, in order."),
     ] = None,
-    step: Annotated[
-        bool, typer.Option("--step", help="Stop before every decision, show it, and wait for a line.")
-    ] = False,
-    stop_at: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--break",
-            metavar="WHERE",
-            help="Stop before a call of a program or api (grasp, or grasp(block_3)), at a line (12), or when "
-            "a fact comes about (holding(block_3)); repeat it for several.",
-        ),
-    ] = None,
-    inject: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="CALL=OUTCOME",
-            help="Force what a primitive comes to, once: grasp(block_3)=object_dropped; repeatable.",
-        ),
-    ] = None,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Show the run on a local page of a browser as it happens.")
-    ] = False,
+    step: Step = False,
+    stop_at: BreakAt = None,
+    inject: Inject = None,
+    watch: Watch = False,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -185,7 +171,7 @@ def command(
     if policy is not None and recorded is not None:
         _look_through(evaluator, policy)
     try:
-        with supervised(evaluator, step, stop_at or [], inject or [], watch) as supervisor:
+        with supervised(evaluator, 0, step, stop_at or [], inject or [], watch) as supervisor:
             run_episode(evaluator, recorded, out, json, policy, supervisor)
     finally:
         if scratch is not None:

@@ -15,10 +15,10 @@ from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import Json, Model, Scripted
 from ntp_dsl.cli.outputs import check_no_input
+from ntp_dsl.cli.recorded_runs import heed_answers, registry_of
 from ntp_dsl.cli.trace_folders import traces_in
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.common.resources import examples_folder
-from ntp_dsl.common.text import counted, printable
+from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.execution.replay import Replay
 from ntp_dsl.execution.replay_checks import check_replayable, check_shown
@@ -27,15 +27,12 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.observation import Record
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.comparison.teacher_forcing import count_answers
 from ntp_dsl.traces.reader import parse_trace, read_trace
-from ntp_dsl.traces.schema import ROOT
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.traces.writer import TraceWriter
-from ntp_dsl.user_code.loading import load_with_python
 
 
 def command(
@@ -86,7 +83,7 @@ def _compared(
 ) -> tuple[Comparison, Trace]:
     """Return how a policy's answers differ from a trace, and the answers."""
     trace = read_trace(file)
-    registry = _registry(trace, library, file)
+    registry = registry_of(trace, library, file)
     _check(registry, trace, file)
     demo = demo or _beside(trace, file)
     check_no_input(out, [file, demo])
@@ -116,33 +113,6 @@ def _replay_folder(files: list[Path], model: Path | None, library: Path | None, 
                 answers.print(f"{row['file']}: {row['right']} of {row['asked']} decisions{told}")
         answers.print(f"{right} of {asked} decisions as in {counted(len(rows), 'trace')}")
     return DIFFERENT if right < asked else SAME
-
-
-def registry_path(trace: Trace) -> Path:
-    """Return the shipped example that a trace names.
-
-    Raises `NtpError` for any other library: its Python would run on a trace's word.
-    """
-    shipped = {path.name: path for path in examples_folder().iterdir() if path.is_dir()}
-    if trace.header.library not in shipped:
-        raise NtpError(
-            f"the trace is of library '{printable(trace.header.library)}', which is no example: "
-            "give its path with --library"
-        )
-    return shipped[trace.header.library]
-
-
-def _registry(trace: Trace, library: Path | None, file: Path) -> Registry:
-    for field, value in (("library", trace.header.library), ("task", trace.header.task)):
-        if not value:
-            raise NtpError(f"{file}: the trace names no {field}, so it cannot be replayed")
-    registry = load_with_python(library or registry_path(trace))
-    if registry.hash != trace.header.registry:
-        raise NtpError(
-            f"{file}: was recorded with another version of library '{trace.header.library}' "
-            f"({trace.header.registry}); expected {registry.hash}"
-        )
-    return registry
 
 
 def _check(registry: Registry, trace: Trace, file: Path) -> None:
@@ -177,35 +147,8 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
         demonstration = read_demonstration(demo, trace.header.objects)
         check_shown(trace, demonstration)
         policy = found.shown(demonstration)
-    _heed_answers(trace, policy)
+    heed_answers(trace, policy)
     return policy
-
-
-def _heed_answers(trace: Trace, policy: Policy) -> None:
-    """Let a policy take what somebody answered when the trace was made, of its lists and of what to do."""
-    from ntp_dsl.core.asking import Repeated
-    from ntp_dsl.core.policy import OneShotPolicy
-    from ntp_dsl.core.shown import Shown
-
-    if not isinstance(policy, OneShotPolicy):
-        return
-    policy.adviser = Repeated(
-        [(call.name, call.arguments, seen, asked) for call, seen, asked in trace.questions()]
-    )
-    if not isinstance(policy.source, Shown):
-        return
-    source = policy.source
-    for call, read in trace.readings():
-        said = {(each.parameter, each.number): each.answer for each in read.doubts if each.answer is not None}
-        if not said or call.parent != ROOT:
-            continue  # programs that a list is passed on to heed the answers of the root
-        wanted = call.name, call.arguments, source.scope()
-        doubts = source.reading(*wanted).doubts
-        answers = {each: said.get((each.parameter, each.number)) for each in doubts}
-        source.settle(
-            *wanted,
-            {each: answer for each, answer in answers.items() if isinstance(answer, Record | str)},
-        )
 
 
 def _replay(replay: Replay, model: Path | None, out: Path | None) -> Trace:
