@@ -35,12 +35,12 @@ function card(side, callData) {
     "not achieved": callData.unmet.join(", "),
     "attributed to": callData.attributed_to,
     disturbances: callData.disturbances.join(", "),
-    measured: callData.evidence,
     source: callData.source + (callData.statement ? `: ${callData.statement}` : ""),
     probability: percentage(callData.probability),
     reads: callData.scope ? `frames ${callData.scope[0]} – ${callData.scope[1]} of the demonstration` : "",
     frames: `${callData.frame} – ${callData.end_frame ?? ""}`,
     time: timeText(callData.times),
+    measured: callData.evidence,
   };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(facts)) {
