@@ -8,155 +8,179 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from enum import Enum, auto
-from threading import Thread
 
 from rich.text import Text
 
 from ntp_dsl.cli.display import messages
-from ntp_dsl.cli.watching import Watched, watched
+from ntp_dsl.cli.live_page import LiveRun, live
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import printable
 from ntp_dsl.evaluation.episodes import Evaluator
-from ntp_dsl.execution.supervision import Injection, Injections, Supervisor
+from ntp_dsl.execution.supervision import CallPattern, Injection, Injections, Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.protocol import Choice, Frame
+from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.explanation import reasons
 from ntp_dsl.traces.phrases import format_invocation
+from ntp_dsl.worlds.protocol import Outcome
 
 HELP = "Enter: to the next decision; o: over the call; c: to the next breakpoint; w: why; q: quit"
-PLACE = re.compile(r"(?:[\w.-]+\.ntp:)?\d+")
+PLACE = re.compile(r"(?:([\w.-]+\.ntp):)?(\d{1,6})")
+FACT = re.compile(r"(not )?(\w+)\(.*\)")
 
 
 @dataclass(frozen=True)
 class Breakpoint:
-    """Where to stop: at a call of a program or api, at a line, or when a fact is seen to come about."""
+    """Where to stop: at a call, at a line, or when a fact is seen to come about; one of the three."""
 
-    text: str  # plain, see `_plain`
-    is_fact: bool
+    text: str
+    call: CallPattern | None = None
+    place: str = ""  # `file:line`, or a line of any file
+    fact: str = ""  # plain, see `_plain`
 
     @classmethod
     def parse(cls, text: str, registry: Registry) -> Breakpoint:
         """Return what a text means. Raises `NtpError` for what the library does not have."""
-        plain = _plain(text)
-        name = plain.removeprefix("not ").partition("(")[0]
-        if PLACE.fullmatch(plain) or name in registry.programs or name in registry.apis:
-            return cls(plain, False)
-        if name in registry.predicates and "(" in plain:
-            return cls(plain, True)
+        given = " ".join(text.split())
+        if (line := PLACE.fullmatch(given)) and _has_line(registry, line[1], int(line[2])):
+            return cls(given, place=given)
+        if call := CallPattern.parse(given, {**registry.programs, **registry.apis}):
+            return cls(given, call=call)
+        if (fact := FACT.fullmatch(given)) and fact[2] in registry.predicates:
+            return cls(given, fact=_plain(given))
         known = [*registry.programs, *registry.apis, *registry.predicates]
-        hint = f"; did you mean '{near}'?" if (near := nearest(name, known)) else ""
+        hint = f"; did you mean '{near}'?" if (near := nearest(given.partition("(")[0], known)) else ""
         raise NtpError(
             "--break: expected a program, an api, a line such as 12 or "
             f"{registry.name}.ntp:12, or a fact such as holding(block_3), found '{text}'{hint}"
         )
 
-    def is_met(self, choice: Choice, facts: frozenset[str]) -> bool:
-        """Return whether to stop before a choice; `facts` are those that were not seen to hold before."""
-        if self.is_fact:
-            return self.text in facts
+    def is_met(self, choice: Choice, new: set[str]) -> bool:
+        """Return whether to stop before a choice; `new` are the facts that were not seen to hold before."""
+        if self.fact:
+            return self.fact in new
         if choice.callee is None:
             return False
-        whole = _plain(format_invocation(choice.callee, choice.arguments))
-        place = choice.decision.source
-        return self.text in (choice.callee, whole, place, place.rpartition(":")[2])
+        if self.call is not None:
+            return self.call.matches(choice.callee, choice.arguments)
+        return self.place in (choice.decision.source, choice.decision.source.rpartition(":")[2])
+
+
+def _has_line(registry: Registry, file: str | None, line: int) -> bool:
+    """Return whether a call is made at a line."""
+    spans = [each.span for row in registry.programs.values() for each in row.statements()]
+    return any(span.line == line and span.path and file in (None, span.path.name) for span in spans)
 
 
 class _Mode(Enum):
     STEP = auto()  # stop at the next decision
     OVER = auto()  # stop at the next decision of this program, or of a caller
     ON = auto()  # stop at a breakpoint
+    FREE = auto()  # stop nowhere: there is nobody who could say how to go on
 
 
-class Stepper(Injections):
+class Stepper:
     """Stops before decisions, shows them, and waits for a line that says how to go on.
 
     Args:
         read: returns the next line; an empty string where there are no more, on which it goes on to the end.
-        shown: is told what is waited for, and an empty text when it goes on.
+        announce: is told what is waited for, and an empty text when it goes on.
     """
 
     def __init__(
         self,
         step: bool,
         breakpoints: Sequence[Breakpoint],
-        injections: Sequence[Injection],
+        injections: Injections,
         read: Callable[[], str],
-        shown: Callable[[str], None],
+        announce: Callable[[str], None],
     ) -> None:
-        super().__init__(injections)
-        self._breakpoints, self._read, self._shown = breakpoints, read, shown
+        self._injections, self._read, self._announce = injections, read, announce
+        self._breakpoints = breakpoints
+        self.unmet = [*breakpoints]
         self._mode = _Mode.STEP if step else _Mode.ON
         self._depth = 0  # of the program over whose call it goes
         self._seen: set[str] = set()  # facts, as they were seen last; those that did not hold with `not`
 
+    def outcome(self, callee: str, arguments: tuple[Argument, ...]) -> Outcome | None:
+        """Return what is forced on a primitive, or None."""
+        return self._injections.outcome(callee, arguments)
+
     def before(self, depth: int, frame: Frame, choice: Choice) -> None:
         """Show a decision and wait, where it is to be stopped at."""
         now = {*_seen(choice.decision)}
-        new = frozenset(now - self._seen)
-        met = next((each for each in self._breakpoints if each.is_met(choice, new)), None)
+        new = now - self._seen
+        met = [each for each in self._breakpoints if each.is_met(choice, new)]
+        self.unmet = [each for each in self.unmet if each not in met]
         self._seen = {fact for fact in self._seen if _negated(fact) not in now} | now
         stops = self._mode is _Mode.STEP or (self._mode is _Mode.OVER and depth <= self._depth)
-        if met is not None or stops:
+        if (met and self._mode is not _Mode.FREE) or stops:
             self._wait(depth, frame, choice, met)
 
-    def _wait(self, depth: int, frame: Frame, choice: Choice, met: Breakpoint | None) -> None:
+    def _wait(self, depth: int, frame: Frame, choice: Choice, met: Sequence[Breakpoint]) -> None:
         text = _described(frame, choice)
-        if met is not None:
-            messages.print(Text(f"breakpoint {met.text}", style="magenta"))
+        for each in met:
+            messages.print(Text(f"breakpoint {each.text}", style="magenta"))
         messages.print(Text(text, style="bold"))
-        self._shown(text)
+        self._announce(text)
+        self._mode = self._answer(choice.decision)
+        self._depth = depth
+        self._announce("")
+
+    def _answer(self, decision: Decision) -> _Mode:
+        """Return how to go on. Raises `KeyboardInterrupt` where that is not at all."""
+        modes = {"": _Mode.STEP, "s": _Mode.STEP, "o": _Mode.OVER, "c": _Mode.ON}
         while True:
             messages.print(Text("step> ", style="cyan"), end="")
             line = self._read()
             word = line.strip()
-            if word in ("w", "why"):
-                for sentence in reasons(choice.decision):
-                    messages.print(printable(sentence))
-                continue
+            if not line:
+                return _Mode.FREE
+            if word in modes:
+                return modes[word]
             if word in ("q", "quit"):
                 raise KeyboardInterrupt
-            modes = {"": _Mode.STEP, "s": _Mode.STEP, "o": _Mode.OVER, "c": _Mode.ON}
-            if not line or word in modes:
-                self._mode = modes[word] if line else _Mode.ON
-                self._depth = depth
-                self._shown("")
-                return
-            messages.print(HELP)
+            if word in ("w", "why"):
+                for sentence in reasons(decision):
+                    messages.print(printable(sentence))
+            else:
+                messages.print(HELP)
 
 
 @contextmanager
 def supervised(
     evaluator: Evaluator, number: int, step: bool, stop_at: Sequence[str], inject: Sequence[str], watch: bool
 ) -> Iterator[Supervisor | None]:
-    """Give the supervisor that the options of a command ask for, and say which injections fitted no call."""
+    """Give the supervisor that a command's options ask for; at the end say which of them fitted nothing."""
     registry, traces = evaluator.registry, evaluator.plan.traces
     breakpoints = [Breakpoint.parse(text, registry) for text in stop_at]
-    injections = [Injection.parse(text, registry) for text in inject]
-    stops = step or bool(breakpoints)
+    injections = Injections([Injection.parse(text, registry) for text in inject])
     with ExitStack() as stack:
-        page: Watched | None = None
+        page: LiveRun | None = None
         if watch:
             assert traces is not None
-            page = stack.enter_context(watched(episode_files(traces, number)[0]))
-            if stops:
-                Thread(target=page.listen, daemon=True).start()
-        if not stops and not injections:
+            page = stack.enter_context(live(episode_files(traces, number)[0]))
+            page.begin()
+        if not step and not breakpoints and not injections.waiting:
             yield None
             return
         read = page.read_line if page is not None else sys.stdin.readline
-        stepper = Stepper(
-            step, breakpoints, injections, read, page.wait_for if page is not None else _unshown
-        )
-        yield stepper
-        for each in stepper.waiting:
-            messages.print(f"no primitive was {each.call}: nothing was forced on it", style="yellow")
+        announce = page.announce if page is not None else _to_nobody
+        stepper = Stepper(step, breakpoints, injections, read, announce)
+        try:
+            yield stepper
+        finally:
+            for breakpoint in stepper.unmet:
+                messages.print(f"breakpoint {breakpoint.text} was never met", style="yellow")
+            for injection in injections.waiting:
+                messages.print(f"no primitive was {injection.call}: nothing was forced on it", style="yellow")
 
 
-def _unshown(text: str) -> None:
-    """Show it nowhere but at the terminal."""
+def _to_nobody(text: str) -> None:
+    """Leave it at what the terminal shows."""
 
 
 def _seen(decision: Decision) -> Iterator[str]:
@@ -165,10 +189,10 @@ def _seen(decision: Decision) -> Iterator[str]:
         yield _plain(each.fact) if each.probability > 0.5 else _negated(_plain(each.fact))
 
 
-def _plain(text: str) -> str:
-    """Return a fact or a call without spaces, but for the one after a `not`."""
-    negation = "not " if text.strip().startswith("not ") else ""
-    return negation + text.strip().removeprefix("not ").replace(" ", "")
+def _plain(fact: str) -> str:
+    """Return a fact without spaces, but for the one after a `not`."""
+    negation = "not " if fact.startswith("not ") else ""
+    return negation + fact.removeprefix("not ").replace(" ", "")
 
 
 def _negated(fact: str) -> str:
@@ -178,9 +202,8 @@ def _negated(fact: str) -> str:
 def _described(frame: Frame, choice: Choice) -> str:
     """Return a decision in a line: who does what, by which line, and how surely."""
     who = format_invocation(frame.program, frame.arguments)
-    what = (
-        "returns" if choice.callee is None else f"calls {format_invocation(choice.callee, choice.arguments)}"
-    )
+    call = "" if choice.callee is None else format_invocation(choice.callee, choice.arguments)
     source = f"  {choice.decision.source}" if choice.decision.source else ""
     chance = choice.decision.probability
-    return printable(f"{who} {what}{source}{f'  {chance:.0%}' if chance is not None else ''}")
+    sure = f"  {chance:.0%}" if chance is not None else ""
+    return printable(f"{who} {f'calls {call}' if call else 'returns'}{source}{sure}")

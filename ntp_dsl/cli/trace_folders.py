@@ -41,6 +41,31 @@ def pairs(first: Path, second: Path) -> list[tuple[Path, Path]]:
     return [(first / name, second / name) for name in both]
 
 
+def reference(file: Path, against: Path | None) -> Trace | None:
+    """Return the trace of the same name in another folder; None, and a message, where there is none to read.
+
+    Raises `NtpError` where the folder is none.
+    """
+    if against is None:
+        return None
+    if not against.is_dir():
+        raise NtpError(f"--against: {against} is no folder")
+    other = against / file.name
+    if not other.is_file():
+        messages.print(f"{other} is not there: {file.name} is not compared")
+        return None
+    return readable(other)
+
+
+def readable(file: Path) -> Trace | None:
+    """Return a trace; None, and a message, where it cannot be read."""
+    try:
+        return read_trace(file)
+    except NtpError as error:
+        messages.print(f"skipped {error}", style="yellow")
+        return None
+
+
 def summary(file: Path) -> dict[str, Any]:
     """Return a trace's name, number of calls and ending; of a damaged one, that it is none."""
     try:

@@ -32,7 +32,6 @@ from ntp_dsl.traces.schema import (
     Header,
     PolicyKind,
 )
-from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
@@ -58,10 +57,12 @@ class FailedDemonstration:
     """A run of the expert that did not bring the goal about, with the trace of it."""
 
     run: Run
-    trace: str  # the lines up to the end, which its reader judges
+    trace: str  # its lines, without the header and the end
     missing: str  # a fact of the goal that does not hold at the end; empty where all do
 
     def __str__(self) -> str:
+        if self.run.done:
+            return f"a call of the expert failed{self.run.last_message}"
         lacking = f"{self.missing} does not hold; " if self.missing else ""
         return f"{lacking}{self.run}{self.run.last_message}"
 
@@ -98,8 +99,7 @@ def demonstrate(
     recorder = Recorder(world)
     stream = io.StringIO()
     writer = TraceWriter(stream)
-    own = header(registry, instance, seed, PolicyKind.DEMONSTRATION)
-    writer.header(with_fields(own, sources=library_sources(registry)))
+    writer.header(header(registry, instance, seed, PolicyKind.DEMONSTRATION))
     interpreter = Interpreter(
         registry,
         ScriptedPolicy(expert),
@@ -116,7 +116,8 @@ def demonstrate(
         end = world.truth()
         state = State(registry, end)
         missing = (fact for fact in instance.literals(registry, end) if not state.holds(fact))
-        return FailedDemonstration(run, stream.getvalue(), str(next(missing, "")))
+        _, _, lines = stream.getvalue().partition("\n")
+        return FailedDemonstration(run, lines, str(next(missing, "")))
     origin = Origin(library=registry.name, task=instance.name, seed=seed, goal=instance.goal)
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
     return RecordedDemonstration(recorder.demonstration(origin), demonstrated(trace))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from ntp_dsl.traces.reader import parse_trace
 
 @dataclass
 class TrialTraces:
-    """A folder for traces; earlier ones of the same library and name are replaced, and nothing else is.
+    """A folder for traces; those of an earlier check of the same libraries are replaced, and nothing else is.
 
     Without a folder, nothing is kept.
     """
@@ -24,27 +24,32 @@ class TrialTraces:
     written: list[Path] = field(default_factory=list)
     _counts: Counter[str] = field(default_factory=Counter)
 
-    def check_free(self, libraries: Iterable[str]) -> None:
-        """Raise `NtpError` where a file that is no trace of one of the libraries has the name of one."""
+    def clear(self, libraries: Iterable[str]) -> None:
+        """Delete the traces of an earlier check.
+
+        Raises `NtpError`, and deletes nothing, where a file has the name of one and is none.
+        """
         if self.folder is None:
             return
         self.folder.mkdir(parents=True, exist_ok=True)
-        for library in libraries:
-            self._check_free(self.folder, library)
+        earlier = [path for library in libraries for path in self._earlier(self.folder, library)]
+        for path in earlier:
+            path.unlink()
 
-    def _check_free(self, folder: Path, library: str) -> None:
-        ours = re.compile(rf"{re.escape(library)}_\w+_\d{{5,}}\.trace\.jsonl")
+    def _earlier(self, folder: Path, library: str) -> Iterator[Path]:
+        ours = re.compile(rf"{re.escape(library)}\.\w+_\d{{5,}}\.trace\.jsonl")
         for path in sorted(each for each in folder.iterdir() if ours.fullmatch(each.name)):
             if not _is_of(path, library):
                 raise NtpError(
-                    f"{path} is no trace of '{library}' and might be replaced; choose another --out"
+                    f"{path} is no trace of '{library}' and would be replaced; choose another --out"
                 )
+            yield path
 
     def write(self, library: str, name: str, text: str) -> Path | None:
         """Write the trace of the next failed trial of a task or program, and return its file."""
         if self.folder is None:
             return None
-        stem = f"{library}_{name}"
+        stem = f"{library}.{name}"
         path = self.folder / f"{stem}_{self._counts[stem]:05d}.trace.jsonl"
         self._counts[stem] += 1
         with written_whole(path) as unfinished:

@@ -122,7 +122,7 @@ class Trials:
             self.world.on_frame = None
         last = self.world.truth()
         trial = Trial(self.expert, instance, start, number, first, last, policy, run, fault)
-        if not self._traced:
+        if not self._traced or not trial.is_failed:
             return trial
         writer.end(_end(trial))
         return replace(trial, trace=text.getvalue())

@@ -30,11 +30,12 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
     moved = _moved(shown)
     if moved and not shown.closed.any():
         yield f"the hand is never closed, and yet {_named(moved)} moved: is `closed` right?"
-    if in_hand is not None:
-        yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"
     state = State(registry, last)
     facts = instance.literals(registry, last) if instance.goal else []
-    if lacking := [str(fact) for fact in facts if not state.holds(fact)]:
+    lacking = [str(fact) for fact in facts if not state.holds(fact)]
+    if in_hand is not None and (lacking or not facts):
+        yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"
+    if lacking:
         yield f"the demonstration does not end in the goal that it states: at its end, not {_named(lacking)}"
 
 

@@ -10,9 +10,10 @@ from time import perf_counter
 import numpy as np
 from msgspec.structs import replace as with_fields
 
+from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.datasets.recording import FailedDemonstration, RecordedDemonstration, demonstrate
-from ntp_dsl.evaluation.success import Verdict, attribution_of_failures, judge
+from ntp_dsl.evaluation.success import Verdict, attribution_of_failure, attribution_of_failures, judge
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
@@ -23,7 +24,7 @@ from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.tasks.goal_samplers import Variation
 from ntp_dsl.tasks.instances import Instance, draw, enough_primitives
-from ntp_dsl.traces.schema import Attribution, End, Header
+from ntp_dsl.traces.schema import Attribution, End, Header, PolicyKind
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Disturbances, Scene, World
 
@@ -41,17 +42,25 @@ class NoDemonstration(TaskFailed):
 
     @property
     def attributed_to(self) -> Attribution:
-        """Return what the last failure is attributed to."""
-        return attribution_of_failures(self.last.run)
+        """Return what the last attempt's failure is attributed to."""
+        run = self.last.run
+        if run.done and run.failures:
+            return attribution_of_failure(run.failures[-1]) or Attribution.DECISION
+        return attribution_of_failures(run)
 
-    def write_trace(self, path: Path) -> None:
-        """Write the trace of the last attempt."""
-        with path.open("w", encoding="utf-8") as stream:
+    def write_trace(self, path: Path, header: Header) -> None:
+        """Write the trace of the last attempt, under the header of the episode."""
+        own = with_fields(
+            header, policy=PolicyKind.DEMONSTRATION, model=None, dispatch=None, disturbances=None
+        )
+        end = with_fields(
+            self.last.run.end(), success=False, attributed_to=self.attributed_to, verdict=str(self.last)
+        )
+        with written_whole(path) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
+            writer = TraceWriter(stream)
+            writer.header(own)
             stream.write(self.last.trace)
-            end = with_fields(
-                self.last.run.end(), success=False, attributed_to=self.attributed_to, verdict=str(self.last)
-            )
-            TraceWriter(stream).end(end)
+            writer.end(end)
 
 
 def drawn_instance(

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -144,7 +143,8 @@ class Evaluator:
             )
         except NoDemonstration as failure:
             if self.plan.traces is not None:
-                failure.write_trace(episode_files(self.plan.traces, number)[0])
+                own = self._header(instance, number, None)
+                failure.write_trace(episode_files(self.plan.traces, number)[0], own)
             raise
         if sigma:
             seen = noisy(found.demonstration, sigma, np.random.default_rng((seed, number, 4)))
@@ -191,7 +191,7 @@ class Evaluator:
                     return _without_demonstration(number, instance, failure)
         shown = recorded.calls if recorded is not None and self.is_learned else None
         scopes = ScopeWatcher(shown, watch) if shown is not None else None
-        with traced(self.plan.traces, number, explained=supervisor is not None) as writer:
+        with traced(self.plan.traces, number) as writer:
             done = carry_out(
                 self.registry,
                 instance,
@@ -254,15 +254,10 @@ class Evaluator:
 
 
 @contextmanager
-def traced(folder: Path | None, number: int, explained: bool = False) -> Iterator[TraceWriter]:
-    """Open the writer of an episode's trace; without a folder, nothing is written.
-
-    Args:
-        explained: decisions say what they rest on, even where nothing is written.
-    """
+def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
+    """Open the writer of an episode's trace; without a folder, nothing is written."""
     path = episode_files(folder, number)[0] if folder else None
-    unwritten = StringIO() if explained else None
-    with path.open("w", encoding="utf-8") if path else nullcontext(unwritten) as stream:
+    with path.open("w", encoding="utf-8") if path else nullcontext() as stream:
         yield TraceWriter(stream)
 
 

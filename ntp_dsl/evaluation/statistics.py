@@ -13,7 +13,13 @@ from ntp_dsl.evaluation.episodes import Episode
 from ntp_dsl.evaluation.scope_agreement import ScopeAgreement, agreement
 from ntp_dsl.traces.schema import Attribution
 
-KINDS = (Attribution.DECISION, Attribution.PLANNER, Attribution.GRASP, Attribution.PHYSICS)
+KINDS = (
+    Attribution.DECISION,
+    Attribution.PLANNER,
+    Attribution.GRASP,
+    Attribution.PHYSICS,
+    Attribution.DISTURBANCE,
+)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome
 from ntp_dsl.worlds.catalogue import make_world
-from ntp_dsl.worlds.protocol import Scene, World
+from ntp_dsl.worlds.protocol import Outcome, Scene, World
 from ntp_dsl.worlds.scenes import movable
 
 STILL_FOR = 2.0  # [s] that the result must be stable
@@ -190,9 +190,18 @@ def _attribution(run: Run, first: Shortfall | None) -> Attribution:
 
 def attribution_of_failures(run: Run) -> Attribution:
     """Return what most of the last failures of an unfinished run are attributed to; else the decision."""
-    found = (ATTRIBUTION_OF_OUTCOME.get(CallOutcome.of(failure)) for failure in run.failures[-5:])
+    found = map(attribution_of_failure, run.failures[-5:])
     kinds = Counter(kind for kind in found if kind is not None)
     return kinds.most_common(1)[0][0] if len(run.failures) >= 3 and kinds else Attribution.DECISION
+
+
+def attribution_of_failure(failure: Outcome) -> Attribution | None:
+    """Return what the failure of a primitive is attributed to; None where the call was refused."""
+    return (
+        Attribution.DISTURBANCE
+        if failure.disturbances
+        else ATTRIBUTION_OF_OUTCOME.get(CallOutcome.of(failure))
+    )
 
 
 def _distance(a: Vector, b: Vector) -> float:

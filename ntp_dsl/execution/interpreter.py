@@ -246,7 +246,8 @@ class Interpreter:
         run.deciding_seconds += seconds
         self._check(choice)
         source = choice.decision.source or self._source(frame.program, choice)
-        decision = self._with_truth(frame, choice) if self.writer.is_open else choice.decision
+        explains = self.writer.is_open or self.supervisor is not None
+        decision = self._with_truth(frame, choice) if explains else choice.decision
         return replace(
             choice,
             decision=with_fields(

@@ -47,9 +47,9 @@ def brief(call: Call) -> str:
     """Return why a call was made in a line: what did not hold, and what was seen wrongly."""
     decision = call.decision
     lacking = [each for each in decision.facts if each.probability <= 0.5][:FEW]
-    parts = [f"as {_facts(lacking)} did not hold"] if lacking else []
+    parts = [f"it saw that {_facts(lacking)} did not hold"] if lacking else []
     if wrong := decision.mistaken[:FEW]:
-        parts.append(f"wrong about {_facts(wrong)}")
+        parts.append(f"it was wrong about {_facts(wrong)}")
     return printable("; ".join(parts))
 
 
@@ -64,11 +64,17 @@ def interesting(trace: Trace) -> Call | None:
     end = trace.end
     if end is not None and end.success is False:
         roots = trace.children(ROOT)
-        return roots[-1] if roots and (end.ending is Ending.DONE or not failed) else failed[-1]
+        if not failed or end.ending is Ending.DONE:
+            return roots[-1] if roots else None
+        return failed[-1]
     if failed:
         return failed[0]
     made = [call for call in trace.calls if call.parent != ROOT]
-    return min(made, key=lambda call: call.decision.probability or 1.0, default=None)
+    return min(made, key=_sureness, default=None)
+
+
+def _sureness(call: Call) -> float:
+    return 1.0 if call.decision.probability is None else call.decision.probability
 
 
 def _went_wrong(trace: Trace, call: Call) -> bool:
@@ -133,7 +139,7 @@ def _seen(decision: Decision) -> Iterator[str]:
         yield f"It was seen that {_facts(lacking)} did not hold."
     doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
     if doubtful:
-        yield f"Not sure was {_facts(doubtful)}."
+        yield f"Uncertain: {_facts(doubtful)}."
     wrong = decision.mistaken
     surely = [each for each in wrong if each.probability >= SURE][:MOST]
     if surely:
@@ -155,7 +161,7 @@ def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
     """Yield what became of each statement of the caller: those that were due first."""
     for status, words in (
         (Status.DUE, "Due"),
-        (Status.VAIN, "In vain, as it would return at once"),
+        (Status.VAIN, "Would do nothing"),
         (Status.PASSED, "Passed over, as nothing that is needed comes of it"),
         (Status.ACHIEVED, "Done already"),
         (Status.ABSENT, "Left out, as its condition does not hold"),
@@ -185,13 +191,13 @@ def _reading(trace: Trace, call: Call) -> Iterator[str]:
             yield f"From {format_scope(call.scope)} it read {each.parameter} = {elements}."
         yield f"That explains {read.explained} of {counted(read.acts, 'act')} of the hand."
         for doubt in read.doubts:
-            yield f"Not sure was {format_doubt(doubt)}."
+            yield f"Uncertain: {format_doubt(doubt)}."
 
 
 def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     """Yield what came of a call, and what its failure is attributed to."""
     if call.outcome is None:
-        yield "The trace ends before it returned."
+        yield f"{'The run was stopped' if trace.end is not None else 'The trace ends'} before it returned."
         return
     made = trace.children(call.id)
     after = f"After {counted(len(made), 'call')} it" if made else "It"
@@ -199,7 +205,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     blamed = f", which is attributed to {cause}" if cause and not call.succeeded else ""
     yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
     if call.execution.unmet:
-        yield f"But {_listed(call.execution.unmet[:MOST])}, which it is to achieve, did not hold in truth."
+        yield f"It reported success, but {_listed(call.execution.unmet[:MOST])} did not hold."
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]

@@ -1,12 +1,12 @@
-"""What an episode came to, in plain words: its verdict, and what its calls and decisions have in common."""
+"""How an episode ended, in plain words: its verdict, and what its calls and decisions have in common."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.traces.decision import Decision
+from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.phrases import conditions, format_argument, format_call
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
@@ -16,7 +16,7 @@ FEW = 3  # elements that a sentence names
 
 
 def overview(trace: Trace) -> list[str]:
-    """Return what an episode came to, as sentences."""
+    """Return how an episode ended, as sentences."""
     sentences = [
         _verdict(trace),
         *_repeated(trace),
@@ -77,20 +77,12 @@ def _disturbed(trace: Trace) -> Iterator[str]:
 
 def _mistaken(trace: Trace) -> Iterator[str]:
     """Yield how many decisions rest on a fact that was seen wrongly."""
-    decisions = [*_decisions(trace)]
+    decisions = [*trace.decisions()]
     wrong = [(each, found) for each in decisions if (found := each.mistaken)]
     if wrong:
         kinds = Counter(fact.fact.partition("(")[0] for _, facts in wrong for fact in facts)
         most = " and ".join(f"{name} ({count})" for name, count in kinds.most_common(2))
         yield f"{len(wrong)} of {len(decisions)} decisions rest on a fact seen wrongly, most often {most}."
-
-
-def _decisions(trace: Trace) -> Iterator[Decision]:
-    for call in trace.calls:
-        if call.parent != ROOT:
-            yield call.decision
-        if call.return_decision is not None:
-            yield call.return_decision
 
 
 def _misread(trace: Trace) -> Iterator[str]:
@@ -100,11 +92,14 @@ def _misread(trace: Trace) -> Iterator[str]:
             continue
         if read.explained < read.acts:
             yield f"What was read explains {read.explained} of {counted(read.acts, 'act')} of the hand."
-        elements = [format_argument(each) for row in read.lists for each in row.elements]
-        goal = [format_argument(each) for each in trace.header.goal]
-        lacking = [each for each in goal if each not in elements]
-        if goal and lacking:
-            others = [each for each in elements if each not in goal]
-            instead = f"; {', '.join(others[:FEW])} was read instead" if others else ""
-            yield f"Of its goal, {', '.join(lacking[:FEW])} was not read from the demonstration{instead}."
+        elements = {each for row in read.lists for each in row.elements}
+        lacking = [each for each in trace.header.goal if each not in elements]
+        if lacking:
+            others = [each for row in read.lists for each in row.elements if each not in trace.header.goal]
+            instead = f"; {_listed(others)} was read instead" if others else ""
+            yield f"Of its goal, {_listed(lacking)} was not read from the demonstration{instead}."
         return
+
+
+def _listed(elements: Sequence[Argument]) -> str:
+    return ", ".join(map(format_argument, elements[:FEW]))

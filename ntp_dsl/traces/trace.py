@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ntp_dsl.extras import needing
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.traces.decision import Asked, Reading
+from ntp_dsl.traces.decision import Asked, Decision, Reading
 from ntp_dsl.traces.outline import dataframe, outline
 from ntp_dsl.traces.schema import ROOT, Call, End, Header, Motion, PolicyKind
 
@@ -59,6 +59,14 @@ class Trace:
             yield call, False
             running.append(call)
         yield from ((call, True) for call in reversed(running) if call.outcome)
+
+    def decisions(self) -> Iterator[Decision]:
+        """Yield the decisions of programs, to call and to return."""
+        for call in self.calls:
+            if call.parent != ROOT:
+                yield call.decision
+            if call.return_decision is not None:
+                yield call.return_decision
 
     def readings(self) -> Iterator[tuple[Call, Reading]]:
         """Yield what programs read of their lists, each with the program's call."""

@@ -11,7 +11,7 @@ import pytest
 import ntp_dsl
 from ntp_dsl.cli.app import run
 from ntp_dsl.cli.stepping import Breakpoint
-from ntp_dsl.execution.supervision import OUTCOMES, Injection
+from ntp_dsl.execution.supervision import OUTCOMES, CallPattern, Injection
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Attribution
@@ -75,6 +75,14 @@ def test_the_end_of_the_input_goes_on_to_the_end(
     assert len(stops(typed, "\n", capsys, "--step")) == 2
 
 
+def test_at_the_end_of_the_input_breakpoints_do_not_stop(
+    typed: io.StringIO, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert len(stops(typed, "c\n", capsys, "--break", "grasp", "--break", "grasp(block_99)")) == 2
+    assert run([*WORDS, "--break", "grasp(block_99)"]) == 0
+    assert "breakpoint grasp(block_99) was never met" in capsys.readouterr().err
+
+
 def test_it_says_why_and_which_words_there_are(
     typed: io.StringIO, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -126,6 +134,11 @@ def test_a_breakpoint_stops_when_a_fact_comes_about(
         ("gasp", "did you mean 'grasp'?"),
         ("holding", "a fact such as holding(block_3)"),
         ("hold(block_1)", "--break: expected a program"),
+        ("not grasp", "--break: expected a program"),
+        ("nofile.ntp:75", "--break: expected a program"),
+        ("9999", "--break: expected a program"),
+        ("grasp(block_3", "--break: expected a program"),
+        ("grasp(block_3, block_1)", "grasp takes (target), found 2 arguments"),
     ],
 )
 def test_a_breakpoint_that_means_nothing_is_misuse(
@@ -160,6 +173,8 @@ def test_an_injection_that_fits_no_call_is_told(capsys: pytest.CaptureFixture[st
         ("grasp", "expected CALL=OUTCOME"),
         ("grasp=no_pth", "did you mean 'no_path'?"),
         ("gasp=no_path", "did you mean 'grasp'?"),
+        ("grasp(block_3=no_path", "is no call of an api"),
+        ("pick=no_path", "is no call of an api"),
     ],
 )
 def test_an_injection_that_means_nothing_is_misuse(
@@ -172,5 +187,7 @@ def test_an_injection_that_means_nothing_is_misuse(
 def test_every_outcome_can_be_forced_by_its_name() -> None:
     registry = ntp_dsl.load("block_stacking")
     for name, outcome in OUTCOMES.items():
-        assert Injection.parse(f"grasp( block_1 ) = {name}", registry) == Injection("grasp(block_1)", outcome)
-    assert Breakpoint.parse("not on(block_1,  block_2)", registry).text == "not on(block_1,block_2)"
+        assert Injection.parse(f"grasp( block_1 ) = {name}", registry) == Injection(
+            CallPattern("grasp", ("block_1",)), outcome
+        )
+    assert Breakpoint.parse("not on(block_1,  block_2)", registry).fact == "not on(block_1,block_2)"

@@ -76,7 +76,7 @@ def test_the_traces_of_failed_trials_can_be_shown_explained_and_viewed(
     status, text, told = check(capsys, path, "--out", out)
     traces = sorted(out.iterdir())
     assert (status, len(traces)) == (1, 32)
-    assert traces[0].name == "mine_tower_00000.trace.jsonl" and f"its trace: {traces[0]}" in text
+    assert traces[0].name == "mine.tower_00000.trace.jsonl" and f"its trace: {traces[0]}" in text
     assert told == f"32 traces of failed trials in {out}; to look at the first: ntp trace show {traces[0]}\n"
     for command in (["show"], ["explain"], ["view", "--out", str(tmp_path / "a.html")]):
         assert run(["trace", command[0], str(traces[-1]), *command[1:]]) == 0
@@ -109,7 +109,7 @@ def test_a_sound_library_leaves_no_trace_and_a_program_that_fails_does(
     )
     assert check(capsys, path, "--out", out)[0] == 0  # a warning
     assert sorted(file.name for file in out.iterdir()) == [
-        f"mine_vanish_{number:05d}.trace.jsonl" for number in range(6)
+        f"mine.vanish_{number:05d}.trace.jsonl" for number in range(6)
     ]
 
 
@@ -118,7 +118,7 @@ def test_earlier_traces_are_replaced_and_other_files_never(
 ) -> None:
     path, out = written(tmp_path, CROWDED), tmp_path / "out"
     out.mkdir()
-    mine = out / "mine_crowded_00000.trace.jsonl"
+    mine = out / "mine.crowded_00000.trace.jsonl"
     mine.write_text("my notes\n")
     status, _, told = check(capsys, path, "--out", out)
     assert status == 2 and f"{mine} is no trace of 'mine'" in told and mine.read_text() == "my notes\n"
@@ -129,7 +129,7 @@ def test_earlier_traces_are_replaced_and_other_files_never(
     assert sorted(file.name for file in out.iterdir()) == [mine.name, "notes.txt"]
 
 
-def test_a_seed_draws_other_trials_and_the_default_is_none_but_zero(
+def test_another_seed_draws_other_trials_and_the_default_is_zero(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = written(tmp_path, FORGETFUL)

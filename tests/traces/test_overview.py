@@ -1,4 +1,4 @@
-"""What an episode came to names its cause: planted in a library, a demonstration, the looks or the hand."""
+"""How an episode ended names its cause: planted in a library, a demonstration, the looks or the hand."""
 
 from __future__ import annotations
 

@@ -6,16 +6,23 @@ import json
 from collections import Counter
 from pathlib import Path
 from random import Random
+from shutil import copytree
 
 import pytest
 from browsing import Page, browser
 from test_view import HOSTILE, hostile
+from trees import SEEN, headed
 
 from ntp_dsl.cli.app import run
+from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.reliability import Reliability
 from ntp_dsl.traces.report.report_page import report_page
+from ntp_dsl.traces.schema import ROOT, Attribution, End, Ending
+from ntp_dsl.traces.trace import Trace
+from ntp_dsl.traces.writer import TraceWriter
 
 EVAL = "eval block_stacking few_placements -n 4 --seed 3 --slips .6".split()
 
@@ -66,13 +73,90 @@ def test_the_page_names_tasks_lines_and_the_worst_episodes_with_pages_of_their_o
         found.close()
 
 
+def made(path: Path, end: End | None, *outcomes: str, source: str = "") -> Trace:
+    """Write a trace of primitives that came to these outcomes."""
+    with path.open("w", encoding="utf-8") as stream:
+        writer = TraceWriter(stream)
+        writer.header(headed(task="t", library="made"))
+        state = writer.state(SEEN)
+        root = writer.call(ROOT, "program", "go", (), None, 0, state, NO_DECISION)
+        for number, outcome in enumerate(outcomes):
+            call = writer.call(
+                root, "api", f"step_{number}", ("block_0",), None, 0, state, Decision(source=source)
+            )
+            writer.returned(call, outcome, 0)
+        if end is not None:
+            writer.returned(root, "done", 0, state, NO_DECISION)
+            writer.end(end)
+    return read_trace(path)
+
+
+def test_failures_are_counted_by_cause_and_listed_first(tmp_path: Path) -> None:
+    lost = End(
+        ending=Ending.DONE,
+        success=False,
+        attributed_to=Attribution.PHYSICS,
+        verdict="on(block_3, block_1) does not hold",
+        confidence=0.9,
+    )
+    well = End(ending=Ending.DONE, success=True, confidence=0.8, least=0.4)
+    gave_up = End(
+        ending=Ending.UNFINISHED, success=False, attributed_to=Attribution.PLANNER, verdict="7 tries"
+    )
+    report = Report()
+    report.add("well", made(tmp_path / "a", well, "achieved"))
+    report.add("lost", made(tmp_path / "b", lost, "achieved"))
+    report.add("gave up", made(tmp_path / "c", gave_up, "achieved", "no path"))
+    report.add("cut off", made(tmp_path / "d", None, "achieved"))
+    report.add("nothing", made(tmp_path / "e", gave_up))
+    assert (report.succeeded, report.tasks["t"].episodes) == (1, 5)
+    assert report.tasks["t"].causes == {"physics": 1, "planner": 2, "unknown": 1}
+    assert report.failures == {"on(…, …) does not hold": 1, "… tries": 2, "cut off": 1}
+    assert [each.name for each in report.worst(9)] == ["cut off", "gave up", "nothing", "lost", "well"]
+    asked = {each.name: each.worth_asking for each in report.episodes}
+    assert asked["gave up"] == "step_1(block_0)" and asked["lost"] == "go()" and asked["well"] == ""
+    page = report_page(report, "a report", 2, {"cut off": "episodes/001.html"})
+    assert page.count("✗") == 2 and 'href="episodes/001.html"' in page
+
+
+def test_first_divergences_are_counted_at_their_lines(tmp_path: Path) -> None:
+    report = Report()
+    end = End(ending=Ending.DONE, success=True)
+    right = made(tmp_path / "a", end, "achieved", "achieved", source="made.ntp:3")
+    for name, other in (
+        ("same", ("achieved", "achieved")),
+        ("one", ("achieved", "no path")),
+        ("two", ("no path",)),
+    ):
+        report.compare(name, compare(right, made(tmp_path / name, end, *other)))
+    assert report.compared == 3 and set(report.divergences) == {"made.ntp:3"}
+    assert report.divergences["made.ntp:3"].kinds == {"outcome": 2}
+    assert report.divergences["made.ntp:3"].episodes == ["one", "two"]
+    assert report.coverage.lines["made.ntp:3"].divergences == {"outcome": 2}
+
+
+def test_what_cannot_be_read_is_left_out_and_said(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copytree(folder / "learned", tmp_path / "learned")
+    (tmp_path / "learned" / "index.trace.jsonl").write_text("no trace\n")
+    (tmp_path / "against").mkdir()
+    words = ["trace", "report", str(tmp_path / "learned"), "--out", str(tmp_path / "out"), "--worst", "1"]
+    assert run([*words, "--against", str(tmp_path / "against")]) == 0
+    said = capsys.readouterr()
+    assert "skipped" in said.err and "is not compared" in said.err and "4 of 4 episodes" in said.out
+    assert run([*words, "--against", str(tmp_path / "nowhere")]) == 2
+    assert "is no folder" in capsys.readouterr().err
+
+
 def test_json_names_the_page_and_counts(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = folder / "again"
     capsys.readouterr()
     assert run(["trace", "report", str(folder / "learned"), "--out", str(out), "--worst", "0", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said == {"file": str(out / "index.html"), "episodes": 4, "succeeded": 4, "pages": 0}
-    assert [each.name for each in out.iterdir()] == ["index.html"]
+    assert sorted(each.name for each in out.iterdir()) == ["episodes", "index.html"]
+    assert not [*(out / "episodes").iterdir()]
 
 
 def test_two_folders_of_one_name_are_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,42 +2,78 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from browsing import Page, browser
 
 RUN = "run block_stacking few_placements --world kinematic --seed 3 --watch".split()
+SOON = 60  # [s] that a test waits for another process, at most
+
+Started = tuple[subprocess.Popen[str], str]
+
+
+def started(folder: Path, *words: str, typed: int = subprocess.DEVNULL) -> Started:
+    """Start a run; return the process, and the address of its page."""
+    said = folder / "said.txt"
+    with said.open("w", encoding="utf-8") as stream:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "ntp_dsl", *RUN, *words],
+            stdin=typed,
+            stdout=subprocess.DEVNULL,
+            stderr=stream,
+            text=True,
+        )
+    for _ in range(10 * SOON):
+        if found := re.search(r"http://\S+", said.read_text(encoding="utf-8")):
+            return process, found[0]
+        time.sleep(0.1)
+    process.kill()
+    raise AssertionError(said.read_text(encoding="utf-8"))
 
 
 @pytest.fixture
-def stepped() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run a task that waits at its first decision; return the process, and the address of its page."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ntp_dsl", *RUN, "--step"],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stderr is not None
-    said = iter(process.stderr.readline, "")
-    address = next(found[0] for line in said if (found := re.search(r"http://\S+", line)))
+def stepped(tmp_path: Path) -> Iterator[Started]:
+    """Run a task that waits at its first decision."""
+    process, address = started(tmp_path, "--step")
     yield process, address
     process.kill()
-    process.communicate()
+    process.wait(SOON)
 
 
 def wait_for(page: Page, text: str, selector: str = "#waiting") -> None:
     page.page.wait_for_selector(f"{selector}:has-text({text!r})")
 
 
-def test_a_run_is_stepped_from_its_page_to_its_end(stepped: tuple[subprocess.Popen[str], str]) -> None:
+def post(address: str, command: str) -> int:
+    """Return the status of a command to a run."""
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address + command, b"")) as answer:
+            return int(answer.status)
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def waits(address: str) -> None:
+    """Return when a run waits."""
+    for _ in range(10 * SOON):
+        with suppress(urllib.error.HTTPError), urllib.request.urlopen(f"{address}document") as answer:
+            if json.load(answer)["waits_for"]:
+                return
+        time.sleep(0.1)
+    raise AssertionError("the run does not wait")
+
+
+def test_a_run_is_stepped_from_its_page_to_its_end(stepped: Started) -> None:
     process, address = stepped
     with browser() as chromium:
         page = Page(chromium, address)
@@ -55,18 +91,46 @@ def test_a_run_is_stepped_from_its_page_to_its_end(stepped: tuple[subprocess.Pop
         assert page.page.locator("#live button:visible").count() == 1  # to follow
         assert page.messages == []
         page.close()
-    assert process.wait() == 0
+    assert process.wait(SOON) == 0
 
 
-def test_nobody_without_its_address_sees_or_steps_a_run(stepped: tuple[subprocess.Popen[str], str]) -> None:
+def test_a_run_that_is_only_watched_begins_with_its_first_page(tmp_path: Path) -> None:
+    process, address = started(tmp_path, typed=subprocess.PIPE)
+    with browser() as chromium:
+        assert process.poll() is None
+        page = Page(chromium, address)
+        wait_for(page, "the run is over")
+        assert page.text("#summary") == "learned: success" and page.page.locator(".row").count() > 10
+        page.close()
+    assert process.wait(SOON) == 0
+
+
+def test_without_a_page_a_typed_line_begins_it(tmp_path: Path) -> None:
+    process, _ = started(tmp_path, typed=subprocess.PIPE)
+    process.communicate("\n", timeout=SOON)
+    assert process.returncode == 0
+
+
+def test_nobody_without_its_address_sees_or_steps_a_run(stepped: Started) -> None:
     process, address = stepped
     root = address.rsplit("/", 2)[0]
+    waits(address)
     elsewhere = urllib.request.Request(f"{address}document", headers={"Host": "example.org"})
-    asked = [f"{root}/", f"{root}/document", elsewhere, urllib.request.Request(f"{root}/step", b"")]
-    for each in asked:
+    for each in (f"{root}/", f"{root}/document", elsewhere):
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(each)
+    assert post(f"{root}/", "step") == 404 and post(address, "quit") == 404
     assert process.poll() is None
-    for command in ("step", "go"):
-        urllib.request.urlopen(urllib.request.Request(address + command, b"")).close()
-    assert process.wait() == 0
+
+
+def test_a_run_goes_on_as_commands_say_and_they_are_refused_while_nothing_waits(tmp_path: Path) -> None:
+    process, address = started(tmp_path, "--break", "release", typed=subprocess.PIPE)
+    assert post(address, "step") == 409  # it has not begun
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
+    waits(address)
+    assert post(address, "go") == 200
+    waits(address)
+    process.communicate("c\n" * 9, timeout=SOON)
+    assert process.returncode == 0

@@ -50,7 +50,7 @@ def command(
     ] = 0,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the traces of trials that failed: LIBRARY_TASK_00000.trace.jsonl, …"),
+        typer.Option(help="Folder for the traces of trials that failed: LIBRARY.TASK_00000.trace.jsonl, …"),
     ] = None,
 ) -> int:
     """Check libraries, and report every error with its location.
@@ -132,7 +132,7 @@ class _Checks:
         diagnostics: dict[Diagnostic, None] = {}
         registries = [(path, _report(path, texts).checked()) for path in self.paths]
         traces = TrialTraces(out)
-        traces.check_free(registry.name for _, registry in registries)
+        traces.clear(registry.name for _, registry in registries)
         with progress("simulating", None) as bar:
             for path, checked in registries:
                 registry = with_python(checked) if self._execute else checked

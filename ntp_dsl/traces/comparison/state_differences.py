@@ -16,8 +16,8 @@ HAND = "the hand"
 
 
 @dataclass(frozen=True)
-class Apart:
-    """An object, or the hand, that is elsewhere in the second state."""
+class Displacement:
+    """How far an object, or the hand, is off in the second state."""
 
     name: str
     offset: Vector  # from the first state to the second, world frame [m]
@@ -41,7 +41,7 @@ class Apart:
 class StateDifferences:
     """What differs between two states, A and B."""
 
-    apart: tuple[Apart, ...]  # the farthest first
+    apart: tuple[Displacement, ...]  # the farthest first
     only_in_a: tuple[str, ...] = ()
     only_in_b: tuple[str, ...] = ()
     hand_closed: str = ""  # "A" or "B" where the hand is closed in one alone
@@ -74,7 +74,7 @@ def state_differences(a: Observation | None, b: Observation | None) -> StateDiff
         return None
     both = [(HAND, a.gripper, b.gripper)]
     both += [(name, at, b.positions[name]) for name, at in a.positions.items() if name in b.positions]
-    apart = [Apart(name, (q[0] - p[0], q[1] - p[1], q[2] - p[2])) for name, p, q in both]
+    apart = [Displacement(name, (q[0] - p[0], q[1] - p[1], q[2] - p[2])) for name, p, q in both]
     return StateDifferences(
         tuple(sorted(apart, key=lambda each: -each.distance)),
         tuple(name for name in a.positions if name not in b.positions),

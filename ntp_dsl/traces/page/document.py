@@ -143,3 +143,4 @@ class PageDocument(Struct, frozen=True):
     frames: int
     demonstration: PageDemonstration
     goes_on: bool = False  # a run that is not over
+    waits_for: str = ""  # the decision before which it waits

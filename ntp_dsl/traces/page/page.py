@@ -7,6 +7,7 @@ content security policy permits this script and this style alone, by their hashe
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64encode
 from hashlib import sha256
 from html import escape
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.text import printable
 from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 PARTS = Path(__file__).parent / "viewer"
 SCRIPTS = ("model.js", "tree.js", "detail.js", "scene.js", "timeline.js", "main.js")
 LIVE = (*SCRIPTS, "live.js")  # of a run that goes on
+PLACE = re.compile(r"\{(policy|title|style|script|data)\}")  # of a part of the page
 
 
 def page(
@@ -54,8 +57,21 @@ def page(
 
 def live_page(trace: Trace, folder: Path, demonstration: Demonstration | None) -> str:
     """Return the page of a run that goes on, which may ask for what lies beside it, such as `events`."""
-    document = page_document(compare(trace, trace), (folder,), demonstration, goes_on=True)
+    document = live_document(trace, folder, demonstration, waits_for="", goes_on=True)
     return _render(trace.header.task, document, LIVE, "connect-src 'self'; ")
+
+
+def live_document(
+    trace: Trace, folder: Path, demonstration: Demonstration | None, waits_for: str, goes_on: bool
+) -> PageDocument:
+    """Return what the page of a run shows.
+
+    Args:
+        waits_for: the decision before which it waits, as text; empty where it does not wait.
+        goes_on: it is not over.
+    """
+    document = page_document(compare(trace, trace), (folder,), demonstration, goes_on)
+    return with_fields(document, waits_for=waits_for)
 
 
 def encoded(document: PageDocument) -> str:
@@ -102,12 +118,14 @@ def _render(title: str, document: PageDocument, scripts: tuple[str, ...] = SCRIP
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     text = (PARTS / "page.html").read_text(encoding="utf-8")
-    parts = {"policy": policy, "title": escape(title or "a trace"), "style": style, "script": script}
-    for name, part in parts.items():
-        text = text.replace(f"{{{name}}}", part)
-    return text.replace(
-        "{data}", encoded(document).replace("<", "\\u003c")
-    )  # so that no tag can end the block
+    parts = {
+        "policy": policy,
+        "title": escape(title or "a trace"),
+        "style": style,
+        "script": script,
+        "data": encoded(document).replace("<", "\\u003c"),  # so that no tag can end the block
+    }
+    return PLACE.sub(lambda found: parts[found[1]], text)
 
 
 def _hash(text: str) -> str:

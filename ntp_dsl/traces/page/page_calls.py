@@ -33,6 +33,7 @@ class Texts:
 
     @property
     def all(self) -> list[str]:
+        """Return the texts by their numbers."""
         return list(self._numbers)
 
 

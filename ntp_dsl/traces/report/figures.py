@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ntp_dsl.common.proportions import wilson
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.coverage import Coverage
-from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.explanation import interesting
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.report.reliability import Reliability
@@ -32,7 +30,7 @@ class EpisodeRow:
     said: str  # the ending or the verdict, in words
     confidence: float | None
     least: float | None  # of its decisions' probabilities
-    failed_call: str  # the first, innermost
+    worth_asking: str  # the call that `ntp trace explain` explains; empty for a success
 
 
 @dataclass
@@ -84,7 +82,7 @@ class Report:
             self.failures[NUMBERED.sub("…", row.said)] += 1
         if row.confidence is not None:
             self.confidence.add(row.confidence, row.success)
-        for decision in _decisions(trace):
+        for decision in trace.decisions():
             for fact in decision.facts:
                 if fact.truth is not None and trace.is_learned:
                     self.facts[fact.fact.partition("(")[0]].add(fact.probability, fact.truth)
@@ -101,6 +99,7 @@ class Report:
 
     @property
     def succeeded(self) -> int:
+        """Return the number of episodes that did."""
         return sum(each.success for each in self.episodes)
 
     def worst(self, count: int) -> list[EpisodeRow]:
@@ -125,12 +124,5 @@ def _row(name: str, trace: Trace) -> EpisodeRow:
         said="cut off" if end is None else end.verdict or end.reason or str(end.ending),
         confidence=None if end is None else end.confidence,
         least=None if end is None else end.least,
-        failed_call="" if failed is None else format_call(failed),
+        worth_asking="" if failed is None else format_call(failed),
     )
-
-
-def _decisions(trace: Trace) -> Iterator[Decision]:
-    for call in trace.calls:
-        yield call.decision
-        if call.return_decision is not None:
-            yield call.return_decision

@@ -46,6 +46,7 @@ class Reliability:
 
     @property
     def count(self) -> int:
+        """Return the number of probabilities."""
         return sum(each.count for each in self.bins)
 
     @property

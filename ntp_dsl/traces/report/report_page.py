@@ -12,7 +12,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.parsing.parser import parse
-from ntp_dsl.language.syntax.nodes import Call, ProgramDeclaration
+from ntp_dsl.language.syntax.nodes import ProgramDeclaration
+from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.traces.coverage import Line
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.reliability import Reliability
@@ -89,8 +90,5 @@ def _statements(text: str) -> set[int]:
     for program in library.declarations:
         if isinstance(program, ProgramDeclaration):
             found.add(program.span.line)
-            for statement in program.body:
-                while not isinstance(statement, Call):
-                    statement = statement.body
-                found.add(statement.span.line)
+            found |= {innermost(each).span.line for each in program.body}
     return found

@@ -12,14 +12,13 @@ from rich.text import Text
 
 from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.options import Json
-from ntp_dsl.cli.trace_folders import traces_in
+from ntp_dsl.cli.trace_folders import readable, reference, traces_in
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.coverage import Coverage, Line
-from ntp_dsl.traces.reader import Unstarted, read_trace
 from ntp_dsl.traces.sources import library_sources
 
 
@@ -96,20 +95,13 @@ def _covered(files: list[Path], against: Path | None) -> Coverage:
 
 
 def _count(covered: Coverage, file: Path, against: Path | None) -> None:
-    """Count a trace; one that was killed before its first line is named and skipped."""
-    try:
-        trace = read_trace(file)
-        other = against / file.name if against is not None else None
-        if other is not None and not other.is_file():
-            messages.print(f"{other} is not there: {file.name} is not compared")
-            other = None
-        reference = read_trace(other) if other is not None else None
-    except Unstarted as error:
-        messages.print(f"skipped {error}")
+    """Count a trace; one that cannot be read, or was killed before its first line, is named and skipped."""
+    trace = readable(file)
+    if trace is None:
         return
     covered.add(trace)
-    if reference is not None:
-        covered.compare(compare(reference, trace))
+    if (other := reference(file, against)) is not None:
+        covered.compare(compare(other, trace))
 
 
 def _statements(registry: Registry) -> set[str]:

@@ -135,8 +135,9 @@ def _paragraph(comparison: Comparison, divergence: Divergence, title: str) -> It
         yield Text(f"      {confidence}", style="dim")
     if apart := str(divergence.states or ""):
         yield Text(f"      the states differ: {apart}", style="dim")
-    if divergence.b is not None and (why := brief(comparison.b.calls[divergence.b])):
-        yield Text(f"      B decided so {why}", style="dim")
+    decides = divergence.kind is not DivergenceKind.OUTCOME
+    if decides and divergence.b is not None and (why := brief(comparison.b.calls[divergence.b])):
+        yield Text(f"      B's reasons: {why}", style="dim")
     a, b = followed(comparison, divergence)
     if a or b:
         yield Text(f"      not shown: the {a} following calls of A, {b} of B", style="dim")

@@ -28,8 +28,8 @@ def command(
     call: Annotated[
         str | None,
         typer.Argument(
-            help="A call's number, its name, or the call as `ntp trace show` prints it; by default what the "
-            "episode came to, and the call that one would ask about."
+            help="A call's number, its name, or the call as `ntp trace show` prints it; by default how the "
+            "episode ended, and the call that one would ask about."
         ),
     ] = None,
     json: Json = False,
@@ -38,7 +38,7 @@ def command(
 
     That is: which facts its caller saw, and which of them wrongly; which statement was due and what it
     lacked; what was read from the demonstration; and how the call ended. Without a call, it begins with
-    what the episode came to: the verdict, what was called again and again, which primitives did not achieve
+    how the episode ended: the verdict, what was called again and again, which primitives did not achieve
     what they are to, and how many decisions rest on a fact that was seen wrongly.
 
     Example: ntp trace explain runs/episode_00000.trace.jsonl "grasp(block_3)"

@@ -7,22 +7,21 @@ from typing import Annotated
 
 import typer
 
-from ntp_dsl.cli.display import answers, messages, print_json, progress
+from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.options import Json
-from ntp_dsl.cli.trace_folders import demonstration_file, traces_in
+from ntp_dsl.cli.trace_folders import demonstration_file, readable, reference, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
-from ntp_dsl.traces.reader import Unstarted, read_trace
+from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.report_page import report_page
-from ntp_dsl.traces.trace import Trace
 
 INDEX = "index.html"
+PAGES = "episodes"  # folder of their pages, numbered as the report lists them
 
 
 def command(
@@ -51,9 +50,9 @@ def command(
             bar.advance()
     if not report.episodes:
         raise NtpError("expected traces with at least a first line, found none; run the episodes again")
-    out.mkdir(parents=True, exist_ok=True)
+    (out / PAGES).mkdir(parents=True, exist_ok=True)
     listed = report.worst(worst)
-    pages = {row.name: f"{row.name.replace('/', '_')}.html" for row in listed}
+    pages = {row.name: f"{PAGES}/{place:03d}.html" for place, row in enumerate(listed, 1)}
     with progress("writing pages", len(listed)) as bar:
         for row in listed:
             _write(out / pages[row.name], _page(files[row.name], against))
@@ -89,36 +88,21 @@ def _named(folders: list[Path]) -> list[tuple[str, Path]]:
 
 
 def _count(report: Report, name: str, file: Path, against: Path | None) -> None:
-    try:
-        trace = read_trace(file)
-    except Unstarted as error:
-        messages.print(f"skipped {error}")
+    trace = readable(file)
+    if trace is None:
         return
     report.add(name, trace)
-    comparison = _comparison(trace, file, against)
-    if comparison is not None:
-        report.compare(name, comparison)
-
-
-def _comparison(trace: Trace, file: Path, against: Path | None) -> Comparison | None:
-    """Return the comparison with the trace of the same name; None where there is none."""
-    other = None if against is None else against / file.name
-    if other is None:
-        return None
-    if not other.is_file():
-        messages.print(f"{other} is not there: {file.name} is not compared")
-        return None
-    return compare(read_trace(other), trace)
+    if (other := reference(file, against)) is not None:
+        report.compare(name, compare(other, trace))
 
 
 def _page(file: Path, against: Path | None) -> str:
+    """Return the page of an episode, beside its reference where there is one."""
     trace = read_trace(file)
-    other = None if against is None else against / file.name
-    compared = other is not None and other.is_file()
-    reference = read_trace(other) if other is not None and compared else trace
-    folders = (other.parent if other is not None and compared else file.parent, file.parent)
+    other = reference(file, against)
     shown = demonstration_file(trace, file)
-    return page(compare(reference, trace), folders, read_demonstration(shown) if shown else None)
+    folders = (file.parent if against is None or other is None else against, file.parent)
+    return page(compare(other or trace, trace), folders, read_demonstration(shown) if shown else None)
 
 
 def _write(path: Path, text: str) -> None:

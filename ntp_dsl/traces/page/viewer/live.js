@@ -1,7 +1,6 @@
 // Follows a run as it happens: the page asks for the document again whenever the trace has grown.
 
 let isFollowed = true; // whether the newest call is chosen
-let isOver = false;
 let isWanted = false; // a newer document
 let isFetching = false;
 
@@ -28,7 +27,7 @@ Object.assign(KEYS, { s: () => post("step"), o: () => post("over"), c: () => pos
 function setFollowed(value) {
   isFollowed = value;
   follow.setAttribute("aria-pressed", value);
-  if (value) reveal(page.rows.length - 1);
+  if (value && page.rows.length) reveal(page.rows.length - 1);
 }
 
 // One fetch at a time, so that an older document never comes after a newer one.
@@ -49,24 +48,27 @@ async function refresh() {
 async function fetchOnce() {
   const answer = await fetch("document");
   if (!answer.ok) return;
-  const { document: fresh, waits_for: reason, is_over: over } = await answer.json();
-  Object.assign(page, fresh);
-  isOver = over;
-  waiting.textContent = over ? "the run is over" : reason ? `waits before: ${reason}` : "running";
-  for (const button of STEPS) button.hidden = !reason;
+  Object.assign(page, await answer.json());
+  waiting.textContent = !page.goes_on ? "the run is over" : page.waits_for ? `waits before: ${page.waits_for}` : "running";
+  for (const button of STEPS) button.hidden = !page.waits_for;
   drawWhole();
+  if (!page.rows.length) return;
   updateVisible();
   if (isFollowed) reveal(page.rows.length - 1);
   else notify("row");
 }
 
-byId("tree").addEventListener("keydown", (event) => {
-  if (isFollowed && /^(Arrow|Page|Home|End)/.test(event.key)) setFollowed(false);
+document.addEventListener("keydown", (event) => {
+  if (isFollowed && /^(Arrow|Page|Home|End|n$|p$|\/$)/.test(event.key)) setFollowed(false);
 });
 byId("tree").addEventListener("click", () => setFollowed(false));
 setFollowed(true);
 const stream = new EventSource("events");
 stream.addEventListener("message", refresh);
 stream.addEventListener("error", () => {
-  if (isOver) stream.close();
+  stream.close();
+  if (page.goes_on) waiting.textContent = "the connection to the run is lost";
 });
+for (const [key, meaning] of [["s o c", "step, over, continue"], ["f", "follow the newest call"]]) {
+  document.querySelector("#keys dl").append(element("dt", {}, key), element("dd", {}, meaning));
+}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import secrets
 import sys
 from collections.abc import Iterator
@@ -12,44 +11,53 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from queue import Queue
 from threading import Condition, Thread
+from time import perf_counter
 from typing import Any
 
 from ntp_dsl.cli.display import messages
 from ntp_dsl.cli.trace_folders import demonstration_file
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.traces.comparison.divergence import compare
-from ntp_dsl.traces.page.page import encoded, live_page, page_document
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.traces.page.page import encoded, live_document, live_page
 from ntp_dsl.traces.reader import Unstarted, read_trace
 from ntp_dsl.traces.trace import Trace
 
 HERE = "127.0.0.1"
-LOOKS = 0.3  # [s] between two looks at the trace
-FAREWELL = 5.0  # [s] that a page has for fetching the end
+POLL_INTERVAL = 0.3  # [s] between two looks at the trace, at least
+SHARE = 5  # times that a document took to make, between two of them: so that it costs the run little
+DRAIN_TIMEOUT = 5.0  # [s] that pages have for fetching the end
 LINES = {"step": "\n", "over": "o\n", "go": "c\n"}  # of the page's buttons, as if typed at the terminal
 NOT_YET = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="1">
 <title>ntp run</title><p>The run has not begun; this page looks again every second."""
 
 
-class Watched:
+class LiveRun:
     """A run that pages show: its trace, what it waits for, and the lines that say how to go on."""
 
     def __init__(self, trace: Path) -> None:
         self._path = trace
         self._lines: Queue[str] = Queue()
+        self._changed = Condition()  # guards all below
         self._waits_for = ""
-        self._is_over = False
+        self._has_begun = self._is_over = False
         self._changes = 0
-        self._changed = Condition()
-        self._pages = 0  # that follow it
-        self._farewells = 0  # pages that have fetched the end
+        self._pages = self._pages_served = 0  # that follow it; that have fetched the end
+        self._cost = 0.0  # [s] of the last document
 
     # The run's side ---------------------------------------------------------------------------
 
-    def wait_for(self, text: str) -> None:
+    def begin(self) -> None:
+        """Return when the first page has opened, or a line was typed, or nobody can type."""
+        Thread(target=self._listen, daemon=True).start()
+        with self._changed:
+            self._changed.wait_for(lambda: self._has_begun or self._pages)
+            self._has_begun = True
+
+    def announce(self, waits_for: str) -> None:
         """Show what the run waits for; nothing, where the text is empty."""
         with self._changed:
-            self._waits_for = text
+            self._waits_for = waits_for
             self._changes += 1
             self._changed.notify_all()
 
@@ -57,65 +65,86 @@ class Watched:
         """Return the next line that was typed at the terminal, or chosen on a page."""
         return self._lines.get()
 
-    def listen(self) -> None:
-        """Pass on what is typed, to the end of the input."""
-        while line := sys.stdin.readline():
-            self._lines.put(line)
-        if sys.stdin.isatty():
-            self._lines.put("")  # else a page may still say how to go on
-
     def end(self) -> None:
         """Let the pages fetch the end."""
         with self._changed:
             self._is_over = True
             self._changed.notify_all()
             pages = self._pages
-            self._changed.wait_for(lambda: self._farewells >= pages, FAREWELL)
+            self._changed.wait_for(lambda: self._pages_served >= pages, DRAIN_TIMEOUT)
+
+    def _listen(self) -> None:
+        """Pass on what is typed, to the end of the input; the first line may begin the run."""
+        while line := sys.stdin.readline():
+            if self._begins():
+                continue
+            self._lines.put(line)
+        self._begins()
+        if sys.stdin.isatty():
+            self._lines.put("")  # else a page may still say how to go on
+
+    def _begins(self) -> bool:
+        with self._changed:
+            begins, self._has_begun = not self._has_begun, True
+            self._changed.notify_all()
+        return begins
 
     # The pages' side --------------------------------------------------------------------------
 
-    def put(self, line: str) -> None:
-        """Go on as a page says."""
+    def submit(self, line: str) -> bool:
+        """Go on as a page says; return False where the run does not wait."""
+        with self._changed:
+            if not self._waits_for:
+                return False
+            self._waits_for = ""
         self._lines.put(line)
+        return True
 
     def versions(self) -> Iterator[int]:
         """Yield a number whenever there is something new, the last one at the run's end."""
         with self._changed:
             self._pages += 1
+            self._changed.notify_all()
         try:
-            told = None
+            last = None
             while True:
-                over = self._is_over
-                now = self._changes, over, self._path.stat().st_size if self._path.is_file() else 0
-                if now != told:
-                    told = now
-                    yield self._changes
+                with self._changed:
+                    changes, over = self._changes, self._is_over
+                now = changes, over, self._path.stat().st_size if self._path.is_file() else 0
+                if now != last:
+                    last = now
+                    yield changes
                 if over:
                     return
                 with self._changed:
-                    self._changed.wait(LOOKS)
+                    self._changed.wait(max(POLL_INTERVAL, SHARE * self._cost))
         finally:
             with self._changed:
                 self._pages -= 1
-
-    def fetched(self) -> None:
-        """Note that a page has what was new."""
-        with self._changed:
-            self._farewells += self._is_over
-            self._changed.notify_all()
 
     def page(self) -> str:
         """Return the page of what there is so far. Raises `Unstarted` where that is nothing."""
         trace, shown = self._read()
         return live_page(trace, self._path.parent, shown)
 
-    def document(self) -> str:
-        """Return what the page is to show now, as JSON. Raises `Unstarted` as `page` does."""
+    def document(self) -> tuple[str, bool]:
+        """Return what the page is to show now, as JSON, and whether that is the end.
+
+        Raises `Unstarted` as `page` does.
+        """
+        with self._changed:
+            waits_for, over = self._waits_for, self._is_over
+        started = perf_counter()
         trace, shown = self._read()
-        goes_on = not self._is_over
-        whole = encoded(page_document(compare(trace, trace), (self._path.parent,), shown, goes_on))
-        told = {"waits_for": self._waits_for, "is_over": self._is_over}
-        return f'{{"document":{whole},{json.dumps(told)[1:]}'
+        text = encoded(live_document(trace, self._path.parent, shown, waits_for, goes_on=not over))
+        self._cost = perf_counter() - started
+        return text, over
+
+    def served(self, is_end: bool) -> None:
+        """Note that a page has fetched a document."""
+        with self._changed:
+            self._pages_served += is_end
+            self._changed.notify_all()
 
     def _read(self) -> tuple[Trace, Demonstration | None]:
         trace = read_trace(self._path)
@@ -124,13 +153,13 @@ class Watched:
 
 
 @contextmanager
-def watched(trace: Path) -> Iterator[Watched]:
+def live(trace: Path) -> Iterator[LiveRun]:
     """Serve pages of a run while it goes on, at an address that nobody can guess."""
-    run = Watched(trace)
+    run = LiveRun(trace)
     server = ThreadingHTTPServer((HERE, 0), _handler(run, token := secrets.token_urlsafe(12)))
     server.daemon_threads = True
     Thread(target=server.serve_forever, daemon=True).start()
-    messages.print(f"watch it at http://{HERE}:{server.server_port}/{token}/")
+    messages.print(f"watch it at http://{HERE}:{server.server_port}/{token}/ (Enter begins without a page)")
     try:
         yield run
     finally:
@@ -139,7 +168,7 @@ def watched(trace: Path) -> Iterator[Watched]:
         server.server_close()
 
 
-def _handler(run: Watched, token: str) -> type[BaseHTTPRequestHandler]:
+def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
     """Return what answers requests; without the token, nothing is found."""
 
     class Handler(BaseHTTPRequestHandler):
@@ -151,8 +180,9 @@ def _handler(run: Watched, token: str) -> type[BaseHTTPRequestHandler]:
                     case "":
                         self._send(run.page(), "text/html")
                     case "document":
-                        self._send(run.document(), "application/json")
-                        run.fetched()
+                        text, is_end = run.document()
+                        self._send(text, "application/json")
+                        run.served(is_end)
                     case "events":
                         self._stream()
                     case _:
@@ -162,14 +192,19 @@ def _handler(run: Watched, token: str) -> type[BaseHTTPRequestHandler]:
                     self._refuse()
                 else:
                     self._send(NOT_YET, "text/html")
+            except NtpError:  # a line that is being written
+                self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
+            except ConnectionError:
+                self.close_connection = True  # the page was closed
 
         def do_POST(self) -> None:
             line = LINES.get(self._asked() or "")
             if line is None:
                 self._refuse()
-                return
-            run.put(line)
-            self._send("", "text/plain")
+            elif run.submit(line):
+                self._send("", "text/plain")
+            else:
+                self._refuse(HTTPStatus.CONFLICT)
 
         def log_message(self, format: str, *args: Any) -> None:
             """Leave the terminal to the run."""
@@ -190,8 +225,8 @@ def _handler(run: Watched, token: str) -> type[BaseHTTPRequestHandler]:
             self.end_headers()
             self.wfile.write(content)
 
-        def _refuse(self) -> None:
-            self.send_error(HTTPStatus.NOT_FOUND)
+        def _refuse(self, status: HTTPStatus = HTTPStatus.NOT_FOUND) -> None:
+            self.send_error(status)
 
         def _stream(self) -> None:
             self.send_response(HTTPStatus.OK)
