@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import counted
@@ -66,21 +66,28 @@ def readable(file: Path) -> Trace | None:
         return None
 
 
-def summary(file: Path) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Summary:
+    """A trace in a line."""
+
+    file: str
+    calls: int
+    ending: str
+    success: bool | None = None  # None where it was not judged
+    attributed_to: str = ""  # of a failure, as the next
+    verdict: str = ""
+
+
+def summary(file: Path) -> Summary:
     """Return a trace's name, number of calls and ending; of a damaged one, that it is none."""
     try:
         trace = read_trace(file)
     except NtpError:
-        return {"file": file.name, "calls": 0, "ending": "unreadable"}
-    end = trace.end
-    row = {
-        "file": file.name,
-        "calls": len(trace.calls),
-        "ending": "cut off" if end is None else str(end.ending),
-    }
-    if end is not None and end.success is False:
-        row |= {"attributed_to": end.attributed_to or "", "verdict": end.verdict}
-    return row
+        return Summary(file.name, 0, "unreadable")
+    end, calls = trace.end, len(trace.calls)
+    if end is None:
+        return Summary(file.name, calls, "cut off")
+    return Summary(file.name, calls, str(end.ending), end.success, str(end.attributed_to or ""), end.verdict)
 
 
 def demonstration_file(trace: Trace, file: Path) -> Path | None:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-from base64 import b64encode
-from hashlib import sha256
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +29,7 @@ from ntp_dsl.traces.page.document import (
     PageTrace,
 )
 from ntp_dsl.traces.page.page_calls import Texts, page_call
+from ntp_dsl.traces.page.page_parts import content_hash, joined
 from ntp_dsl.traces.page.page_rows import page_rows
 from ntp_dsl.traces.page.page_scene import demonstrated_scene, episode_scene
 from ntp_dsl.traces.phrases import format_call, format_invocation, format_scope, headline
@@ -111,12 +110,9 @@ def page_document(
 
 
 def _render(title: str, document: PageDocument, scripts: tuple[str, ...] = SCRIPTS, network: str = "") -> str:
-    style = (PARTS / "page.css").read_text(encoding="utf-8")
-    script = "\n".join((PARTS / name).read_text(encoding="utf-8") for name in scripts)
-    policy = (
-        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; {network}"
-        "img-src data:; base-uri 'none'; form-action 'none'"
-    )
+    style, script = joined(PARTS, ("palette.css", "page.css")), joined(PARTS, scripts)
+    hashes = f"script-src '{content_hash(script)}'; style-src '{content_hash(style)}'"
+    policy = f"default-src 'none'; {hashes}; {network}img-src data:; base-uri 'none'; form-action 'none'"
     text = (PARTS / "page.html").read_text(encoding="utf-8")
     parts = {
         "policy": policy,
@@ -126,10 +122,6 @@ def _render(title: str, document: PageDocument, scripts: tuple[str, ...] = SCRIP
         "data": encoded(document).replace("<", "\\u003c"),  # so that no tag can end the block
     }
     return PLACE.sub(lambda found: parts[found[1]], text)
-
-
-def _hash(text: str) -> str:
-    return "sha256-" + b64encode(sha256(text.encode()).digest()).decode()
 
 
 def verdict(trace: Trace, goes_on: bool = False) -> str:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -15,10 +13,12 @@ from ntp_dsl.language.parsing.parser import parse
 from ntp_dsl.language.syntax.nodes import ProgramDeclaration
 from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.traces.coverage import Line
+from ntp_dsl.traces.page.page_parts import content_hash, joined
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.reliability import Reliability
 
 PARTS = Path(__file__).parent
+VIEWER = PARTS.parent / "page" / "viewer"
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,13 @@ def report_page(report: Report, title: str, worst: int, pages: Mapping[str, str]
         worst: number of episodes to list.
         pages: name of an episode -> address of its own page, where there is one.
     """
-    style = (PARTS / "report.css").read_text(encoding="utf-8")
-    style_hash = "sha256-" + b64encode(sha256(style.encode()).digest()).decode()
+    style = joined(VIEWER, ["palette.css"]) + joined(PARTS, ["report.css"])
     environment = Environment(loader=FileSystemLoader(PARTS), autoescape=True, undefined=StrictUndefined)
     environment.trim_blocks = environment.lstrip_blocks = True
     return environment.get_template("report.html").render(
         title=title,
         style=style,
-        policy=f"default-src 'none'; style-src '{style_hash}'; base-uri 'none'; form-action 'none'",
+        policy=f"default-src 'none'; style-src '{content_hash(style)}'; base-uri 'none'; form-action 'none'",
         report=report,
         causes=_causes(report),
         episodes=report.worst(worst),

@@ -91,8 +91,9 @@ def _show_folder(folder: Path, json: bool) -> None:
         print_json(rows)
         return
     for row in rows:
-        failed = f"; failed ({row['attributed_to']}): {row['verdict']}" if "verdict" in row else ""
-        text = printable(f"{row['file']}  {counted(row['calls'], 'call')}  {row['ending']}{failed}")
+        cause = f" ({row.attributed_to})" if row.attributed_to else ""
+        failed = f"; failed{cause}: {row.verdict}" if row.success is False else ""
+        text = printable(f"{row.file}  {counted(row.calls, 'call')}  {row.ending}{failed}")
         answers.print(Text(text, style="red" if failed else ""))
 
 
