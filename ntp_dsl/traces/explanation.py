@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
+from ntp_dsl.traces.aftermath import aftermath, never_made_good
 from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import (
@@ -51,15 +52,20 @@ def brief(call: Call) -> str:
 def interesting(trace: Trace) -> Call | None:
     """Return the call that one would ask about.
 
-    Of a run that says that it is done and is not, that is the task's program, which read what to do; of any
-    other that failed, the last call that failed or did not achieve what it is to, innermost, as earlier ones
-    were made good. Of a run that succeeded it is the first that failed, or else the least probable.
+    Of a run that says that it is done and is not, that is the task's program, which read what to do. Of any
+    other that failed, it is the last primitive that went wrong and was not made good, one that nothing
+    disturbed if there is one, or else the last call that failed, innermost. Of a run that succeeded it is the
+    first that failed, or else the least probable.
     """
     failed = [call for call in trace.calls if _went_wrong(trace, call)]
     end = trace.end
     if end is not None and end.success is False:
         roots = trace.children(ROOT)
-        return roots[-1] if roots and (end.ending is Ending.DONE or not failed) else failed[-1]
+        if roots and (end.ending is Ending.DONE or not failed):
+            return roots[-1]
+        bad = [each for each in never_made_good(trace) if aftermath(trace, each)]
+        undisturbed = [each for each in bad if not each.execution.disturbances]
+        return (undisturbed or bad or never_made_good(trace) or failed)[-1]
     if failed:
         return failed[0]
     made = [call for call in trace.calls if call.parent != ROOT]
@@ -91,7 +97,7 @@ def _reasons(trace: Trace, call: Call) -> Iterator[str]:
     if not decision.facts and not decision.statements and not decision.scripted:
         yield "The trace does not say what that rested on."
     yield from _seen(decision)
-    yield from _statements(decision.statements)
+    yield from _statements(trace, trace.calls[call.parent].name, decision.statements)
     if decision.scripted:
         yield "A function in Python decided."
     if decision.answer is not None:
@@ -146,8 +152,8 @@ def _facts(facts: Sequence[FactProbability]) -> str:
     )
 
 
-def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
-    """Yield what became of each statement of the caller: those that were due first."""
+def _statements(trace: Trace, program: str, statements: Sequence[StatementStatus]) -> Iterator[str]:
+    """Yield what became of each statement of a program: those that were due first."""
     for status, words in (
         (Status.DUE, "Due"),
         (Status.VAIN, "In vain, as it would return at once"),
@@ -157,14 +163,19 @@ def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
     ):
         those = [each for each in statements if each.status is status]
         if those:
+            named = [_named(trace, program, each) for each in those[:MOST]]
             more = [f"{len(those) - MOST} more"] if len(those) > MOST else []
-            yield f"{words}: {'; '.join([*map(_named, those[:MOST]), *more])}."
+            yield f"{words}: {'; '.join([*named, *more])}."
 
 
-def _named(each: StatementStatus) -> str:
+def _named(trace: Trace, program: str, each: StatementStatus) -> str:
+    from ntp_dsl.traces.library_text import statement_text  # the parser, which few explanations need
+
     text = f"line {each.line}"
     if each.callee:
         text += f" {format_invocation(each.callee, each.arguments)}"
+    elif written := statement_text(trace, program, each.line):
+        text += f" {written}"
     if each.status is Status.DUE and each.lacks:
         text += f", which lacked {_listed(each.lacks[:MOST])}"
     return text
@@ -195,6 +206,8 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
     if call.execution.unmet:
         yield f"But {_listed(call.execution.unmet[:MOST])}, which it is to achieve, did not hold in truth."
+    if where := aftermath(trace, call):
+        yield f"Seen afterwards: {where}."
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
@@ -210,7 +223,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         if returned.reason:
             yield f"Its reason: {returned.reason}."
         yield from _seen(returned)
-        yield from _statements(returned.statements)
+        yield from _statements(trace, call.name, returned.statements)
         if returned.asked is not None:
             yield f"Somebody was asked: {format_asked(returned.asked)}."
 

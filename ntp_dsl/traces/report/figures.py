@@ -32,7 +32,7 @@ class EpisodeRow:
     said: str  # the ending or the verdict, in words
     confidence: float | None
     least: float | None  # of its decisions' probabilities
-    failed_call: str  # the first, innermost
+    failed_call: str  # that one would ask about
 
 
 @dataclass
