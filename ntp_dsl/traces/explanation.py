@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
+from ntp_dsl.traces.aftermath import aftermath, never_made_good
 from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import (
@@ -24,6 +26,7 @@ from ntp_dsl.traces.trace import Trace
 
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
 LONG = 300  # characters of a measurement
+Quoted = Callable[[int], str]  # the text of a statement at a line; empty where it is unknown
 SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
 
 
@@ -40,7 +43,7 @@ def explanation(trace: Trace, call: Call) -> list[str]:
 
 def reasons(decision: Decision) -> list[str]:
     """Return what a decision rests on, as sentences: the facts that it saw, and what was due."""
-    return [*_seen(decision), *_statements(decision.statements)] or ["The policy does not say."]
+    return [*_seen(decision), *_statements(decision.statements, _unquoted)] or ["The policy does not say."]
 
 
 def brief(call: Call) -> str:
@@ -56,9 +59,10 @@ def brief(call: Call) -> str:
 def interesting(trace: Trace) -> Call | None:
     """Return the call that one would ask about.
 
-    Of a run that says that it is done and is not, that is the task's program, which read what to do; of any
-    other that failed, the last call that failed or did not achieve what it is to, innermost, as earlier ones
-    were made good. Of a run that succeeded it is the first that failed, or else the least probable.
+    Of a run that says that it is done and is not, that is the task's program, which read what to do. Of any
+    other that failed, it is the last primitive that went wrong and was not made good, one that nothing
+    disturbed if there is one, or else the last call that failed, innermost. Of a run that succeeded it is the
+    first that failed, or else the least probable.
     """
     failed = [call for call in trace.calls if _went_wrong(trace, call)]
     end = trace.end
@@ -66,7 +70,9 @@ def interesting(trace: Trace) -> Call | None:
         roots = trace.children(ROOT)
         if not failed or end.ending is Ending.DONE:
             return roots[-1] if roots else None
-        return failed[-1]
+        bad = [each for each in never_made_good(trace) if aftermath(trace, each)]
+        undisturbed = [each for each in bad if not each.execution.disturbances]
+        return (undisturbed or bad or never_made_good(trace) or failed)[-1]
     if failed:
         return failed[0]
     made = [call for call in trace.calls if call.parent != ROOT]
@@ -102,7 +108,7 @@ def _reasons(trace: Trace, call: Call) -> Iterator[str]:
     if not decision.facts and not decision.statements and not decision.scripted:
         yield "The trace does not say what that rested on."
     yield from _seen(decision)
-    yield from _statements(decision.statements)
+    yield from _statements(decision.statements, _of(trace, trace.calls[call.parent].name))
     if decision.scripted:
         yield "A function in Python decided."
     if decision.answer is not None:
@@ -157,8 +163,8 @@ def _facts(facts: Sequence[FactProbability]) -> str:
     )
 
 
-def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
-    """Yield what became of each statement of the caller: those that were due first."""
+def _statements(statements: Sequence[StatementStatus], quoted: Quoted) -> Iterator[str]:
+    """Yield what became of each statement of a program: those that were due first."""
     for status, words in (
         (Status.DUE, "Due"),
         (Status.VAIN, "Would do nothing"),
@@ -168,17 +174,31 @@ def _statements(statements: Sequence[StatementStatus]) -> Iterator[str]:
     ):
         those = [each for each in statements if each.status is status]
         if those:
+            named = [_named(each, quoted) for each in those[:MOST]]
             more = [f"{len(those) - MOST} more"] if len(those) > MOST else []
-            yield f"{words}: {'; '.join([*map(_named, those[:MOST]), *more])}."
+            yield f"{words}: {'; '.join([*named, *more])}."
 
 
-def _named(each: StatementStatus) -> str:
+def _named(each: StatementStatus, quoted: Quoted) -> str:
     text = f"line {each.line}"
     if each.callee:
         text += f" {format_invocation(each.callee, each.arguments)}"
+    elif written := quoted(each.line):
+        text += f" {written}"
     if each.status is Status.DUE and each.lacks:
         text += f", which lacked {_listed(each.lacks[:MOST])}"
     return text
+
+
+def _of(trace: Trace, program: str) -> Quoted:
+    """Return what quotes a program's statements from the source that a trace carries."""
+    from ntp_dsl.traces.library_text import statement_text  # the parser, which few explanations need
+
+    return partial(statement_text, trace, program)
+
+
+def _unquoted(line: int) -> str:
+    return ""
 
 
 def _reading(trace: Trace, call: Call) -> Iterator[str]:
@@ -206,6 +226,8 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
     if call.execution.unmet:
         yield f"It reported success, but {_listed(call.execution.unmet[:MOST])} did not hold."
+    if where := aftermath(trace, call):
+        yield f"Seen afterwards: {where}."
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
@@ -221,7 +243,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         if returned.reason:
             yield f"Its reason: {returned.reason}."
         yield from _seen(returned)
-        yield from _statements(returned.statements)
+        yield from _statements(returned.statements, _of(trace, call.name))
         if returned.asked is not None:
             yield f"Somebody was asked: {format_asked(returned.asked)}."
 

@@ -6,10 +6,14 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.traces.aftermath import never_made_good
+from ntp_dsl.traces.comparison.comparison_rules import NUMBER_TOLERANCE
+from ntp_dsl.traces.library_text import empty_loops
 from ntp_dsl.traces.phrases import conditions, format_argument, format_call
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
+from ntp_dsl.worlds.protocol import UNDISTURBED
 
 OFTEN, SHARE = 5, 0.25  # times that a call is made, and of all primitives, for it to be told
 FEW = 3  # elements that a sentence names
@@ -20,7 +24,9 @@ def overview(trace: Trace) -> list[str]:
     sentences = [
         _verdict(trace),
         *_repeated(trace),
+        *_in_vain(trace),
         *_unmet(trace),
+        *_absent(trace),
         *_disturbed(trace),
         *_mistaken(trace),
         *_misread(trace),
@@ -55,24 +61,51 @@ def _repeated(trace: Trace) -> Iterator[str]:
             yield f"{count} of its {len(calls)} primitives were {text}."
 
 
+def _in_vain(trace: Trace) -> Iterator[str]:
+    """Yield the program that was called again and again and never succeeded, if there is one."""
+    programs = [call for call in trace.calls if call.is_program and call.parent != ROOT]
+    done = {format_call(call) for call in programs if call.succeeded}
+    tried = Counter(text for call in programs if (text := format_call(call)) not in done)
+    for text, count in tried.most_common(1):
+        if count >= OFTEN:
+            yield f"{text} was called {count} times and never done."
+
+
 def _unmet(trace: Trace) -> Iterator[str]:
     """Yield the primitives that reported success without what they are to achieve."""
     reported = [call for call in _primitives(trace) if call.succeeded]
     broken = [call for call in reported if call.execution.unmet]
+    noise = (trace.header.disturbances or UNDISTURBED).noise
+    noisy = f"the noise of {1000 * noise:g} mm is too much for it, or " if noise else ""
     for name, count in Counter(call.name for call in broken).most_common(FEW):
         said = counted(sum(call.name == name for call in reported), "time")
-        fact = next(call.execution.unmet[0] for call in broken if call.name == name)
+        those = [call for call in broken if call.name == name]
+        place, _ = Counter(call.decision.source for call in those).most_common(1)[0]
         yield (
             f"{name} reported success {said}, and what it is to achieve did not hold after {count} of them, "
-            f"such as {fact}: the skill, the predicate or a number that it was given is wrong, or something "
-            "is in the way."
+            f"such as {those[0].execution.unmet[0]}{f' (called at {place})' * bool(place)}: {noisy}the "
+            "skill, the predicate or a number that it was given is wrong, or something is in the way."
         )
 
 
+def _absent(trace: Trace) -> Iterator[str]:
+    """Yield the loops of a failed episode that had no object to go through."""
+    if trace.end is not None and trace.end.success is False:
+        for type_name, program, line in empty_loops(trace):
+            yield f"No object of the scene is a {type_name}, so that line {line} of {program} calls nothing."
+
+
 def _disturbed(trace: Trace) -> Iterator[str]:
-    count = sum(len(call.execution.disturbances) for call in trace.calls)
-    if count:
-        yield f"It was disturbed {counted(count, 'time')}."
+    """Yield how often it was disturbed, by what, and how often that was not made good."""
+    disturbed = [call for call in trace.calls if call.execution.disturbances]
+    kinds = Counter(each for call in disturbed for each in call.execution.disturbances)
+    if not kinds:
+        return
+    ways = ", ".join(f"{printable(name)} ({count})" for name, count in kinds.most_common(FEW))
+    lost = {call.id for call in never_made_good(trace)}
+    left = sum(call.id in lost for call in disturbed)
+    good = "" if not left else f"; {left} of the {counted(len(disturbed), 'call')} were never made good"
+    yield f"It was disturbed {counted(kinds.total(), 'time')}, most often by {ways}{good}."
 
 
 def _mistaken(trace: Trace) -> Iterator[str]:
@@ -91,15 +124,31 @@ def _misread(trace: Trace) -> Iterator[str]:
         if call.parent != ROOT:
             continue
         if read.explained < read.acts:
-            yield f"What was read explains {read.explained} of {counted(read.acts, 'act')} of the hand."
-        elements = {each for row in read.lists for each in row.elements}
-        lacking = [each for each in trace.header.goal if each not in elements]
+            fits = (
+                ""
+                if 2 * read.explained >= read.acts
+                else ": the model or the demonstration does not fit the task"
+            )
+            yield f"What was read explains {read.explained} of {counted(read.acts, 'act')} of the hand{fits}."
+        elements = [each for row in read.lists for each in row.elements]
+        goal = trace.header.goal
+        lacking = [each for each in goal if not any(_like(each, other) for other in elements)]
         if lacking:
-            others = [each for row in read.lists for each in row.elements if each not in trace.header.goal]
-            instead = f"; {_listed(others)} was read instead" if others else ""
-            yield f"Of its goal, {_listed(lacking)} was not read from the demonstration{instead}."
+            others = [each for each in elements if not any(_like(each, other) for other in goal)]
+            instead = f"; {_few(others)} was read instead" if others else ""
+            yield f"Of its goal, {_few(lacking)} was not read from the demonstration{instead}."
         return
 
 
-def _listed(elements: Sequence[Argument]) -> str:
+def _few(elements: Sequence[Argument]) -> str:
     return ", ".join(map(format_argument, elements[:FEW]))
+
+
+def _like(some: Argument, other: Argument) -> bool:
+    """Return whether two elements are the same but for what numbers lose when they are read."""
+    if isinstance(some, Record) and isinstance(other, Record):
+        pairs = zip(some.fields, other.fields, strict=False)
+        return some.type == other.type and all(_like(a, b) for (_, a), (_, b) in pairs)
+    if isinstance(some, float) and isinstance(other, float):
+        return abs(some - other) <= NUMBER_TOLERANCE
+    return some == other

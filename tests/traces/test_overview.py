@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.cli.app import run
-from ntp_dsl.semantics.observation import Record
+from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.traces.aftermath import never_made_good
 from ntp_dsl.traces.comparison.divergence import compare
+from ntp_dsl.traces.explanation import explanation, interesting
 from ntp_dsl.traces.overview import overview
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import Attribution, Ending
@@ -41,6 +44,15 @@ program bring(item: Movable, support: Place):
     clear(item)
     praise(item)
     place(item, support)
+"""
+LOOP = "        for s in Shelf:"
+ASIDE = f"""type Shelf is Place
+
+program aside(item: Movable):
+    achieves clear(item)
+    for o in Movable if covers(o, item):
+{LOOP}
+            pick_and_place(o, s)
 """
 
 
@@ -94,7 +106,7 @@ def test_noise_that_misleads_is_named_and_a_divergence_is_attributed_to_it(tmp_p
     assert "noise 30 mm" in told and "decisions rest on a fact seen wrongly, most often " in told
     exact = traced(tmp_path, "", call, "--expert", "--slips", ".5")
     causes = {each.attributed_to for each in compare(exact, noisy, scopes=False).divergences}
-    assert Attribution.NOISE in causes
+    assert Attribution.NOISE in causes and Attribution.PHYSICS not in causes
 
 
 def test_a_demonstration_of_something_else_is_named(tmp_path: Path) -> None:
@@ -103,3 +115,45 @@ def test_a_demonstration_of_something_else_is_named(tmp_path: Path) -> None:
     other = Record(goal[0].type, tuple((name, "block_9") for name, _ in goal[0].fields))
     trace.header = with_fields(trace.header, goal=(goal[0], other))
     assert "Of its goal, (block_9, block_9) was not read from the demonstration" in " ".join(overview(trace))
+
+
+def test_a_number_that_was_read_with_a_small_error_was_read(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "pick_and_place(p.item, p.support)")
+    for off, told in ((0.004, False), (0.02, True)):
+        near = with_number(trace.header.goal, 0.11)
+        for call in trace.calls:
+            read = call.decision.read
+            if read is not None:
+                lists = (
+                    with_fields(read.lists[0], elements=with_number(read.lists[0].elements, 0.11 + off)),
+                )
+                call.decision = with_fields(call.decision, read=with_fields(read, lists=lists))
+        trace.header = with_fields(trace.header, goal=near)
+        assert ("was not read from the demonstration" in " ".join(overview(trace))) is told
+
+
+def with_number(elements: Sequence[Argument], number: float) -> tuple[Record, ...]:
+    """Return records with a last field that is a number."""
+    records = [each for each in elements if isinstance(each, Record)]
+    return tuple(Record(each.type, (*each.fields[:2], ("gap", number))) for each in records)
+
+
+def test_the_last_primitive_that_was_not_made_good_is_explained(tmp_path: Path) -> None:
+    trace = traced(tmp_path, LIE, "bring(p.item, p.support)")
+    asked = interesting(trace)
+    assert asked is not None and asked.name == "praise" and asked.execution.unmet
+    assert "Seen afterwards: block_" in " ".join(explanation(trace, asked))
+
+
+def test_a_drop_that_was_made_good_is_not(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "pick_and_place(p.item, p.support)", "--slips", ".9")
+    assert trace.end is not None and trace.end.success
+    assert any(call.execution.disturbances for call in trace.calls)
+    assert never_made_good(trace) == [] and "never made good" not in " ".join(overview(trace))
+
+
+def test_a_loop_over_a_type_without_objects_is_named(tmp_path: Path) -> None:
+    trace = traced(tmp_path, ASIDE, "aside(p.item)")
+    line = next(iter(trace.header.sources.values())).split("\n").index(LOOP) + 1
+    said = [each for each in overview(trace) if each.startswith("No object of the scene is a ")]
+    assert said == [f"No object of the scene is a Shelf, so that line {line} of aside calls nothing."]

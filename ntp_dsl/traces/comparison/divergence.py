@@ -136,9 +136,9 @@ class _Finder:
         if y is not None and self.disturbed < y.id:
             return Attribution.DISTURBANCE
         initial = state_differences(_first_state(self.a), _first_state(self.b))
-        return (
-            Attribution.START if initial is None or initial.largest > STATE_TOLERANCE else Attribution.PHYSICS
-        )
+        if initial is None or initial.largest > STATE_TOLERANCE + MOST_NOISE * noise:
+            return Attribution.START
+        return Attribution.NOISE if noise else Attribution.PHYSICS  # what was seen is where the hand went
 
     def _returned(self, trace: Trace, caller: int) -> Decision | None:
         return None if caller == ROOT else trace.calls[caller].return_decision

@@ -1,0 +1,76 @@
+"""What calls left behind: which failures were not made good, and where the objects were afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import dist
+
+from ntp_dsl.semantics.observation import Observation, without_lists
+from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
+from ntp_dsl.traces.phrases import format_call
+from ntp_dsl.traces.schema import ROOT, Call, CallOutcome
+from ntp_dsl.traces.trace import Trace
+
+
+def never_made_good(trace: Trace) -> list[Call]:
+    """Return the primitives that went wrong and whose caller did not succeed then or later."""
+    done = {format_call(call): call.id for call in trace.calls if call.is_program and call.succeeded}
+    return [call for call in trace.calls if _went_wrong(call) and not _made_good(trace, call, done)]
+
+
+def _went_wrong(call: Call) -> bool:
+    if call.is_program or call.outcome in (None, CallOutcome.STOPPED):
+        return False
+    return bool(call.execution.unmet) if call.succeeded else True
+
+
+def _made_good(trace: Trace, call: Call, done: dict[str, int]) -> bool:
+    return call.parent == ROOT or done.get(format_call(trace.calls[call.parent]), ROOT) >= call.parent
+
+
+def aftermath(trace: Trace, call: Call) -> str:
+    """Return where a call's objects were seen after it, if it was executed in vain; else nothing."""
+    in_vain = call.outcome is CallOutcome.UNFINISHED or call.outcome in ATTRIBUTION_OF_OUTCOME
+    seen = _seen_after(trace, call) if in_vain or call.execution.unmet else None
+    return "" if seen is None else "; ".join(_places(seen, call))
+
+
+def _seen_after(trace: Trace, call: Call) -> Observation | None:
+    """Return the state of the next decision; None where the run ended with the call."""
+    number = call.end_state
+    if not call.is_program and call.parent != ROOT:
+        later = (each.state for each in trace.children(call.parent) if each.id > call.id)
+        number = next(later, trace.calls[call.parent].end_state)
+    return None if number is None else trace.states[number]
+
+
+def _places(seen: Observation, call: Call) -> Iterator[str]:
+    """Yield where the call's objects are, how far the first is from the second, and what is at the first."""
+    from ntp_dsl.semantics.predicates import stands_on  # and with it numpy, which few explanations need
+
+    names = [
+        each for each in dict.fromkeys(map(str, without_lists(call.arguments))) if each in seen.positions
+    ]
+    at = {name: seen.positions[name] for name in names}
+    if len(at) == 1 and call.execution.unmet:
+        at = {"the gripper": seen.gripper, **at}
+    for name, place in at.items():
+        yield f"{name} at {_vector(place)}"
+    if len(at) < 2:
+        return
+    (first, to), (second, base) = list(at.items())[:2]
+    yield f"from {second} to {first} {_vector([x - y for x, y in zip(to, base, strict=True)])}"
+    if first not in seen.positions or seen.held == first:
+        return
+    below = [each.name for each in seen.objects if stands_on(seen, first, each.name)]
+    if below:
+        yield f"{first} stands on {' and '.join(below)}"
+    others = [each.name for each in seen.objects if each.name in seen.positions and not each.roomy]
+    gaps = {name: dist(to[:2], seen.positions[name][:2]) for name in others if name not in (first, second)}
+    if gaps:
+        near = min(gaps, key=lambda name: gaps[name])
+        yield f"next to {first} is {near} at {_vector(seen.positions[near])}"
+
+
+def _vector(values: list[float] | tuple[float, ...]) -> str:
+    return f"({', '.join(f'{value:.3f}' for value in values)}) m"
