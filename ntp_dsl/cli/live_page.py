@@ -15,9 +15,8 @@ from time import perf_counter
 from typing import Any
 
 from ntp_dsl.cli.display import messages
-from ntp_dsl.cli.trace_folders import demonstration_file
+from ntp_dsl.cli.trace_folders import demonstration_beside
 from ntp_dsl.demonstrations.demonstration import Demonstration
-from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.page.page import encoded, live_document, live_page
 from ntp_dsl.traces.reader import Unstarted, read_trace
@@ -32,6 +31,11 @@ NOT_YET = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" con
 <title>ntp run</title><p>The run has not begun; this page looks again every second."""
 
 
+def read_terminal() -> str:
+    """Return the next line that is typed; an empty text where there are no more."""
+    return sys.stdin.readline() if sys.stdin is not None else ""
+
+
 class LiveRun:
     """A run that pages show: its trace, what it waits for, and the lines that say how to go on."""
 
@@ -44,6 +48,7 @@ class LiveRun:
         self._changes = 0
         self._pages = self._pages_served = 0  # that follow it; that have fetched the end
         self._cost = 0.0  # [s] of the last document
+        self._shown: Demonstration | None = None  # once it is there
 
     # The run's side ---------------------------------------------------------------------------
 
@@ -75,12 +80,12 @@ class LiveRun:
 
     def _listen(self) -> None:
         """Pass on what is typed, to the end of the input; the first line may begin the run."""
-        while line := sys.stdin.readline():
+        while line := read_terminal():
             if self._begins():
                 continue
             self._lines.put(line)
         self._begins()
-        if sys.stdin.isatty():
+        if sys.stdin is not None and sys.stdin.isatty():
             self._lines.put("")  # else a page may still say how to go on
 
     def _begins(self) -> bool:
@@ -100,8 +105,8 @@ class LiveRun:
         self._lines.put(line)
         return True
 
-    def versions(self) -> Iterator[int]:
-        """Yield a number whenever there is something new, the last one at the run's end."""
+    def versions(self) -> Iterator[int | None]:
+        """Yield a number whenever there is something new, the last one at the run's end; else None."""
         with self._changed:
             self._pages += 1
             self._changed.notify_all()
@@ -111,9 +116,8 @@ class LiveRun:
                 with self._changed:
                     changes, over = self._changes, self._is_over
                 now = changes, over, self._path.stat().st_size if self._path.is_file() else 0
-                if now != last:
-                    last = now
-                    yield changes
+                yield changes if now != last else None
+                last = now
                 if over:
                     return
                 with self._changed:
@@ -148,8 +152,9 @@ class LiveRun:
 
     def _read(self) -> tuple[Trace, Demonstration | None]:
         trace = read_trace(self._path)
-        file = demonstration_file(trace, self._path)
-        return trace, read_demonstration(file) if file else None
+        if self._shown is None:
+            self._shown = demonstration_beside(trace, self._path)
+        return trace, self._shown
 
 
 @contextmanager
@@ -235,8 +240,8 @@ def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
             self.end_headers()
             self.close_connection = True
             with suppress(ConnectionError):
-                for version in run.versions():
-                    self.wfile.write(f"data: {version}\n\n".encode())
+                for version in run.versions():  # a comment shows whether the page is still there
+                    self.wfile.write(b":\n\n" if version is None else f"data: {version}\n\n".encode())
                     self.wfile.flush()
 
     return Handler

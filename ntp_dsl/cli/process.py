@@ -13,7 +13,9 @@ from ntp_dsl.common.signals import ENDING, ignore
 
 def run_process(words: Sequence[str]) -> int:
     """Run a command line, and return its exit status when standard output has taken everything."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for each in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(each, signal.default_int_handler)
     _open_streams()
     status = _flushed(run(words))
     for each in ENDING:

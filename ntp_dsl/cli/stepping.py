@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from enum import Enum, auto
 from rich.text import Text
 
 from ntp_dsl.cli.display import messages
-from ntp_dsl.cli.live_page import LiveRun, live
+from ntp_dsl.cli.live_page import LiveRun, live, read_terminal
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import printable
 from ntp_dsl.evaluation.episodes import Evaluator
@@ -167,7 +166,7 @@ def supervised(
         if not step and not breakpoints and not injections.waiting:
             yield None
             return
-        read = page.read_line if page is not None else sys.stdin.readline
+        read = page.read_line if page is not None else read_terminal
         announce = page.announce if page is not None else _to_nobody
         stepper = Stepper(step, breakpoints, injections, read, announce)
         try:

@@ -111,7 +111,10 @@ def demonstrate(
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
     if run.done and not len(recorder):
-        run.ending, run.reason = Ending.UNFINISHED, "there is nothing to show: the goal holds from the start"
+        run.ending, run.reason = (
+            Ending.UNFINISHED,
+            "the program did nothing, as all that it is to achieve held",
+        )
     if not run.done or run.failures:
         end = world.truth()
         state = State(registry, end)

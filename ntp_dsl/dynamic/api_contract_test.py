@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.observation import Argument, without_lists
-from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state import Literal, State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
@@ -31,6 +32,10 @@ class _Record:
     calls: int = 0
     violations: int = 0
     example: str = ""  # of a violation
+    in_python: tuple[str, ...] = ()  # functions that the example rests on
+    numbers: defaultdict[tuple[str, bool], list[float]] = field(  # parameter, whether kept -> its arguments
+        default_factory=lambda: defaultdict(list)
+    )
     scene: Span = NOWHERE  # the line that declares an object of it
 
 
@@ -89,6 +94,9 @@ def _violates(
     after = State(registry, world.truth())
     unmet = [fact for fact in after.literals(api.achieves, api.bind(arguments)) if not after.holds(fact)]
     record.calls += 1
+    for parameter, value in zip(api.parameters, arguments, strict=True):
+        if isinstance(value, float):
+            record.numbers[parameter.name, not unmet].append(value)
     if unmet:
         record.violations += 1
         failure = f"; it failed: {outcome.failure}" if outcome.failure else ""
@@ -96,6 +104,12 @@ def _violates(
         where = positions_text(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"
         record.example += f"; afterwards: {where}" if where else ""
+        functions = [("skill", api.name)]
+        functions += [("predicate", each.predicate) for each in unmet[:1] if isinstance(each, Literal)]
+        given_to = registry.python.functions
+        record.in_python = tuple(
+            f"the {kind} '{name}'" for kind, name in functions if (kind, name) in given_to
+        )
     return bool(unmet)
 
 
@@ -107,8 +121,20 @@ def _violation(api: Api, record: _Record, places: Places) -> Diagnostic:
         f"held before, but its 'achieves' did not hold after"
     )
     help = "require more, or achieve less"
+    if record.in_python:
+        help += f"; or mend {' or '.join(record.in_python)}, in Python"
+    notes: tuple[Note, ...] = (Note(record.example, api.span), *map(Note, _ranges(api, record)))
     if not places.is_own(api.span):
         help = "declare objects that it can handle, and leave them more room"
         notes = (Note(record.example), Note("it promises this", api.achieves.span))
         return Diagnostic("E601", message, record.scene, notes, help)
-    return Diagnostic("E601", message, api.achieves.span, (Note(record.example, api.span),), help)
+    return Diagnostic("E601", message, api.achieves.span, notes, help)
+
+
+def _ranges(api: Api, record: _Record) -> Iterator[str]:
+    """Yield for which numbers a contract is kept, where that tells the kept calls from the others."""
+    for parameter in api.parameters:
+        kept, broken = (record.numbers[parameter.name, which] for which in (True, False))
+        if kept and broken and (max(kept) < min(broken) or max(broken) < min(kept)):
+            spans = [f"{min(each):.3g} to {max(each):.3g}" for each in (kept, broken)]
+            yield f"it is kept for {parameter.name} from {spans[0]}, and broken from {spans[1]}"

@@ -351,9 +351,8 @@ class Interpreter:
         self.watch("call", depth, choice.callee, choice.arguments, choice.scope)
         number = self._write_call(parent, CallKind.API, choice.callee, choice, choice.decision, choice.seen)
         before = self.world.truth()
-        outcome = self._forced(choice)
-        if outcome is None:
-            outcome = self.world.call(choice.callee, choice.arguments)
+        forced = self._forced(choice)
+        outcome = self.world.call(choice.callee, choice.arguments) if forced is None else forced
         if not isinstance(outcome, Outcome):
             raise NtpError(f"the world answered {choice.callee} with {outcome!r}; expected an Outcome")
         run.primitives += 1
@@ -385,7 +384,7 @@ class Interpreter:
             planner=outcome.planner,
             evidence=dict(outcome.evidence),
             disturbances=outcome.disturbances,
-            unmet=self._unmet(choice, after) if outcome.achieved and self.writer.is_open else (),
+            unmet=self._unmet(choice, after) if outcome.achieved and forced is None else (),
         )
         self.writer.returned(number, came_to, self.frame_number(), execution=execution)
         if self.interfere is not None:
@@ -398,8 +397,10 @@ class Interpreter:
         return self.supervisor.outcome(choice.callee, choice.arguments)
 
     def _unmet(self, choice: Choice, after: Observation) -> tuple[str, ...]:
-        """Return what a primitive is to achieve and what does not hold after it."""
+        """Return what a primitive is to achieve and what does not hold after it, where a trace is written."""
         assert choice.callee is not None
+        if not self.writer.is_open:
+            return ()
         row, state = self.registry.apis[choice.callee], State(self.registry, after)
         promised = state.literals(row.achieves, row.bind(choice.arguments))
         return tuple(str(fact) for fact in promised if not state.holds(fact))

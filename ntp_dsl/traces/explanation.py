@@ -43,7 +43,9 @@ def explanation(trace: Trace, call: Call) -> list[str]:
 
 def reasons(decision: Decision) -> list[str]:
     """Return what a decision rests on, as sentences: the facts that it saw, and what was due."""
-    return [*_seen(decision), *_statements(decision.statements, _unquoted)] or ["The policy does not say."]
+    because = [f"Because: {decision.reason}."] if decision.reason else []
+    found = [*because, *_seen(decision), *_statements(decision.statements, _unquoted)]
+    return found or ["All that it saw held."]
 
 
 def brief(call: Call) -> str:

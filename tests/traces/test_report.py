@@ -49,7 +49,7 @@ def test_figures_are_those_of_the_traces(folder: Path) -> None:
                 facts.update(
                     fact.truth for fact in (decision.facts if decision else ()) if fact.truth is not None
                 )
-    assert (report.succeeded, len(report.episodes)) == (4, 4)
+    assert (report.succeeded, report.judged, len(report.episodes)) == (4, 4, 4)
     assert sum(each.count for each in report.facts.values()) == facts.total()
     assert sum(each.true for curve in report.facts.values() for each in curve.bins) == facts[True]
     assert report.tasks["few_placements"].interval[1] == 1.0
@@ -109,10 +109,19 @@ def test_failures_are_counted_by_cause_and_listed_first(tmp_path: Path) -> None:
     report.add("gave up", made(tmp_path / "c", gave_up, "achieved", "no path"))
     report.add("cut off", made(tmp_path / "d", None, "achieved"))
     report.add("nothing", made(tmp_path / "e", gave_up))
-    assert (report.succeeded, report.tasks["t"].episodes) == (1, 5)
+    report.add("shown", made(tmp_path / "f", End(ending=Ending.DONE, confidence=0.1), "achieved"))
+    assert (report.succeeded, report.judged, report.tasks["t"].unjudged) == (1, 5, 1)
+    assert report.confidence.count == 2  # of what was judged
     assert report.tasks["t"].causes == {"physics": 1, "planner": 2, "unknown": 1}
     assert report.failures == {"on(…, …) does not hold": 1, "… tries": 2, "cut off": 1}
-    assert [each.name for each in report.worst(9)] == ["cut off", "gave up", "nothing", "lost", "well"]
+    assert [each.name for each in report.worst(9)] == [
+        "cut off",
+        "gave up",
+        "nothing",
+        "lost",
+        "shown",
+        "well",
+    ]
     asked = {each.name: each.worth_asking for each in report.episodes}
     assert asked["gave up"] == "step_1(block_0)" and asked["lost"] == "go()" and asked["well"] == ""
     page = report_page(report, "a report", 2, {"cut off": "episodes/001.html"})
@@ -147,6 +156,19 @@ def test_what_cannot_be_read_is_left_out_and_said(
     assert "skipped" in said.err and "is not compared" in said.err and "4 of 4 episodes" in said.out
     assert run([*words, "--against", str(tmp_path / "nowhere")]) == 2
     assert "is no folder" in capsys.readouterr().err
+
+
+def test_a_report_replaces_its_like_and_nothing_else(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["trace", "report", str(folder / "learned"), "--worst", "1", "--out"]
+    for _ in range(2):
+        assert run([*words, str(tmp_path / "again")]) == 0
+    notes = tmp_path / "mine" / "index.html"
+    notes.parent.mkdir()
+    notes.write_text("my own page")
+    assert run([*words, str(notes.parent)]) == 2
+    assert "of no earlier report" in capsys.readouterr().err and notes.read_text() == "my own page"
 
 
 def test_json_names_the_page_and_counts(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -47,6 +47,7 @@ from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.demonstration_remarks import remarks
+from ntp_dsl.evaluation.episode_parts import NoDemonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.execution.supervision import Supervisor
@@ -130,6 +131,8 @@ def command(
         raise NtpError("--dispatch rule weighs no alternatives: omit --ask-calls-below")
     if answer and ask_below is None:
         raise NtpError("--answer goes with --ask-below: say when to ask")
+    if watch and ask_below is not None:
+        raise NtpError("--ask-below asks at the terminal, which --watch listens to: omit one of them")
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
@@ -163,7 +166,12 @@ def command(
             messages.print(remark, style="yellow")
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
-        recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+        try:
+            recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
+        except NoDemonstration:
+            if out is not None:
+                messages.print(f"why: ntp trace explain {episode_files(out, 0)[0]}")
+            raise
     policy = evaluator.policy(recorded) if recorded is not None or ask_below is not None else None
     interview = Interview(evaluator.registry, answer or [], out)
     if policy is not None and ask_below is not None:

@@ -12,7 +12,6 @@ from ntp_dsl.traces.coverage import Coverage
 from ntp_dsl.traces.explanation import interesting
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.report.reliability import Reliability
-from ntp_dsl.traces.schema import Ending
 from ntp_dsl.traces.trace import Trace
 
 UNKNOWN = "unknown"
@@ -25,7 +24,7 @@ class EpisodeRow:
 
     name: str  # of the trace's file, without its ending
     task: str
-    success: bool
+    success: bool | None  # None where it was not judged
     attributed_to: str
     said: str  # the ending or the verdict, in words
     confidence: float | None
@@ -37,14 +36,15 @@ class EpisodeRow:
 class TaskFigures:
     """The episodes of a task."""
 
-    episodes: int = 0
+    episodes: int = 0  # that were judged
     succeeded: int = 0
+    unjudged: int = 0
     causes: Counter[str] = field(default_factory=Counter)  # of failed episodes
 
     @property
     def interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the share that succeeded."""
-        return wilson(self.succeeded, self.episodes)
+        return wilson(self.succeeded, self.episodes) if self.episodes else (0.0, 1.0)
 
 
 @dataclass
@@ -75,12 +75,13 @@ class Report:
         row = _row(name, trace)
         self.episodes.append(row)
         task = self.tasks[row.task]
-        task.episodes += 1
-        task.succeeded += row.success
-        if not row.success:
+        task.episodes += row.success is not None
+        task.unjudged += row.success is None
+        task.succeeded += row.success is True
+        if row.success is False:
             task.causes[row.attributed_to] += 1
             self.failures[NUMBERED.sub("…", row.said)] += 1
-        if row.confidence is not None:
+        if row.confidence is not None and row.success is not None:
             self.confidence.add(row.confidence, row.success)
         for decision in trace.decisions():
             for fact in decision.facts:
@@ -100,7 +101,12 @@ class Report:
     @property
     def succeeded(self) -> int:
         """Return the number of episodes that did."""
-        return sum(each.success for each in self.episodes)
+        return sum(each.success is True for each in self.episodes)
+
+    @property
+    def judged(self) -> int:
+        """Return the number of episodes that were judged."""
+        return sum(each.success is not None for each in self.episodes)
 
     def worst(self, count: int) -> list[EpisodeRow]:
         """Return the episodes to look at: failed ones first, and of each those that were least sure."""
@@ -108,14 +114,14 @@ class Report:
 
 
 def _badness(row: EpisodeRow) -> tuple[bool, float, str]:
-    sure = 1.0 if row.confidence is None else row.confidence
-    return row.success, sure if row.success else -sure, row.name
+    sure, failed = 1.0 if row.confidence is None else row.confidence, row.success is False
+    return not failed, -sure if failed else sure, row.name
 
 
 def _row(name: str, trace: Trace) -> EpisodeRow:
     end = trace.end
-    success = end is not None and (end.ending is Ending.DONE if end.success is None else end.success)
-    failed = None if success else interesting(trace)
+    success = False if end is None else end.success
+    failed = interesting(trace) if success is False else None
     return EpisodeRow(
         name=name,
         task=trace.header.task or UNKNOWN,

@@ -17,6 +17,7 @@ from ntp_dsl.traces.page.page_parts import content_hash, joined
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.reliability import Reliability
 
+GENERATOR = "ntp trace report"  # by which a report is known
 PARTS = Path(__file__).parent
 VIEWER = PARTS.parent / "page" / "viewer"
 
@@ -43,6 +44,7 @@ def report_page(report: Report, title: str, worst: int, pages: Mapping[str, str]
     environment.trim_blocks = environment.lstrip_blocks = True
     return environment.get_template("report.html").render(
         title=title,
+        generator=GENERATOR,
         style=style,
         policy=f"default-src 'none'; style-src '{content_hash(style)}'; base-uri 'none'; form-action 'none'",
         report=report,
@@ -53,6 +55,11 @@ def report_page(report: Report, title: str, worst: int, pages: Mapping[str, str]
         divergences=sorted(report.divergences.items(), key=lambda each: -each[1].kinds.total()),
         sources={name: [*_listing(report, name, text)] for name, text in _sources(report)},
     )
+
+
+def is_report(page: Path) -> bool:
+    """Return whether a file is a report."""
+    return f'name="generator" content="{GENERATOR}"' in page.read_text(encoding="utf-8", errors="replace")
 
 
 def _causes(report: Report) -> list[str]:

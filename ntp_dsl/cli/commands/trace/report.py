@@ -9,16 +9,15 @@ import typer
 
 from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.options import Json
-from ntp_dsl.cli.trace_folders import demonstration_file, readable, reference, traces_in
+from ntp_dsl.cli.trace_folders import demonstration_beside, readable, reference, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
-from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.report.figures import Report
-from ntp_dsl.traces.report.report_page import report_page
+from ntp_dsl.traces.report.report_page import is_report, report_page
 
 INDEX = "index.html"
 PAGES = "episodes"  # folder of their pages, numbered as the report lists them
@@ -43,6 +42,7 @@ def command(
     Example: ntp trace report runs/learned --against runs/scripted --out report
     """
     files = dict(_named(folders))
+    _check_free(out)
     report = Report()
     with progress("reading", len(files)) as bar:
         for name, file in files.items():
@@ -69,8 +69,20 @@ def command(
             }
         )
         return
-    answers.print(f"{report.succeeded} of {counted(len(report.episodes), 'episode')} succeeded")
+    others = len(report.episodes) - report.judged
+    unjudged = f"; {others} not judged" if others else ""
+    answers.print(f"{report.succeeded} of {counted(report.judged, 'episode')} succeeded{unjudged}")
     answers.print(f"wrote {out / INDEX}: open it in a browser")
+
+
+def _check_free(out: Path) -> None:
+    """Raise `NtpError` where a report would replace what is none."""
+    index = out / INDEX
+    if index.is_file() and is_report(index):
+        return
+    for path in (index, out / PAGES):
+        if path.exists():
+            raise NtpError(f"{path} is there, and of no earlier report: choose another --out")
 
 
 def _named(folders: list[Path]) -> list[tuple[str, Path]]:
@@ -100,9 +112,8 @@ def _page(file: Path, against: Path | None) -> str:
     """Return the page of an episode, beside its reference where there is one."""
     trace = read_trace(file)
     other = reference(file, against)
-    shown = demonstration_file(trace, file)
     folders = (file.parent if against is None or other is None else against, file.parent)
-    return page(compare(other or trace, trace), folders, read_demonstration(shown) if shown else None)
+    return page(compare(other or trace, trace), folders, demonstration_beside(trace, file))
 
 
 def _write(path: Path, text: str) -> None:

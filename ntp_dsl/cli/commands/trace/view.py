@@ -10,7 +10,7 @@ import typer
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
-from ntp_dsl.cli.trace_folders import demonstration_file, pairs, traces_in
+from ntp_dsl.cli.trace_folders import demonstration_beside, demonstration_file, pairs, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
@@ -44,9 +44,9 @@ def command(
     a = read_trace(first)
     b = a if second is None else read_trace(second)
     folders = (first.parent, (second or first).parent)
-    demo = demo or demonstration_file(a, first)
-    check_no_input(out, [first, second, demo])
-    text = page(compare(a, b), folders, read_demonstration(demo) if demo else None)
+    check_no_input(out, [first, second, demo or demonstration_file(a, first)])
+    shown = read_demonstration(demo) if demo else demonstration_beside(a, first)
+    text = page(compare(a, b), folders, shown)
     with written_whole(out) as partial:
         partial.write_text(text, encoding="utf-8")
     if json:

@@ -5,7 +5,7 @@ let isWanted = false; // a newer document
 let isFetching = false;
 
 function post(command) {
-  fetch(command, { method: "POST" });
+  if (page.waits_for) fetch(command, { method: "POST" }).catch(() => {});
 }
 
 function tool(name, title, pressed) {

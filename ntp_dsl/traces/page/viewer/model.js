@@ -36,7 +36,7 @@ function call(row, side) {
 
 // The calls that are looked at: those of the divergence at the chosen row, else the row's own.
 function chosenCalls() {
-  const row = page.rows[chosen.row];
+  const row = page.rows[chosen.row] || {};
   const divergence = page.divergences.find((each) => each.row === chosen.row);
   return SIDES.map((side) => call(divergence || row, side));
 }
@@ -73,6 +73,7 @@ function notify(change) {
 }
 
 function choose(number) {
+  if (!page.rows.length) return;
   chosen.row = Math.max(0, Math.min(page.rows.length - 1, number));
   const first = chosenCalls().find((each) => each);
   if (first) chosen.frame = first.frame;
@@ -113,6 +114,7 @@ function updateVisible() {
 }
 
 function reveal(number) {
+  if (!page.rows[number]) return;
   for (let parent = page.rows[number].parent; parent >= 0; parent = page.rows[parent].parent) chosen.folded.delete(parent);
   updateVisible();
   choose(number);

@@ -8,6 +8,7 @@ const VIEWS = [
   { name: "from the side", turn: 0, tilt: 0 },
 ];
 const TOO_WIDE = 0.5; // [m], beyond which an object is not drawn: the table would hide the rest
+const NARROW = 260; // [px] of a scene, in which only those are labelled, too
 const MOST_LABELS = 24; // objects, beyond which only those that the chosen call names are labelled
 const SIDES_OF_ROUND = 18; // faces that stand for a round side
 const ROUND = ["cylinder", "bowl", "sphere"];
@@ -123,7 +124,7 @@ function drawn(scene, frame, interval, width, height) {
   now.sort((one, other) => nearness(one) - nearness(other));
   for (const each of now) picture.append(solid(each, turns[each.name] || [0, 0, 0, 1], project, named.has(each.name)));
   for (const each of now) {
-    if (now.length <= MOST_LABELS || named.has(each.name)) picture.append(label(each, project));
+    if ((now.length <= MOST_LABELS && width > NARROW) || named.has(each.name)) picture.append(label(each, project));
   }
   picture.append(...paths(scene, interval, named, project), ...hand(scene, frame, project));
   return picture;
@@ -198,7 +199,7 @@ function prepare() {
   });
   for (const { scene } of scenes) {
     scene.tracks = tracks(scene);
-    scene.small = [...scene.tracks.keys()].filter((name) => name && scene.objects[name] && Math.max(scene.objects[name].size[0], scene.objects[name].size[1]) < TOO_WIDE);
+    scene.small = [...scene.tracks.keys()].filter((name) => name && Object.hasOwn(scene.objects, name) && Math.max(scene.objects[name].size[0], scene.objects[name].size[1]) < TOO_WIDE);
     [scene.low, scene.high] = bounds(scene);
   }
   prepare.types = [...new Set(scenes.flatMap(({ scene }) => scene.small.map((name) => scene.objects[name].type)))].sort();
@@ -271,6 +272,7 @@ const playing = { timer: null };
 
 function play() {
   if (playing.timer) return stop();
+  if (!chosenCalls().some(Boolean)) return;
   const begins = chosenCalls().filter(Boolean).map((each) => each.frame);
   const ends = chosenCalls().filter(Boolean).map((each) => each.end_frame ?? page.frames);
   const scope = nearestScope() || [0, 0];

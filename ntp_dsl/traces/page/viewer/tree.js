@@ -113,6 +113,7 @@ function treeKey(event) {
   const leap = Math.max(1, Math.floor(byId("tree").clientHeight / height) - 1);
   const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: leap, PageUp: -leap, Home: -Infinity, End: Infinity };
   const row = page.rows[chosen.row];
+  if (!row) return;
   if (event.key in steps) step(steps[event.key]);
   else if (event.key === "ArrowRight" || event.key === "Enter") fold(chosen.row, false);
   else if (event.key === "ArrowLeft" && row.end > chosen.row + 1 && !chosen.folded.has(chosen.row)) fold(chosen.row, true);
