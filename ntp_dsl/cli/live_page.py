@@ -53,11 +53,10 @@ class LiveRun:
     # The run's side ---------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Return when the first page has opened, or a line was typed, or nobody can type."""
+        """Return when the first page is asked for, or a line was typed, or nobody can type."""
         Thread(target=self._listen, daemon=True).start()
         with self._changed:
-            self._changed.wait_for(lambda: self._has_begun or self._pages)
-            self._has_begun = True
+            self._changed.wait_for(lambda: self._has_begun)
 
     def announce(self, waits_for: str) -> None:
         """Show what the run waits for; nothing, where the text is empty."""
@@ -81,20 +80,20 @@ class LiveRun:
     def _listen(self) -> None:
         """Pass on what is typed, to the end of the input; the first line may begin the run."""
         while line := read_terminal():
-            if self._begins():
-                continue
-            self._lines.put(line)
-        self._begins()
+            if not self.start():
+                self._lines.put(line)
+        self.start()
         if sys.stdin is not None and sys.stdin.isatty():
             self._lines.put("")  # else a page may still say how to go on
 
-    def _begins(self) -> bool:
-        with self._changed:
-            begins, self._has_begun = not self._has_begun, True
-            self._changed.notify_all()
-        return begins
-
     # The pages' side --------------------------------------------------------------------------
+
+    def start(self) -> bool:
+        """Begin the run; return whether that was still to be done."""
+        with self._changed:
+            starts, self._has_begun = not self._has_begun, True
+            self._changed.notify_all()
+        return starts
 
     def submit(self, line: str) -> bool:
         """Go on as a page says; return False where the run does not wait."""
@@ -183,6 +182,7 @@ def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
             try:
                 match self._asked():
                     case "":
+                        run.start()
                         self._send(run.page(), "text/html")
                     case "document":
                         text, is_end = run.document()

@@ -142,7 +142,7 @@ def test_the_last_primitive_that_was_not_made_good_is_explained(tmp_path: Path) 
     trace = traced(tmp_path, LIE, "bring(p.item, p.support)")
     asked = interesting(trace)
     assert asked is not None and asked.name == "praise" and asked.execution.unmet
-    assert "Seen afterwards: block_" in " ".join(explanation(trace, asked))
+    assert "Seen afterwards: the gripper at " in " ".join(explanation(trace, asked))
 
 
 def test_a_drop_that_was_made_good_is_not(tmp_path: Path) -> None:

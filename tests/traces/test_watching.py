@@ -102,7 +102,8 @@ def test_a_run_that_is_only_watched_begins_with_its_first_page(tmp_path: Path) -
         wait_for(page, "the run is over")
         assert page.text("#summary") == "learned: success" and page.page.locator(".row").count() > 10
         page.close()
-    assert process.wait(SOON) == 0
+    process.communicate(timeout=SOON)
+    assert process.returncode == 0
 
 
 def test_without_a_page_a_typed_line_begins_it(tmp_path: Path) -> None:
