@@ -15,11 +15,11 @@ from time import perf_counter
 from typing import Any
 
 from ntp_dsl.cli.display import messages
-from ntp_dsl.cli.trace_folders import demonstration_beside
+from ntp_dsl.cli.shown_beside import demonstration_beside
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.page.page import encoded, live_document, live_page
-from ntp_dsl.traces.reader import Unstarted, read_trace
+from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.trace import Trace
 
 HERE = "127.0.0.1"
@@ -46,6 +46,7 @@ class LiveRun:
         self._waits_for = ""
         self._has_begun = self._is_over = False
         self._changes = 0
+        self._is_asked_for = self._is_followed = False  # by a page, at any time
         self._pages = self._pages_served = 0  # that follow it; that have fetched the end
         self._cost = 0.0  # [s] of the last document
         self._shown: Demonstration | None = None  # once it is there
@@ -75,6 +76,8 @@ class LiveRun:
             self._is_over = True
             self._changed.notify_all()
             pages = self._pages
+            if self._is_asked_for and not self._is_followed:
+                pages = 1  # which is only being opened
             self._changed.wait_for(lambda: self._pages_served >= pages, DRAIN_TIMEOUT)
 
     def _listen(self) -> None:
@@ -87,6 +90,12 @@ class LiveRun:
             self._lines.put("")  # else a page may still say how to go on
 
     # The pages' side --------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Begin the run, as a page is asked for."""
+        with self._changed:
+            self._is_asked_for = True
+        self.start()
 
     def start(self) -> bool:
         """Begin the run; return whether that was still to be done."""
@@ -107,7 +116,7 @@ class LiveRun:
     def versions(self) -> Iterator[int | None]:
         """Yield a number whenever there is something new, the last one at the run's end; else None."""
         with self._changed:
-            self._pages += 1
+            self._pages, self._is_followed = self._pages + 1, True
             self._changed.notify_all()
         try:
             last = None
@@ -126,14 +135,14 @@ class LiveRun:
                 self._pages -= 1
 
     def page(self) -> str:
-        """Return the page of what there is so far. Raises `Unstarted` where that is nothing."""
+        """Return the page of what there is so far. Raises `NtpError` where that is nothing."""
         trace, shown = self._read()
         return live_page(trace, self._path.parent, shown)
 
     def document(self) -> tuple[str, bool]:
         """Return what the page is to show now, as JSON, and whether that is the end.
 
-        Raises `Unstarted` as `page` does.
+        Raises `NtpError` as `page` does.
         """
         with self._changed:
             waits_for, over = self._waits_for, self._is_over
@@ -182,7 +191,7 @@ def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
             try:
                 match self._asked():
                     case "":
-                        run.start()
+                        run.open()
                         self._send(run.page(), "text/html")
                     case "document":
                         text, is_end = run.document()
@@ -192,13 +201,11 @@ def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
                         self._stream()
                     case _:
                         self._refuse()
-            except Unstarted:
+            except NtpError:  # there is no whole line yet, or one is being written
                 if self._asked():
-                    self._refuse()
+                    self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
                 else:
                     self._send(NOT_YET, "text/html")
-            except NtpError:  # a line that is being written
-                self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
             except ConnectionError:
                 self.close_connection = True  # the page was closed
 

@@ -84,7 +84,7 @@ def test_figures_are_one_document(capsys: pytest.CaptureFixture[str]) -> None:
     figures = json.loads(capsys.readouterr().out)
     keys = "episodes success success_interval success_authors failures seconds_per_episode"
     assert {*keys.split(), "simulated_seconds_per_episode", "seed"} <= set(figures)
-    assert set(figures["failures"]) == {"decision", "planner", "grasp", "physics"}
+    assert set(figures["failures"]) == {"decision", "planner", "grasp", "physics", "disturbance"}
 
 
 def damaged(kind: str, folder: Path, recorded: Path) -> Path:
@@ -166,7 +166,7 @@ def test_a_task_that_fails_is_one_sentence_and_status_one(
     words = ["run", "block_stacking", "tall_towers", "--world", "kinematic", "--expert"]
     assert run([*words, "--slips", "1", "--pushes", "1", "--out", str(tmp_path)]) == 1
     message = capsys.readouterr().err
-    assert "the task failed (grasp)" in message and "stopped: after 400 primitives" in message
+    assert "the task failed (disturbance)" in message and "stopped: after 400 primitives" in message
     trace = read_trace(tmp_path / "episode_00000.trace.jsonl")
     assert trace.end is not None and trace.end.ending is Ending.STOPPED
 

@@ -57,7 +57,7 @@ def test_all_is_every_extra_that_a_command_may_ask_for() -> None:
 
 
 def test_the_base_installation_has_nothing_heavy() -> None:
-    assert installed_by(PROJECT["dependencies"]) == {"lark", "msgspec", "pygments", "rich", "typer"}
+    assert installed_by(PROJECT["dependencies"]) == {"jinja2", "lark", "msgspec", "pygments", "rich", "typer"}
 
 
 @pytest.mark.parametrize(

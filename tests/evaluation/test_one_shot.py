@@ -99,7 +99,7 @@ def test_every_failure_is_attributed() -> None:
     causes = [None, Attribution.GRASP, Attribution.DECISION]
     figures = statistics([episode(*each) for each in enumerate(causes)], seed=5)
     assert figures.success == pytest.approx(1 / 3)
-    assert figures.failures == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0}
+    assert figures.failures == {"decision": 1, "planner": 0, "grasp": 1, "physics": 0, "disturbance": 0}
     assert [row.episode for row in figures.failed] == [1, 2]
 
 

@@ -185,6 +185,9 @@ def test_of_a_folder_its_traces_are_listed(trace: Path, capsys: pytest.CaptureFi
         "file": "a.trace.jsonl",
         "calls": 4,
         "ending": "unfinished",
+        "success": None,
+        "attributed_to": "",
+        "verdict": "",
     }
 
 

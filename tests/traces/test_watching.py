@@ -10,7 +10,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -22,8 +22,9 @@ SOON = 60  # [s] that a test waits for another process, at most
 Started = tuple[subprocess.Popen[str], str]
 
 
-def started(folder: Path, *words: str, typed: int = subprocess.DEVNULL) -> Started:
-    """Start a run; return the process, and the address of its page."""
+@contextmanager
+def started(folder: Path, *words: str, typed: int = subprocess.DEVNULL) -> Iterator[Started]:
+    """Start a run; give the process, and the address of its page, and end it."""
     said = folder / "said.txt"
     with said.open("w", encoding="utf-8") as stream:
         process = subprocess.Popen(
@@ -33,21 +34,27 @@ def started(folder: Path, *words: str, typed: int = subprocess.DEVNULL) -> Start
             stderr=stream,
             text=True,
         )
+    try:
+        yield process, address(said)
+    finally:
+        process.kill()
+        process.communicate(timeout=SOON)
+
+
+def address(said: Path) -> str:
+    """Return the address that a run tells."""
     for _ in range(10 * SOON):
         if found := re.search(r"http://\S+", said.read_text(encoding="utf-8")):
-            return process, found[0]
+            return found[0]
         time.sleep(0.1)
-    process.kill()
     raise AssertionError(said.read_text(encoding="utf-8"))
 
 
 @pytest.fixture
 def stepped(tmp_path: Path) -> Iterator[Started]:
     """Run a task that waits at its first decision."""
-    process, address = started(tmp_path, "--step")
-    yield process, address
-    process.kill()
-    process.wait(SOON)
+    with started(tmp_path, "--step") as run:
+        yield run
 
 
 def wait_for(page: Page, text: str, selector: str = "#waiting") -> None:
@@ -74,9 +81,9 @@ def waits(address: str) -> None:
 
 
 def test_a_run_is_stepped_from_its_page_to_its_end(stepped: Started) -> None:
-    process, address = stepped
+    process, where = stepped
     with browser() as chromium:
-        page = Page(chromium, address)
+        page = Page(chromium, where)
         wait_for(page, "waits before: stack([]) calls pick_and_place(")
         assert page.text("#summary") == "learned: running" and page.chosen() == "stack([]) … running"
         page.press("s")
@@ -95,43 +102,41 @@ def test_a_run_is_stepped_from_its_page_to_its_end(stepped: Started) -> None:
 
 
 def test_a_run_that_is_only_watched_begins_with_its_first_page(tmp_path: Path) -> None:
-    process, address = started(tmp_path, typed=subprocess.PIPE)
-    with browser() as chromium:
+    with started(tmp_path, typed=subprocess.PIPE) as (process, where), browser() as chromium:
         assert process.poll() is None
-        page = Page(chromium, address)
+        page = Page(chromium, where)
         wait_for(page, "the run is over")
         assert page.text("#summary") == "learned: success" and page.page.locator(".row").count() > 10
         page.close()
-    process.communicate(timeout=SOON)
-    assert process.returncode == 0
+        assert process.wait(SOON) == 0
 
 
 def test_without_a_page_a_typed_line_begins_it(tmp_path: Path) -> None:
-    process, _ = started(tmp_path, typed=subprocess.PIPE)
-    process.communicate("\n", timeout=SOON)
-    assert process.returncode == 0
+    with started(tmp_path, typed=subprocess.PIPE) as (process, _):
+        process.communicate("\n", timeout=SOON)
+        assert process.returncode == 0
 
 
 def test_nobody_without_its_address_sees_or_steps_a_run(stepped: Started) -> None:
-    process, address = stepped
-    root = address.rsplit("/", 2)[0]
-    waits(address)
-    elsewhere = urllib.request.Request(f"{address}document", headers={"Host": "example.org"})
+    process, where = stepped
+    root = where.rsplit("/", 2)[0]
+    waits(where)
+    elsewhere = urllib.request.Request(f"{where}document", headers={"Host": "example.org"})
     for each in (f"{root}/", f"{root}/document", elsewhere):
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(each)
-    assert post(f"{root}/", "step") == 404 and post(address, "quit") == 404
+    assert post(f"{root}/", "step") == 404 and post(where, "quit") == 404
     assert process.poll() is None
 
 
 def test_a_run_goes_on_as_commands_say_and_they_are_refused_while_nothing_waits(tmp_path: Path) -> None:
-    process, address = started(tmp_path, "--break", "release", typed=subprocess.PIPE)
-    assert post(address, "step") == 409  # it has not begun
-    assert process.stdin is not None
-    process.stdin.write("\n")
-    process.stdin.flush()
-    waits(address)
-    assert post(address, "go") == 200
-    waits(address)
-    process.communicate("c\n" * 9, timeout=SOON)
-    assert process.returncode == 0
+    with started(tmp_path, "--break", "release", typed=subprocess.PIPE) as (process, where):
+        assert post(where, "step") == 409  # it has not begun
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+        for _ in range(2):
+            waits(where)
+            assert post(where, "go") == 200
+        process.communicate("c\n" * 9, timeout=SOON)
+        assert process.returncode == 0

@@ -9,7 +9,8 @@ import typer
 
 from ntp_dsl.cli.display import answers, print_json, progress
 from ntp_dsl.cli.options import Json
-from ntp_dsl.cli.trace_folders import demonstration_beside, readable, reference, traces_in
+from ntp_dsl.cli.shown_beside import demonstration_beside
+from ntp_dsl.cli.trace_folders import readable, reference, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError

@@ -13,8 +13,8 @@ from ntp_dsl.cli.live import LiveTree
 from ntp_dsl.cli.options import BreakAt, Inject, Json, Step, Watch
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.cli.recorded_runs import heed_answers, registry_of, registry_path
+from ntp_dsl.cli.shown_beside import demonstration_file
 from ntp_dsl.cli.stepping import supervised
-from ntp_dsl.cli.trace_folders import demonstration_file
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration

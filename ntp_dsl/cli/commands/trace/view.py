@@ -10,7 +10,8 @@ import typer
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
-from ntp_dsl.cli.trace_folders import demonstration_beside, demonstration_file, pairs, traces_in
+from ntp_dsl.cli.shown_beside import demonstration_beside, demonstration_file
+from ntp_dsl.cli.trace_folders import pairs, traces_in
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
