@@ -21,7 +21,7 @@ from ntp_dsl.core.reading.reading import Reading
 from ntp_dsl.core.shown import Shown
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.evaluation.episodes import Episode, Evaluator, Plan
-from ntp_dsl.evaluation.statistics import calibration_error, statistics
+from ntp_dsl.evaluation.statistics import statistics
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.logic.list_contracts import parts_about
 from ntp_dsl.language.registry import Registry
@@ -32,6 +32,7 @@ from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.comparison.comparison_rules import overlap
+from ntp_dsl.traces.report.reliability import Reliability
 from ntp_dsl.traces.schema import DemonstratedCall
 from ntp_dsl.worlds.protocol import Disturbances, World
 
@@ -176,7 +177,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
         "episodes": figures.episodes,
         "failed": sum(not each.success for each in episodes),
         "confidence": vars(figures.confidence) if figures.confidence else None,
-        "calibration error": {kind: round(calibration_error(found), 4) for kind, found in rows.items()},
+        "calibration error": {kind: round(Reliability.of(found).error, 4) for kind, found in rows.items()},
         "right": {
             kind: round(float(np.mean([each for _, each in found])), 4) for kind, found in rows.items()
         },

@@ -28,12 +28,12 @@ from ntp_dsl.core.perception.perceived import Perceived
 from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Evaluator, Plan, run_all
-from ntp_dsl.evaluation.statistics import calibration_error
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import Literal, State
 from ntp_dsl.traces.decision import Dispatch
+from ntp_dsl.traces.report.reliability import Reliability
 from ntp_dsl.worlds.catalogue import equip
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Scene, World
@@ -71,7 +71,7 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
                         (float(perceived.probability(literal)), true.holds(literal))
                     )
         found[f"{1000 * noise:g} mm"] = {
-            name: round(calibration_error(rows), 4) for name, rows in sorted(told.items())
+            name: round(Reliability.of(rows).error, 4) for name, rows in sorted(told.items())
         }
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ntp_dsl.cli.display import messages
+from ntp_dsl.cli.terminal import has_typist, read_line
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
@@ -55,7 +55,7 @@ class Interview:
         for doubt in doubts:
             self._draw(source.look(doubt.frame), _offers(self._registry, doubt), MEANT)
         left = asked[len(self._answers) :]
-        if left and not sys.stdin.isatty():
+        if left and not has_typist():
             raise NtpError("\n".join([*(text for text, _ in left), _nobody(len(left))]))
         meant: dict[Doubt, Element] = {}
         for doubt, (text, offered) in zip(doubts, asked, strict=True):
@@ -74,7 +74,7 @@ class Interview:
             for option, text in zip(options, texts, strict=True)
         ]
         self._draw(question.seen, offers, RIGHT)
-        if not self._answers and not sys.stdin.isatty():
+        if not self._answers and not has_typist():
             raise NtpError(f"{asked}\n{_nobody(1)}")
         return self._answer(asked, RIGHT, len(texts)) - 1
 
@@ -100,7 +100,7 @@ class Interview:
             return answer
         while True:
             typer.echo(f"{prompt} [1]: ", nl=False, err=True)
-            line = sys.stdin.readline()
+            line = read_line()
             if not line:
                 raise NtpError("no answer was given, and nothing more was done")
             text = line.strip() or "1"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from http import HTTPStatus
@@ -16,6 +15,7 @@ from typing import Any
 
 from ntp_dsl.cli.display import messages
 from ntp_dsl.cli.shown_beside import demonstration_beside
+from ntp_dsl.cli.terminal import has_typist, read_line
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.page.page import encoded, live_document, live_page
@@ -29,11 +29,6 @@ DRAIN_TIMEOUT = 5.0  # [s] that pages have for fetching the end
 LINES = {"step": "\n", "over": "o\n", "go": "c\n"}  # of the page's buttons, as if typed at the terminal
 NOT_YET = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="1">
 <title>ntp run</title><p>The run has not begun; this page looks again every second."""
-
-
-def read_terminal() -> str:
-    """Return the next line that is typed; an empty text where there are no more."""
-    return sys.stdin.readline() if sys.stdin is not None else ""
 
 
 class LiveRun:
@@ -82,11 +77,11 @@ class LiveRun:
 
     def _listen(self) -> None:
         """Pass on what is typed, to the end of the input; the first line may begin the run."""
-        while line := read_terminal():
+        while line := read_line():
             if not self.start():
                 self._lines.put(line)
         self.start()
-        if sys.stdin is not None and sys.stdin.isatty():
+        if has_typist():
             self._lines.put("")  # else a page may still say how to go on
 
     # The pages' side --------------------------------------------------------------------------

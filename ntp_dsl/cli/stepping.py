@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from enum import Enum, auto
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from ntp_dsl.cli.display import messages
-from ntp_dsl.cli.live_page import LiveRun, live, read_terminal
+from ntp_dsl.cli.terminal import read_line
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import printable
 from ntp_dsl.evaluation.episodes import Evaluator
@@ -25,6 +26,9 @@ from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.explanation import reasons
 from ntp_dsl.traces.phrases import format_invocation
 from ntp_dsl.worlds.protocol import Outcome
+
+if TYPE_CHECKING:
+    from ntp_dsl.cli.live_page import LiveRun
 
 HELP = "Enter: to the next decision; o: over the call; c: to the next breakpoint; w: why; q: quit"
 PLACE = re.compile(r"(?:([\w.-]+\.ntp):)?(\d{1,6})")
@@ -160,13 +164,15 @@ def supervised(
     with ExitStack() as stack:
         page: LiveRun | None = None
         if watch:
+            from ntp_dsl.cli.live_page import live  # and with it a server
+
             assert traces is not None
             page = stack.enter_context(live(episode_files(traces, number)[0]))
             page.begin()
         if not step and not breakpoints and not injections.waiting:
             yield None
             return
-        read = page.read_line if page is not None else read_terminal
+        read = page.read_line if page is not None else read_line
         announce = page.announce if page is not None else _to_nobody
         stepper = Stepper(step, breakpoints, injections, read, announce)
         try:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
+from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import State
@@ -20,11 +21,8 @@ FEW = 3  # objects or facts that a sentence names
 
 
 def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Iterator[str]:
-    """Yield what is odd, as sentences.
-
-    Args:
-        instance: with the goal that the demonstration states, or without any.
-    """
+    """Yield what is odd, as sentences. Raises `NtpError` for a demonstration of another task."""
+    instance = as_demonstrated(registry, instance, shown)
     last = _moment(shown, LAST)
     in_hand = _moment(shown, 1).held
     moved = _moved(shown)

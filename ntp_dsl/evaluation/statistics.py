@@ -106,21 +106,5 @@ def _confidence(episodes: Sequence[Episode]) -> Confidence | None:
     )
 
 
-def calibration_error(rows: Sequence[tuple[float, bool]]) -> float:
-    """Return the expected calibration error in 10 bins (Naeini et al., 2015).
-
-    Args:
-        rows: how probable each of many things was found, and whether it was so.
-    """
-    chances, truths = np.array([p for p, _ in rows]), np.array([t for _, t in rows], dtype=float)
-    bins = np.minimum((10 * chances).astype(int), 9)
-    parts = [
-        (bins == k).mean() * abs(chances[bins == k].mean() - truths[bins == k].mean())
-        for k in range(10)
-        if (bins == k).any()
-    ]
-    return float(sum(parts))
-
-
 def _mean(values: Iterator[float]) -> float:
     return round(float(np.mean(list(values))), 4)

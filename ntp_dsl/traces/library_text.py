@@ -27,6 +27,19 @@ def statement_text(trace: Trace, program: str, line: int) -> str:
     return ""
 
 
+def statement_lines(text: str) -> set[int]:
+    """Return the lines of a library's programs: of their headers, and of their statements."""
+    library = _parsed(text)
+    programs = (
+        [each for each in library.declarations if isinstance(each, nodes.ProgramDeclaration)]
+        if library
+        else []
+    )
+    return {
+        span.line for each in programs for span in (each.span, *(innermost(row).span for row in each.body))
+    }
+
+
 def empty_loops(trace: Trace) -> Iterator[tuple[str, str, int]]:
     """Yield the type, the program and the line of each loop over no object, of what the run may call."""
     text = _Text(trace)

@@ -14,6 +14,16 @@ program fill(goal: list[Placement]):
     for p in goal:
         pick_and_place(p.item, p.support)
 """
+BRINGING = """
+program fill(goal: list[Placement]):
+    achieves all on(p.item, p.support) for p in goal
+    for p in goal:
+        bring(p.item, p.support)
+
+program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+"""
 STACKING = """
 task tower:
     scene:   blocks: 5 Block on table

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from re import search
 
-from checked_libraries import ALL_ON, PLACING, STACKING, diagnostics, excerpt, written
+from checked_libraries import ALL_ON, BRINGING, PLACING, STACKING, diagnostics, excerpt, written
 
 SWAPPING = """
 type Plate is Place
@@ -67,22 +67,16 @@ def test_a_program_that_repeatedly_ends_unfinished_is_a_deadlock_with_its_reason
     assert "undoes" not in livelock.help and "'vacate'" in livelock.help
 
 
-HALF_WAY = """
-program fill(goal: list[Placement]):
-    achieves all on(p.item, p.support) for p in goal
-    for p in goal:
-        bring(p.item, p.support)
-
-program bring(item: Movable, support: Place):
-    requires present(item) and reachable(item) and present(support) and reachable(support)
-    achieves on(item, support)
-    lift(item, support)
+HALF_WAY = (
+    BRINGING
+    + """    lift(item, support)
 
 program lift(item: Movable, support: Place):
     requires present(item) and reachable(item)
     achieves on(item, support)
     pick(item)
 """
+)
 
 
 def test_in_a_deadlock_the_statements_that_already_hold_are_named(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from re import search
 
 import pytest
-from checked_libraries import ALL_ON, PLACING, STACKING, diagnostics, written
+from checked_libraries import ALL_ON, BRINGING, PLACING, STACKING, diagnostics, written
 from test_dynamic_check import FOUND
 
 from ntp_dsl.cli.app import run
@@ -19,20 +19,15 @@ from ntp_dsl.traces.schema import Ending
 
 FORGETFUL = FOUND["E603 an expert that forgets half of the goal"][0]
 CROWDED = FOUND["E605 two objects that push each other off one pad"][0]
-ONLY_CLEAR = """
-program fill(goal: list[Placement]):
-    achieves all on(p.item, p.support) for p in goal
-    for p in goal:
-        bring(p.item, p.support)
-
-program bring(item: Movable, support: Place):
-    requires present(item) and reachable(item) and present(support) and reachable(support)
-    achieves on(item, support)
-    clear(support)
+ONLY_CLEAR = (
+    BRINGING
+    + """    clear(support)
     when clear(item):
         pick(item)
     place(item, support)
-""" + STACKING.format(run="fill(goal)", success=ALL_ON)
+"""
+    + STACKING.format(run="fill(goal)", success=ALL_ON)
+)
 
 
 def check(capsys: pytest.CaptureFixture[str], *words: str | Path) -> tuple[int, str, str]:

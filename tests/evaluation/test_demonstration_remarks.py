@@ -10,14 +10,12 @@ from msgspec.structs import replace as with_fields
 
 import ntp_dsl
 from ntp_dsl.demonstrations.demonstration import UNKNOWN, Demonstration, noisy
-from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.semantics.observation import Record
 
 
 def said(task: ntp_dsl.Task, shown: Demonstration) -> list[str]:
-    instance = as_demonstrated(task.registry, task.instance, shown)
-    return [*remarks(task.registry, instance, shown)]
+    return [*remarks(task.registry, task.instance, shown)]
 
 
 def shown_by_the_expert(library: str, task: str, seed: int) -> tuple[ntp_dsl.Task, Demonstration]:

@@ -13,7 +13,6 @@ from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -68,8 +67,7 @@ def command(
         demonstration = evaluator.demonstration(instance, 0)[0].demonstration
     else:
         demonstration = read_demonstration(demo, instance.objects)
-        shown = as_demonstrated(registry, instance, demonstration)
-        for remark in remarks(registry, shown, demonstration):
+        for remark in remarks(registry, instance, demonstration):
             messages.print(remark, style="yellow")
     source = found.read(demonstration)
     scope = source.scope()

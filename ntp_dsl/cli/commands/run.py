@@ -45,7 +45,6 @@ from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episode_parts import NoDemonstration
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
@@ -161,16 +160,14 @@ def command(
         RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     )
     if recorded is not None:
-        shown = as_demonstrated(evaluator.registry, evaluator.instance(0), recorded.demonstration)
-        for remark in remarks(evaluator.registry, shown, recorded.demonstration):
+        for remark in remarks(evaluator.registry, evaluator.instance(0), recorded.demonstration):
             messages.print(remark, style="yellow")
     if recorded is None and goal is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
         try:
             recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
         except NoDemonstration:
-            if out is not None:
-                messages.print(f"why: ntp trace explain {episode_files(out, 0)[0]}")
+            _print_hint(out)
             raise
     policy = evaluator.policy(recorded) if recorded is not None or ask_below is not None else None
     interview = Interview(evaluator.registry, answer or [], out)
@@ -281,8 +278,7 @@ def run_episode(
     for path in files:
         messages.print(f"wrote {path}")
     if episode.success is False:
-        if out is not None:
-            messages.print(f"why: ntp trace explain {episode_files(out, 0)[0]}")
+        _print_hint(out)
         raise TaskFailed(f"the task failed ({episode.attributed_to}): {episode.reason}")
     if json:
         return
@@ -294,6 +290,12 @@ def run_episode(
         answers.print(f"finished, not judged: {work}")
     else:
         answers.print(f"done: {counted(episode.placements, 'placement')}, {work}")
+
+
+def _print_hint(out: Path | None) -> None:
+    """Say how to find out why a task failed, where there is a trace of it."""
+    if out is not None:
+        messages.print(f"why: ntp trace explain {episode_files(out, 0)[0]}")
 
 
 def _camera(evaluator: Evaluator, out: Path | None) -> Camera | None:

@@ -22,7 +22,6 @@ class PageObject(Struct, frozen=True):
     type: str
     size: Vector  # full extents [m]
     shape: str
-    fixed: bool
 
 
 class PageScene(Struct, frozen=True):

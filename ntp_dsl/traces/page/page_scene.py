@@ -50,7 +50,7 @@ def demonstrated_scene(shown: Demonstration) -> PageScene:
 
 
 def _objects(objects: Sequence[SceneObject]) -> dict[str, PageObject]:
-    return {each.name: PageObject(each.type, each.size, each.shape, not each.movable) for each in objects}
+    return {each.name: PageObject(each.type, each.size, each.shape) for each in objects}
 
 
 def episode_motion(trace: Trace) -> Iterator[Moment]:

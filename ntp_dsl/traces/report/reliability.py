@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 BINS = 10
@@ -32,6 +32,14 @@ class Reliability:
     """Probabilities in ten bins, each with the share that came true."""
 
     bins: list[Bin] = field(default_factory=lambda: [Bin() for _ in range(BINS)])
+
+    @classmethod
+    def of(cls, rows: Iterable[tuple[float, bool]]) -> Reliability:
+        """Return that of some probabilities, each with whether it came true."""
+        found = cls()
+        for probability, came_true in rows:
+            found.add(probability, came_true)
+        return found
 
     def add(self, probability: float, came_true: bool) -> None:
         """Count a probability, and whether it came true."""

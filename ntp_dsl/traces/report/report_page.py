@@ -8,11 +8,8 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.language.parsing.parser import parse
-from ntp_dsl.language.syntax.nodes import ProgramDeclaration
-from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.traces.coverage import Line
+from ntp_dsl.traces.library_text import statement_lines
 from ntp_dsl.traces.page.page_parts import content_hash, joined
 from ntp_dsl.traces.report.figures import Report
 from ntp_dsl.traces.report.reliability import Reliability
@@ -80,21 +77,7 @@ def _sources(report: Report) -> list[tuple[str, str]]:
 
 
 def _listing(report: Report, name: str, text: str) -> Iterator[SourceLine]:
-    statements = _statements(text)
+    statements = statement_lines(text)
     for number, line in enumerate(text.rstrip("\n").split("\n"), 1):
         figures = report.coverage.lines.get(f"{name}:{number}")
         yield SourceLine(number, line, figures, figures is None and number in statements)
-
-
-def _statements(text: str) -> set[int]:
-    """Return the lines of a library that can be counted: headers of programs, and their statements."""
-    try:
-        library = parse(text)
-    except NtpError:  # of another version of the language
-        return set()
-    found: set[int] = set()
-    for program in library.declarations:
-        if isinstance(program, ProgramDeclaration):
-            found.add(program.span.line)
-            found |= {innermost(each).span.line for each in program.body}
-    return found
