@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -109,12 +110,18 @@ def names_of(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
     return tuple(each for each in without_lists(arguments) if isinstance(each, str))
 
 
-def _is_right(registry: Registry, instance: Instance, reading: Reading, start: State) -> bool:
+def is_right(registry: Registry, instance: Instance, reading: Reading, start: State, end: State) -> bool:
     """Return whether lists have the elements that are meant: no others, and all that did not hold anyway.
 
-    Numbers are not compared.
+    Numbers are near enough where what was read holds of what was meant to be shown.
+
+    Args:
+        start: of the demonstration, as it is seen.
+        end: of the demonstration, in truth.
     """
     program = registry.programs[instance.program]
+    if not end.true(program.achieves, program.bind(reading.arguments)):
+        return False
     lists = zip(program.parameters, reading.arguments, instance.arguments, strict=True)
     for parameter, read, meant in lists:
         if not isinstance(read, tuple) or not isinstance(meant, tuple):
@@ -134,6 +141,15 @@ def tasks() -> list[tuple[Path, str]]:
     """Return the libraries and tasks that are measured: all but the largest."""
     folders = [each for each in (*examples_folder().iterdir(), *DOMAINS.iterdir()) if each.is_dir()]
     return [(each, task) for each in sorted(folders) for task in load(each).tasks if task not in LARGE]
+
+
+def _end(evaluator: Evaluator, instance: Instance, number: int) -> State:
+    """Return the last state that a demonstration shows, without noise."""
+    clean = Evaluator(replace(evaluator.plan, demo_noise=0.0))
+    recorded, _ = clean.demonstration(instance, number)
+    policy = clean.policy(recorded)
+    assert isinstance(policy, OneShotPolicy) and isinstance(policy.source, Shown)
+    return State(clean.registry, policy.source.look(len(recorded.demonstration) - 1))
 
 
 def evaluator_of(library: Path, task: str, arguments: argparse.Namespace) -> Evaluator:
@@ -165,8 +181,10 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             source = policy.source
             reading = source.reading(instance.program, instance.arguments, source.scope())
             start = State(evaluator.registry, source.look(0))
-            is_right = _is_right(evaluator.registry, instance, reading, start)
-            rows["list"].append((reading.probability, is_right))
+            end = _end(evaluator, instance, number)
+            rows["list"].append(
+                (reading.probability, is_right(evaluator.registry, instance, reading, start, end))
+            )
             assert recorded.calls is not None
             compared = Compared(policy, evaluator.expert, recorded.calls, rows)
             episodes.append(evaluator.episode(number, recorded, policy=compared))

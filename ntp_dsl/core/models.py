@@ -15,6 +15,7 @@ from ntp_dsl.core.per_library.checkpoint import check_fits, core_of
 from ntp_dsl.core.per_library.model import Core
 from ntp_dsl.core.per_library.policy import LearnedPolicy
 from ntp_dsl.core.policy import OneShotPolicy
+from ntp_dsl.core.pretraining.config import fewer_than_usual
 from ntp_dsl.core.shown import Shown, Told
 from ntp_dsl.core.weights import read_weights
 from ntp_dsl.demonstrations.demonstration import Demonstration
@@ -27,6 +28,10 @@ from ntp_dsl.traces.decision import Dispatch
 
 class Model(Protocol):
     """What was learnt, for one library."""
+
+    @property
+    def training(self) -> str:
+        """Return of what it had far less than usual when it was trained; empty where it had enough."""
 
     def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> Policy:
         """Return the policy that does what a demonstration shows.
@@ -46,6 +51,10 @@ class OneCoreModel:
     core: OneCore
     registry: Registry
     dispatch: Dispatch
+
+    @property
+    def training(self) -> str:
+        return fewer_than_usual(self.core.recipe.get("pretraining"))
 
     def read(self, demonstration: Demonstration, whole_scopes: bool = False) -> Shown:
         """Return a demonstration as it is read."""
@@ -69,6 +78,7 @@ class BaselineModel:
     """A core that was trained on the library's own traces."""
 
     core: Core
+    training = ""  # how many traces it takes depends on the library
 
     def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> Policy:
         if whole_scopes:

@@ -248,6 +248,7 @@ class Evaluator:
             world=self.plan.world,
             arm=self.plan.arm,
             model=str(self.plan.model) if self.plan.model else None,
+            training=self._model.training if self.is_learned else "",
             dispatch=(self.plan.dispatch or Dispatch.LEARNED) if self.is_learned else None,
             disturbances=self.plan.disturbances,
         )

@@ -44,8 +44,8 @@ class Replay:
             model: the path of the checkpoint that answers; None where a script does.
         """
         replayed = PolicyKind.REPLAYED
-        header = self.trace.header
-        writer.header(with_fields(header, format=FORMAT, version=VERSION, policy=replayed, model=model))
+        own = with_fields(self.trace.header, format=FORMAT, version=VERSION, training="")
+        writer.header(with_fields(own, policy=replayed, model=model))
         for call, returns in self.trace.events():
             if returns:
                 self._return(writer, call)

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from ntp_dsl.semantics.observation import Observation, without_lists
+from ntp_dsl.semantics.observation import Observation, SceneObject, without_lists
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call, CallOutcome
 from ntp_dsl.traces.trace import Trace
+
+NOTABLE = 0.002  # off the middle of what is below [m]
+CLOSE = 0.035  # between an object and one that it came down beside [m]
 
 
 def never_made_good(trace: Trace) -> list[Call]:
@@ -31,11 +34,11 @@ def _made_good(trace: Trace, call: Call, done: dict[str, int]) -> bool:
 def aftermath(trace: Trace, call: Call) -> str:
     """Return where a call's objects were seen after it, if it was executed in vain; else nothing."""
     in_vain = call.outcome is CallOutcome.UNFINISHED or call.outcome in ATTRIBUTION_OF_OUTCOME
-    seen = _seen_after(trace, call) if in_vain or call.execution.unmet else None
+    seen = seen_after(trace, call) if in_vain or call.execution.unmet else None
     return "" if seen is None else "; ".join(_places(seen, call))
 
 
-def _seen_after(trace: Trace, call: Call) -> Observation | None:
+def seen_after(trace: Trace, call: Call) -> Observation | None:
     """Return the state of the next decision; None where the run ended with the call."""
     number = call.end_state
     if not call.is_program and call.parent != ROOT:
@@ -46,8 +49,6 @@ def _seen_after(trace: Trace, call: Call) -> Observation | None:
 
 def _places(seen: Observation, call: Call) -> Iterator[str]:
     """Yield where the call's objects are, how far the first is from the second, and what is at the first."""
-    from ntp_dsl.semantics.predicates import stands_on  # and with it numpy, which few explanations need
-
     names = [
         each for each in dict.fromkeys(map(str, without_lists(call.arguments))) if each in seen.positions
     ]
@@ -62,14 +63,46 @@ def _places(seen: Observation, call: Call) -> Iterator[str]:
     yield f"from {second} to {first} {_vector([x - y for x, y in zip(to, base, strict=True)])}"
     if first not in seen.positions or seen.held == first:
         return
-    below = [each.name for each in seen.objects if stands_on(seen, first, each.name)]
-    if below:
-        yield f"{first} stands on {' and '.join(below)}"
+    if standing := stands(seen, first):
+        yield standing
     others = [each.name for each in seen.objects if each.name in seen.positions and not each.roomy]
     gaps = {name: dist(to[:2], seen.positions[name][:2]) for name in others if name not in (first, second)}
     if gaps:
         near = min(gaps, key=lambda name: gaps[name])
         yield f"next to {first} is {near} at {_vector(seen.positions[near])}"
+
+
+def stands(seen: Observation, name: str) -> str:
+    """Return what an object stands on, and how far off its middle; empty where it stands on nothing."""
+    from ntp_dsl.semantics.predicates import stands_on  # and with it numpy, which few explanations need
+
+    below = [each for each in seen.objects if stands_on(seen, name, each.name)]
+    places = [f"{each.name}{_off_middle(seen, name, each)}" for each in below]
+    return f"{name} stands on {' and '.join(places)}" if places else ""
+
+
+def _off_middle(seen: Observation, name: str, below: SceneObject) -> str:
+    off = dist(seen.positions[name][:2], seen.positions[below.name][:2])
+    return "" if below.roomy or off < NOTABLE else f", {1000 * off:.0f} mm off its middle"
+
+
+def crowding(trace: Trace, call: Call) -> str | None:
+    """Return the object that stands right beside the one that a call put down; None where none does."""
+    from ntp_dsl.semantics.free_space import clearance
+
+    seen = seen_after(trace, call)
+    names = [each for each in map(str, without_lists(call.arguments)) if seen and each in seen.positions]
+    if seen is None or not names or seen.held == names[0]:
+        return None
+    at, size = seen.positions[names[0]], seen.by_name[names[0]].size
+    beside = {
+        each.name: float(clearance(at[:2], size, [(seen.positions[each.name], each.size)]))
+        for each in seen.objects
+        if each.name in seen.positions and each.name not in names and each.movable
+        if abs(seen.positions[each.name][2] - at[2]) < (each.size[2] + size[2]) / 2
+    }
+    nearest = min(beside, key=lambda name: beside[name], default=None)
+    return nearest if nearest is not None and beside[nearest] < CLOSE else None
 
 
 def _vector(values: list[float] | tuple[float, ...]) -> str:

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.semantics.observation import Argument, Record
-from ntp_dsl.traces.aftermath import never_made_good
+from ntp_dsl.semantics.observation import Argument, Record, without_lists
+from ntp_dsl.traces.aftermath import crowding, never_made_good, seen_after, stands
 from ntp_dsl.traces.comparison.comparison_rules import NUMBER_TOLERANCE
 from ntp_dsl.traces.library_text import empty_loops
 from ntp_dsl.traces.phrases import conditions, format_argument, format_call
@@ -68,7 +68,16 @@ def _in_vain(trace: Trace) -> Iterator[str]:
     tried = Counter(text for call in programs if (text := format_call(call)) not in done)
     for text, count in tried.most_common(1):
         if count >= OFTEN:
-            yield f"{text} was called {count} times and never done."
+            last = [call for call in programs if format_call(call) == text][-1]
+            left = f"; after the last time {standing}" if (standing := _standing_after(trace, last)) else ""
+            yield f"{text} was called {count} times and never done{left}."
+
+
+def _standing_after(trace: Trace, call: Call) -> str:
+    """Return what the first object of a call stands on after it; empty where that cannot be seen."""
+    seen = seen_after(trace, call)
+    names = [each for each in map(str, without_lists(call.arguments)) if seen and each in seen.positions]
+    return stands(seen, names[0]) if seen is not None and names else ""
 
 
 def _unmet(trace: Trace) -> Iterator[str]:
@@ -85,6 +94,18 @@ def _unmet(trace: Trace) -> Iterator[str]:
             f"{name} reported success {said}, and what it is to achieve did not hold after {count} of them, "
             f"such as {those[0].execution.unmet[0]}{f' (called at {place})' * bool(place)}: {noisy}the "
             "skill, the predicate or a number that it was given is wrong, or something is in the way."
+        )
+        yield from _crowded(trace, those)
+
+
+def _crowded(trace: Trace, broken: Sequence[Call]) -> Iterator[str]:
+    """Yield what stands right beside what was put down in vain, if that is so more often than not."""
+    beside = Counter(found for call in broken if (found := crowding(trace, call)))
+    if 2 * beside.total() > len(broken):
+        those = ", ".join(f"{name} ({count})" for name, count in beside.most_common(FEW))
+        yield (
+            f"After {beside.total()} of these {len(broken)} another object stood right beside what was put "
+            f"down: {those}. It may be in the way, and nothing takes it away."
         )
 
 

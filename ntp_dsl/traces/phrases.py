@@ -82,6 +82,7 @@ def conditions(header: Header) -> str:
     shown = header.demonstration.noise if header.demonstration else 0.0
     parts = {
         "model": "/".join(PurePath(header.model).parts[-2:]) if header.model else None,
+        "trained with": header.training or None,
         "slips": made.slips or None,
         "pushes": made.pushes or None,
         "clumsiness": made.clumsiness or None,

@@ -17,19 +17,33 @@ NAMED = {  # by what the commands print, and not by the fault's own text
     "3": ("No object of the scene is a Tray", "line 27 of make_room"),
     "4": ("no statement achieves on(guard_0, bunk_0)", "which achieves `on(r.relieved, r.post)"),
     "5": ("requires room(item, after, gap)", "call make_room(item, after, gap) before it"),
-    "5b": ("something is in the way", "next to block_2 is pin_1", "uses program 'make_room'"),
+    "5b": (
+        "stood right beside what was put down: block_1 (65)",
+        "It may be in the way",
+        "nothing takes it away",
+    ),
     "6": (
         "ends with block_2 in the hand",
         "never closed",
         "lacks block_0",
         "(block_1, block_4) was read instead",
     ),
-    "7": ("slips 1.0", "dropped: block_3", "place(block_3, block_4) was called 13 times and never done"),
+    "7": (
+        "slips 1.0",
+        "dropped: block_3",
+        "place(block_3, block_4) was called 13 times and never done",
+        "block_3 stands on block_4, 16 mm off its middle",
+    ),
     "8": ("no inverse kinematics", "seat_2 at (0.860, 0.000, 0.005) m"),
     "8b": ("goal in collision", "place_0, place_1"),
     "9": ("noise 30 mm", "the noise of 30 mm is too much for it", "rest on a fact seen wrongly"),
     "10": ("is a checkpoint of library 'block_stacking'",),
-    "10b": ("core/core.safetensors", "the model or the demonstration does not fit", "6 of 62 decisions"),
+    "10b": (
+        "core/core.safetensors",
+        "trained with 4 of 9000 scenes",
+        "the model or the demonstration does not fit",
+        "6 of 62 decisions",
+    ),
 }
 CRASHED = 70  # exit status of a fault of the commands
 

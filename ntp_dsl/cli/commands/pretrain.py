@@ -16,12 +16,13 @@ import typer
 from ntp_dsl.cli.display import messages, print_json, progress
 from ntp_dsl.cli.options import Json, Seed
 from ntp_dsl.core.one_core import MADE_BY, OneCore, save_one_core
+from ntp_dsl.core.pretraining.config import PretrainingConfig
 from ntp_dsl.core.pretraining.dispatch_data import Sample
 from ntp_dsl.core.pretraining.fitting import Fit, Progress
 from ntp_dsl.core.pretraining.grounding_data import joined, of_scene
 from ntp_dsl.core.pretraining.library_episodes import decisions
 from ntp_dsl.core.pretraining.nameless_programs import nameless
-from ntp_dsl.core.pretraining.pretraining import Pretraining, PretrainingConfig
+from ntp_dsl.core.pretraining.pretraining import Pretraining
 
 SAVE_EVERY = 500  # iterations
 SHOW_EVERY = 50

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import torch
@@ -13,6 +13,7 @@ from torch import Tensor
 from ntp_dsl.common.decoding import Count, Unreadable, decode
 from ntp_dsl.core.dispatch.network import DispatchNetwork
 from ntp_dsl.core.perception.grounding import Grounding
+from ntp_dsl.core.pretraining.config import PretrainingConfig
 from ntp_dsl.core.pretraining.dispatch_data import Sample
 from ntp_dsl.core.pretraining.dispatch_loss import samples_loss
 from ntp_dsl.core.pretraining.fitting import Fit, Progress, rows_loss
@@ -21,18 +22,6 @@ from ntp_dsl.core.weights import Weights, read_weights, write_weights
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 PARTIAL, VERSION = "ntp-core-in-training", "1"
-
-
-@dataclass(frozen=True)
-class PretrainingConfig:
-    """The parameters of a pretraining; part of a core's recipe."""
-
-    seed: Count = 0
-    scenes: Count = 9000  # that are made up, for the grounding
-    iterations: Count = 12000  # of the grounding
-    programs: Count = 12000  # nameless ones, for the dispatcher
-    libraries: Count = 250  # random ones, for the dispatcher
-    dispatch_iterations: Count = 5000
 
 
 class Pretraining:

@@ -17,10 +17,11 @@ from ntp_dsl.cli.app import INTERRUPTED, MISUSE, run
 from ntp_dsl.cli.commands import pretrain
 from ntp_dsl.common.resources import checkpoints_folder
 from ntp_dsl.core.one_core import load_one_core, shipped_core
+from ntp_dsl.core.pretraining.config import PretrainingConfig
 from ntp_dsl.core.pretraining.dispatch_data import Sample
 from ntp_dsl.core.pretraining.grounding_data import Parts, joined, of_scene
 from ntp_dsl.core.pretraining.nameless_programs import nameless
-from ntp_dsl.core.pretraining.pretraining import Pretraining, PretrainingConfig
+from ntp_dsl.core.pretraining.pretraining import Pretraining
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 TINY = PretrainingConfig(seed=3, scenes=6, iterations=12, programs=30, libraries=0, dispatch_iterations=8)
