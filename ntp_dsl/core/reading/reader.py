@@ -279,7 +279,11 @@ class Reader:
     def _best_addition(
         self, chosen: Sequence[Candidate], risen: Sequence[Candidate], at: int, longer: Longer
     ) -> Candidate | None:
-        """Return the candidate that explains an act, and with it most from there on; of equals the first."""
+        """Return the candidate that explains an act, and with it most from there on; of equals the first.
+
+        What explains more in a row comes before what explains more in all: an object that is shown to be
+        brought to one place may get to another later, by no act of its own, as in a bowl that is stacked.
+        """
         able = [
             each
             for each in risen
@@ -287,20 +291,21 @@ class Reader:
         ]
         if len(able) <= 1:
             return able[0] if able else None
-        return max(able, key=lambda each: self._count_explained(longer(chosen, each), at))
+        return max(able, key=lambda each: self._counts_explained(longer(chosen, each), at))
 
     def _explains(self, chosen: Sequence[Candidate], at: int) -> bool:
         return self._explanation.step(self._root(chosen), self.moments.acts[at]) is not None
 
-    def _count_explained(self, chosen: Sequence[Candidate], at: int) -> int:
-        """Return how many acts from one on are explained."""
+    def _counts_explained(self, chosen: Sequence[Candidate], at: int) -> tuple[int, int]:
+        """Return how many acts from one on are explained in a row, and how many in all."""
         top = self._root(chosen)
-        count = 0
+        row = count = 0
         for number in range(at, len(self.moments.acts)):
             after = self._after(top, chosen, number)
             if after is not None:
                 top, count = after, count + 1
-        return count
+                row += number == at + row
+        return row, count
 
     def _after(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
         """Return what runs after an act; None where nothing explains it, or where it is better left out."""
