@@ -11,8 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from one_core_samples import library, read, shown, the_model
 
+from ntp_dsl.common.resources import examples_folder
+from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.core.reading.likelihood import Places, places
 from ntp_dsl.core.reading.reading import Reading
+from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.semantics.observation import Observation, Record, SceneObject
 from ntp_dsl.semantics.state import State
 
@@ -145,3 +148,15 @@ def test_forks_that_lie_on_one_another_in_a_bowl_are_read_as_in_the_bowl() -> No
     for seed in (3, 4):
         task, demonstration = shown("table_cleanup", seed, "four_and_twelve")
         assert read(task, demonstration).arguments == task.instance.arguments
+
+
+def test_what_gets_into_another_bowl_with_its_own_is_read_as_in_its_own() -> None:
+    """A fork at the bottom of a bowl that is stacked lies in the bowl below as well, in the end."""
+    evaluator = Evaluator(
+        Plan(examples_folder() / "table_cleanup", "four_and_twenty", shipped_core(), seed=41)
+    )
+    instance = evaluator.instance(4)
+    recorded, _ = evaluator.demonstration(instance, 4)
+    source = the_model(evaluator.registry, instance.program).read(recorded.demonstration)
+    reading = source.reading(instance.program, instance.arguments, source.scope())
+    assert reading.arguments == instance.arguments
