@@ -64,7 +64,7 @@ class Reach:
         )
 
     def _can_run(self, task: TaskDeclaration, programs: Collection[str]) -> bool:
-        drawn = task.goal is None or ("sampler", task.goal.name) not in self._python
+        drawn = task.sampler is None or ("sampler", task.sampler.name) not in self._python
         runs = task.run is not None and task.run.callee in programs
         return drawn and runs and not self._uses_unknown(task.success)
 

@@ -48,7 +48,7 @@ def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
 def piles(instance: Instance, rng: np.random.Generator) -> Scene:
     """Return a start of a few piles, in which most objects have another on top."""
     count = max(2, len(movable(instance.objects)) // PILE)
-    return piled_start(instance.objects, rng, count, instance.starts)
+    return instance.in_state(piled_start(instance.objects, rng, count, instance.starts))
 
 
 def missing_object(instance: Instance, rng: np.random.Generator) -> Scene:

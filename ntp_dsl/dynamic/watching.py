@@ -136,7 +136,8 @@ def _moment(seen: Observation) -> Key:
     places = (
         (name, *(round(value / RESOLUTION) for value in place)) for name, place in seen.positions.items()
     )
-    return (*sorted(places), *(round(value / RESOLUTION) for value in seen.gripper), seen.closed)
+    hand = (round(value / RESOLUTION) for value in seen.gripper)
+    return (*sorted(places), *hand, seen.closed, *sorted(seen.facts))
 
 
 def source_lines(cycle: Sequence[NextCall]) -> list[tuple[NextCall, Span]]:

@@ -29,7 +29,7 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
     if moved and not shown.closed.any():
         yield f"the hand is never closed, and yet {_named(moved)} moved: is `closed` right?"
     state = State(registry, last)
-    facts = instance.literals(registry, last) if instance.goal else []
+    facts = instance.literals(registry, last) if instance.is_judged else []
     lacking = [str(fact) for fact in facts if not state.holds(fact)]
     if in_hand is not None and (lacking or not facts):
         yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"

@@ -145,7 +145,7 @@ def carry_out(
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
     wall, simulated = perf_counter() - started, world.time
-    verdict = judge(registry, world, instance, scene, run) if instance.goal else None
+    verdict = judge(registry, world, instance, scene, run) if instance.is_judged else None
     writer.end(_end(run, verdict))
     return CarriedOut(run, verdict, wall, simulated)
 

@@ -66,8 +66,13 @@ class Refusals:
 
 
 def differ(a: Observation, b: Observation) -> bool:
-    """Return whether the hand or any object has moved."""
-    if a.closed != b.closed or a.unreachable != b.unreachable or a.positions.keys() != b.positions.keys():
+    """Return whether the hand or any object has moved, or a fact of the state has changed."""
+    if (
+        a.facts != b.facts
+        or a.closed != b.closed
+        or a.unreachable != b.unreachable
+        or a.positions.keys() != b.positions.keys()
+    ):
         return True
     moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)
     return max(dist(a.gripper, b.gripper), *moved) > UNCHANGED

@@ -13,7 +13,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
-from ntp_dsl.semantics.observation import Argument, Observation, Record, without_lists
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record, without_lists
 from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, trait
 
 Bindings = Mapping[str, Argument]
@@ -242,6 +242,8 @@ class State:
         if declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             return self.true(declared.body, dict(zip(names, arguments, strict=True)))
+        if provider_of(declared) == nodes.STATE:
+            return DeclaredFact(predicate, tuple(map(str, arguments))) in self.observation.facts
         return self._provider(declared)(self.observation, *arguments)
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,9 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
-from ntp_dsl.language.syntax.nodes import Expression, Name, Number, TaskDeclaration
+from ntp_dsl.language.syntax.nodes import Atom, Expression, GivenGoal, Name, Number, TaskDeclaration
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, Record, SceneObject
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
@@ -43,6 +44,12 @@ class Instance:
     name: str = ""
     bindings: Mapping[str, Argument] = field(default_factory=dict)  # goal, and the groups by name
     starts: Mapping[str, Start] = field(default_factory=dict)
+    facts: frozenset[DeclaredFact] = frozenset()  # of the state, that hold at the start
+
+    @property
+    def is_judged(self) -> bool:
+        """Return whether success can be told: a goal is known, or none is needed."""
+        return bool(self.goal) or self.task.goal is None
 
     def literals(self, registry: Registry, observation: Observation) -> list[Fact]:
         """Return the facts that the success condition consists of."""
@@ -50,13 +57,13 @@ class Instance:
 
     def holds_in(self, registry: Registry, scene: Scene) -> bool:
         """Return whether the goal holds in a scene, with an open hand that is out of the way."""
-        seen = Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False)
+        seen = _seen(scene)
         state = State(registry, seen)
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
     def shown_by(self, registry: Registry, scene: Scene) -> int:
         """Return how many elements of the goal a demonstration from a scene shows: they do not hold yet."""
-        seen = Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False)
+        seen = _seen(scene)
         state = State(registry, seen)
         others = set(state.literals(self.task.success, {**self.bindings, GOAL: ()}))
         count = 0
@@ -73,13 +80,21 @@ class Instance:
 
     def nominal_start(self, rng: np.random.Generator) -> Scene:
         """Return a scene with all objects apart, where the task lets them start."""
-        return nominal_start(self.objects, rng, self.starts)
+        return self.in_state(nominal_start(self.objects, rng, self.starts))
 
     def perturbed_start(
         self, rng: np.random.Generator, in_hand: bool = True, straight: float = STRAIGHT
     ) -> Scene:
         """Return a scene with partial and wrong towers, buried objects, at random one in the hand."""
-        return perturbed_start(self.objects, rng, in_hand, self.starts, straight)
+        return self.in_state(perturbed_start(self.objects, rng, in_hand, self.starts, straight))
+
+    def in_state(self, scene: Scene) -> Scene:
+        """Return a scene in which those facts of the state hold that hold at the start."""
+        return replace(scene, facts=self.facts)
+
+
+def _seen(scene: Scene) -> Observation:
+    return Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False, facts=scene.facts)
 
 
 def enough_primitives(instance: Instance) -> int:
@@ -135,11 +150,30 @@ def draw(
     Args:
         varied: ranges for `length`, `topology` and `semantics` in place of the declared ones.
     """
-    assert task.goal is not None
     laid = layout(registry, task, rng)
-    goal = draw_goal(registry, task.goal, laid, rng, varied)
+    goal: Goal = ()
+    if isinstance(task.goal, GivenGoal):
+        goal = _given(registry, task, task.goal)
+    elif task.goal is not None:
+        goal = draw_goal(registry, task.goal, laid, rng, varied)
     drawn = instance(task, laid.objects, goal, groups=laid.groups)
-    return replace(drawn, starts=laid.starts)
+    facts = frozenset(fact for each in task.initially for fact in _facts(each, laid.groups))
+    return replace(drawn, starts=laid.starts, facts=facts)
+
+
+def _given(registry: Registry, task: TaskDeclaration, goal: GivenGoal) -> Goal:
+    """Return the rows of a goal that is given."""
+    name = goal.result.name if goal.result else _goal_record(registry, task)
+    rows = (tuple(_value(term) for term in row.terms) for row in goal.rows)
+    fields = [each.name for each in registry.records[name]]
+    return tuple(Record(name, tuple(zip(fields, row, strict=True))) for row in rows)
+
+
+def _facts(fact: Atom, groups: Mapping[str, Sequence[str]]) -> Iterator[DeclaredFact]:
+    """Yield the facts that are stated, one for each object of a group that is named."""
+    names = (str(_value(term)) for term in fact.arguments)
+    for each in product(*(groups.get(name, [name]) for name in names)):
+        yield DeclaredFact(fact.predicate, each)
 
 
 def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Instance]:
@@ -237,18 +271,27 @@ def instance(
     """Return the root call of a task, with its goal, groups, constants and numbers filled in."""
     assert task.run is not None
     bindings: dict[str, Argument] = {GOAL: goal}
-    bindings |= {group: tuple(names) for group, names in (groups or {}).items()}
+    bindings |= {
+        group: tuple(names)
+        for group, names in (groups or {}).items()
+        if names != [group]  # but one by name
+    }
     arguments = tuple(_argument(term, bindings) for term in task.run.arguments)
     return Instance(task, objects, goal, task.run.callee, arguments, name or task.name, bindings)
 
 
 def _argument(term: Expression, bindings: Mapping[str, Argument]) -> Argument:
+    value = _value(term)
+    return bindings.get(value, value) if isinstance(value, str) else value
+
+
+def _value(term: Expression) -> str | float:
     if isinstance(term, Number):
         value = si(term)
         assert value is not None
         return value
     assert isinstance(term, Name), "the checker allows names and numbers here"
-    return bindings.get(term.id, term.id)
+    return term.id
 
 
 def end_configuration(goal: Goal) -> Configuration:

@@ -130,8 +130,8 @@ def needed(registry: Registry) -> Iterator[Needed]:
             names = (parameter.name for parameter in declared.parameters)
             yield "predicate", declared.name, declared.name_span, ("observation", *names)
     for task in registry.tasks.values():
-        if task.goal is not None and task.goal.by is not None:
-            yield "sampler", task.goal.name, task.goal.span, None
+        if task.sampler is not None and task.sampler.by is not None:
+            yield "sampler", task.sampler.name, task.sampler.span, None
 
 
 def _imported(path: Path, kind: str, name: str, span: Span) -> ModuleType:

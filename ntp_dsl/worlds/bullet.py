@@ -26,7 +26,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
 from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
@@ -74,6 +74,7 @@ class BulletWorld:
             raise NtpError(f"--gui: {unexpected}") from unexpected
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
+        self.facts: frozenset[DeclaredFact] = frozenset()
         self.skills: dict[str, Callable[..., Outcome]] = {
             "move_to": self._move_to,
             "grasp": self._grasp,
@@ -93,6 +94,7 @@ class BulletWorld:
         self._furniture = furniture_positions(scene.objects)
         self._regions = table_regions(scene)
         self._disturbances = disturbances
+        self.facts = scene.facts
         self._seed, self._calls = seed, 0
         self._noise_rng = np.random.default_rng((seed, 1))
         self._failed: Counter[str] = Counter()
@@ -115,6 +117,7 @@ class BulletWorld:
             self._cell.hand_closed,
             self._unreachable(positions),
             {name: pose.quaternion_xyzw for name, pose in poses.items()},
+            facts=self.facts,
         )
 
     def observe(self) -> Observation:

@@ -9,15 +9,17 @@ from inspect import Parameter, signature
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
-from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration, Span
+from ntp_dsl.language.syntax.nodes import PYTHON, STATE, PredicateDeclaration, Span
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state_changes import changed_by, providers
 from ntp_dsl.semantics.value_checks import out_of_range
-from ntp_dsl.worlds.protocol import Failure, Outcome, World
+from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 from ntp_dsl.worlds.skill_context import SkillContext
 
 WORLDS = ("kinematic", "bullet")
+ACT = 1.0  # of an act that changes nothing but the state [s]
 
 
 def make_world(
@@ -48,19 +50,26 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
         raise NtpError(f"expected a world, found {kind}, which lacks {', '.join(missing)}; see docs/api.md")
     lacks = lacking(world, registry)
     if lacks:
-        skills = sorted(world.skills)
+        known = sorted(world.skills)
         raise NtpError(
             f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; its `skills` "
-            f"are {', '.join(skills)}, and the predicates {', '.join(BUILT_IN)}; "
+            f"are {', '.join(known)}, and the predicates {', '.join(BUILT_IN)}; "
             f"others are left to Python: api {lacks[0]}(...) by python"
         )
     for message, _ in misdeclared(world, registry):
         raise NtpError(message)
+    skills = dict(world.skills)
     for api in registry.apis.values():
         if api.skill == PYTHON:
-            world.skills[api.name] = partial(_carry_out, registry, api, world)
+            skill: Callable[..., Outcome] = partial(_by_python, registry, api, world)
+            skill = partial(_carry_out, registry, api, world, skill)
+        elif api.skill in skills:
+            skill = skills[api.skill]
         else:
-            world.skills[api.name] = world.skills[api.skill]
+            skill = partial(_carry_out, registry, api, world, partial(_wait, world))
+        if STATE in providers(registry, api.achieves):
+            skill = partial(_change_state, registry, api, world, skill)
+        world.skills[api.name] = skill
 
 
 def _members(protocol: type) -> list[str]:
@@ -69,8 +78,10 @@ def _members(protocol: type) -> list[str]:
     return [*protocol.__annotations__, *methods]
 
 
-def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
-    """Call a skill in Python; like the worlds' own, it is refused where its api's requirements fail."""
+def _carry_out(
+    registry: Registry, api: Api, world: World, skill: Callable[..., Outcome], *arguments: Argument
+) -> Outcome:
+    """Call a skill; like the worlds' own, it is refused where its api's requirements fail."""
     state = State(registry, world.truth())
     if strayed := out_of_range(api, arguments):  # by a learned program: an expert's number was tested before
         return Outcome(False, Failure.NOT_READY, {"out of range": strayed})
@@ -78,13 +89,37 @@ def _carry_out(registry: Registry, api: Api, world: World, *arguments: Argument)
     lacks = [str(fact) for fact in state.literals(api.requires, named) if not state.holds(fact)]
     if lacks:
         return Outcome(False, Failure.NOT_READY, {"lacks": lacks})
+    return skill(*arguments)
+
+
+def _by_python(registry: Registry, api: Api, world: World, *arguments: Argument) -> Outcome:
     outcome: Outcome = registry.python.get("skill", api.name)(SkillContext(registry, world), *arguments)
+    return outcome
+
+
+def _wait(world: World, *arguments: Argument) -> Outcome:
+    """Take the time that an act takes which changes nothing but the state."""
+    world.settle(ACT)
+    return ACHIEVED
+
+
+def _change_state(
+    registry: Registry, api: Api, world: World, skill: Callable[..., Outcome], *arguments: Argument
+) -> Outcome:
+    """Call a skill; where it succeeds, what it achieves of the state holds."""
+    outcome = skill(*arguments)
+    if outcome.achieved:
+        world.facts = changed_by(api, arguments, State(registry, world.truth()))
     return outcome
 
 
 def lacking(world: World, registry: Registry) -> list[str]:
     """Return the apis and predicates of a library that neither the world nor Python provides."""
-    apis = [api.name for api in registry.apis.values() if api.skill not in {PYTHON, *world.skills}]
+    apis = [
+        api.name
+        for api in registry.apis.values()
+        if api.skill not in {PYTHON, *world.skills} and set(providers(registry, api.achieves)) != {STATE}
+    ]
     predicates = [
         declared.name
         for declared in registry.predicates.values()
@@ -125,7 +160,7 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     """Return whether the world, Python, or (for a reading of one object) the scene provides a predicate."""
     provider = declared.by.id if declared.by else declared.name
     by_scene = declared.result is not None and declared.by is None and len(declared.parameters) == 1
-    return provider in {PYTHON, *BUILT_IN} or by_scene
+    return provider in {PYTHON, STATE, *BUILT_IN} or by_scene
 
 
 def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:

@@ -12,7 +12,7 @@ from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import free_places, height_below, place_in
 from ntp_dsl.semantics.geometry import Vector, about_vertical, moved
-from ntp_dsl.semantics.observation import TOO_WIDE, Argument, Observation, SceneObject
+from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, SceneObject
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingObjects
@@ -38,6 +38,7 @@ class KinematicWorld(RestingObjects):
         self._placement_error = placement_error
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
+        self.facts: frozenset[DeclaredFact] = frozenset()
         self.skills: dict[str, Callable[..., Outcome]] = {
             "move_to": self._move_to,
             "grasp": self._grasp,
@@ -55,6 +56,7 @@ class KinematicWorld(RestingObjects):
         self._positions = dict(scene.positions)
         self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
         self._disturbances = disturbances
+        self.facts = scene.facts
         self._gripper = scene.gripper or HOME
         self._held, self._closed = scene.held, scene.held is not None
         self._load: list[str] = []  # the contents of the held bowl
@@ -77,6 +79,7 @@ class KinematicWorld(RestingObjects):
             self._gripper,
             self._closed,
             orientations=self._orientations,
+            facts=self.facts,
         )
 
     def observe(self) -> Observation:
@@ -96,7 +99,11 @@ class KinematicWorld(RestingObjects):
         )
 
     def settle(self, seconds: float) -> None:
-        self._time += seconds
+        end = self._time + seconds
+        while self._time + self.frame_seconds < end:
+            self._time += self.frame_seconds
+            self._emit()
+        self._time = end
 
     # Primitives ---------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Argument, Observation, SceneObject
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, SceneObject
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class Scene:
     yaws: Mapping[str, float] = field(default_factory=dict)  # [rad]
     gripper: Vector | None = None  # where the tool starts; at home where None
     held: str | None = None  # in the hand at the start; only in the kinematic world
+    facts: frozenset[DeclaredFact] = frozenset()  # of the state, that hold at the start
 
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:
@@ -92,6 +93,7 @@ class World(Protocol):
     skills: dict[str, Callable[..., Outcome]]  # by name, what it can carry out
     starts_holding: bool  # whether a scene may start with an object in the hand
     disturbed: set[str]  # objects that a disturbance has moved since the reset
+    facts: frozenset[DeclaredFact]  # of the state, that hold now: a part of what is observed
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None: ...
 

@@ -74,8 +74,11 @@ def layout(registry: Registry, task: TaskDeclaration, rng: np.random.Generator |
     for group in task.scene:
         count = _count(group, rng)
         stem, first = group.type.name.lower(), used[group.type.name]  # numbers go on over groups
-        used[group.type.name] += count
-        names = [f"{stem}_{number}" for number in range(first, first + count)]
+        if group.is_single:
+            names = [group.name]
+        else:
+            used[group.type.name] += count
+            names = [f"{stem}_{number}" for number in range(first, first + count)]
         surfaces = _dealt(groups.get(group.place, [group.place]), count, loads, rng)
         for index, (name, surface) in enumerate(zip(names, surfaces, strict=True)):
             objects.append(_object(name, group, index, registry))

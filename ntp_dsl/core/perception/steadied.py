@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,9 @@ Rest = tuple[int, int, Points, Points]  # first frame, end, the looks between th
 
 @dataclass(frozen=True, eq=False)
 class Steadied:
-    """A demonstration's states. A phase lies between two moments at which the hand opens or closes."""
+    """A demonstration's states. A phase lies between two moments at which the hand opens or closes, or at
+    which a fact of the state changes.
+    """
 
     demonstration: Demonstration
     closed: NDArray[np.bool_]  # (T,) without flicker
@@ -34,8 +37,10 @@ class Steadied:
 
     @cached_property
     def events(self) -> tuple[int, ...]:
-        """Return the first frames after the hand has opened or closed."""
-        return tuple((np.flatnonzero(np.diff(self.closed.astype(int))) + 1).tolist())
+        """Return the first frames after the hand has opened or closed, or a fact of the state has changed."""
+        facts = self.demonstration.facts or ()
+        changes = {k for k, (a, b) in enumerate(pairwise(facts), start=1) if a != b}
+        return tuple(sorted(changes.union((np.flatnonzero(np.diff(self.closed.astype(int))) + 1).tolist())))
 
     def phases(self, scope: Scope) -> list[Scope]:
         """Return the phases of a part of the demonstration."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from ntp_dsl.language.checks.condition_lints import check_conditions
+from ntp_dsl.language.checks.given import check_state
 from ntp_dsl.language.checks.tasks import check_task
 from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.checked import Checked
@@ -53,6 +54,7 @@ def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterat
                 yield from typing.condition(declaration.body, names)
             if declaration.result is not None:
                 yield from check_type(table, declaration.result)
+            yield from check_state(declaration, table)
         case nodes.ApiDeclaration():
             yield from _check_contract(declaration, table, typing)
         case nodes.ProgramDeclaration():

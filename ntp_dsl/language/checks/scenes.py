@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -53,6 +54,26 @@ LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
 
+def named_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
+    """Yield the names by which a task may call single objects of its scene, each with its type.
+
+    They are those that are declared by themselves, and the numbered ones that are always there.
+    """
+    used: Counter[str] = Counter()
+    uncertain: set[str] = set()  # types of which there is a varying number
+    for group in task.scene:
+        if group.is_single:
+            yield group.name, group.type
+            continue
+        name = group.type.name
+        if name not in uncertain:
+            for number in range(used[name], used[name] + group.count):
+                yield f"{name.lower()}_{number}", group.type
+        used[name] += group.count
+        if group.most is not None:
+            uncertain.add(name)
+
+
 def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check that every group has a type, a number, a place to start from, and details that exist."""
     for index, group in enumerate(task.scene):
@@ -76,7 +97,8 @@ def _check_group(
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
         yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
-    if group.name in {other.name for other in before} or group.name in table.constants:
+    numbered = {name for name, _ in named_objects(task) if name not in {other.name for other in task.scene}}
+    if group.name in {other.name for other in before} | numbered or group.name in table.constants:
         yield Diagnostic(
             "E305", f"'{group.name}' is in the scene already", leading_span(group.span, group.name)
         )

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from ntp_dsl.language.checks.given import check_given_goal, check_initially
 from ntp_dsl.language.checks.goals import check_goal
-from ntp_dsl.language.checks.scenes import GOAL, check_scene
+from ntp_dsl.language.checks.scenes import GOAL, check_scene, named_objects
 from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.names.signatures import Names, leading_span
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.repairs.task_repairs import missing_section, other_run, promised, typed_goal
 from ntp_dsl.language.syntax.formatter import format_expression
-from ntp_dsl.language.syntax.nodes import Atom, Name, Number, TaskDeclaration, TypeName
+from ntp_dsl.language.syntax.nodes import Atom, GivenGoal, Name, Number, TaskDeclaration, TypeName
 from ntp_dsl.language.syntax.visitors import free_names
 
 SECTIONS = {
@@ -27,14 +28,18 @@ SECTIONS = {
 def check_task(task: TaskDeclaration, table: SymbolTable, typing: TypeChecker) -> Iterator[Diagnostic]:
     """Check that every section is there, names what exists, and can be met."""
     for section, example in SECTIONS.items():
-        if not getattr(task, section):
+        if not getattr(task, section) and (section != "goal" or _names_goal(task)):
             message = f"task '{task.name}' has no '{section}'"
             fix = missing_section(task, section, GOAL, table)
             help = f"write it below: {fix.replacement.strip()}" if fix else f"for example: {example}"
             yield Diagnostic("E501", message, task.name_span, help=help, fix=fix)
     yield from check_scene(task, table)
+    yield from check_initially(task, table, typing)
     names = {group.name: TypeName(group.type.name, is_list=True) for group in task.scene}
-    if task.goal is not None:
+    names |= named_objects(task)
+    if isinstance(task.goal, GivenGoal):
+        names[GOAL] = TypeName((yield from check_given_goal(task.goal, task, table, typing)), is_list=True)
+    elif task.goal is not None:
         drawn = yield from check_goal(task.goal, task, table)
         names[GOAL] = TypeName(drawn, is_list=True)
     found: list[Diagnostic] = []
@@ -49,6 +54,12 @@ def check_task(task: TaskDeclaration, table: SymbolTable, typing: TypeChecker) -
             names[GOAL] = TypeName("", is_list=True)  # another goal may be meant
     found += _check_success(task, names, table, typing)
     yield from found or _check_goal_is_judged(task, table)
+
+
+def _names_goal(task: TaskDeclaration) -> bool:
+    """Return whether a goal is needed: where nothing is run, or what is run or judged names it."""
+    parts = [*(task.run.arguments if task.run else ()), *([task.success] if task.success else [])]
+    return task.run is None or any(GOAL in free_names(part) for part in parts)
 
 
 def _check_success(

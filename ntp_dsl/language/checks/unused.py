@@ -40,9 +40,11 @@ def unused_within(declaration: Declaration) -> Iterator[Diagnostic]:
             yield from _unused_variables([body])
         case nodes.TaskDeclaration(goal=goal, run=run) if goal is not None and run is not None:
             if GOAL not in _names(run.arguments):
-                message = f"a goal is drawn, and 'run' does not pass it to '{run.callee}'"
+                what = "drawn" if isinstance(goal, nodes.Sampler) else "given"
+                message = f"a goal is {what}, and 'run' does not pass it to '{run.callee}'"
                 help = f"for example: run: {run.callee}({GOAL})"
-                yield Diagnostic("W105", message, leading_span(goal.span, goal.name), help=help)
+                span = leading_span(goal.span, goal.name) if isinstance(goal, nodes.Sampler) else goal.span
+                yield Diagnostic("W105", message, span, help=help)
             yield from _unused_variables([declaration.success])
 
 
@@ -181,19 +183,18 @@ def _all(table: SymbolTable) -> Iterator[Declaration]:
 
 def _is_in_python(declaration: Declaration) -> bool:
     by = getattr(declaration, "by", None)
-    if isinstance(declaration, nodes.TaskDeclaration) and declaration.goal is not None:
-        by = declaration.goal.by
+    if isinstance(declaration, nodes.TaskDeclaration) and declaration.sampler is not None:
+        by = declaration.sampler.by
     return by is not None and by.id == PYTHON
 
 
 def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: SymbolTable) -> Iterator[Diagnostic]:
     """Report groups that the task does not name, of a type that no loop iterates over."""
-    run = task.run.arguments if task.run else ()
-    named = {each.place for each in task.scene} | _names([*run, task.success])
-    named |= {*(task.goal.groups if task.goal else ())}
+    named = {each.place for each in task.scene} | _names(expressions_of(task))
+    named |= {*(task.sampler.groups if task.sampler else ())}
     for group in task.scene:
         is_met = any(each in ranges for each in table.ancestors(group.type.name))
         if group.name not in named and not is_met and not group.name.startswith("_"):
             message = f"nothing that this task runs can ever use '{group.name}'"
-            help = f"draw goals from it, or call it '_{group.name}' if it is only an obstacle"
+            help = f"name it in a goal, or call it '_{group.name}' if it is only an obstacle"
             yield Diagnostic("N104", message, leading_span(group.span, group.name), help=help)

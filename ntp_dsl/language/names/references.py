@@ -47,8 +47,10 @@ def expressions_of(declaration: Declaration) -> list[Expression | Generator | No
             return [requires, achieves]
         case nodes.ProgramDeclaration(requires=requires, achieves=achieves, body=statements):
             return [requires, achieves, *(part for each in statements for part in statement_parts(each))]
-        case nodes.TaskDeclaration(run=run, success=success):
-            return [*(run.arguments if run else ()), success]
+        case nodes.TaskDeclaration(initially=initially, goal=goal, run=run, success=success):
+            rows = goal.rows if isinstance(goal, nodes.GivenGoal) else ()
+            given = (term for row in rows for term in row.terms)
+            return [*initially, *given, *(run.arguments if run else ()), success]
     return []
 
 
@@ -75,10 +77,12 @@ def _task(task: nodes.TaskDeclaration) -> Iterator[Key]:
             yield "predicate", detail.name
             names = (each for each in detail.settings if isinstance(each, nodes.Name))
             yield from (("value", each.id) for each in names)
-    if task.goal is not None:
-        kind = SAMPLERS.get(task.goal.name)
-        yield "type", task.goal.result.name if task.goal.result else kind.record if kind else ""
-        yield from (("type", group) for group in task.goal.groups)
+    if (sampler := task.sampler) is not None:
+        kind = SAMPLERS.get(sampler.name)
+        yield "type", sampler.result.name if sampler.result else kind.record if kind else ""
+        yield from (("type", group) for group in sampler.groups)
+    elif isinstance(task.goal, nodes.GivenGoal) and task.goal.result is not None:
+        yield "type", task.goal.result.name
     if task.run is not None:
         yield "call", task.run.callee
 

@@ -114,7 +114,7 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (rf"({NAME})\s*\[\s*\]", r"list[\1]"),
     (r"\bList\s*\[", "list["),
     (r"^(\s*(?:requires|achieves))\s*:\s*(.+)$", r"\1 \2"),
-    (r"^(\s*(?:scene|goal|run|success))\s+([^\s:=].*)$", r"\1: \2"),
+    (r"^(\s*(?:scene|initially|goal|run|success))\s+([^\s:=].*)$", r"\1: \2"),
     (r"^constant\s+([A-Z]\w*)\s+([a-z]\w*)$", r"constant \2: \1"),
     (r"(?<=[(,])(\s*)([A-Z]\w*)\s+([a-z]\w*)(?=\s*[,)])", r"\1\3: \2"),
     (r"(=\s*\d+)\s*(?:-|–|\bto\b|\bthrough\b)\s*(\d+)", r"\1..\2"),

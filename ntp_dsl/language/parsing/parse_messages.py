@@ -33,7 +33,7 @@ TERMINALS = {
 # The beginning of an expression is one idea for the reader, and eight terminals for the parser.
 EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'"}
 FOREIGN = frozenset("else elif return pass break continue while try let var".split())
-LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "goal", "run", "success"}
+LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "initially", "goal", "run", "success"}
 
 
 def expectation(expected: Set[str]) -> str:

@@ -242,8 +242,21 @@ class Builder(Terms):
     def scene(self, span: Span, *groups: nodes.SceneGroup) -> Clause:
         return Clause("scene", groups, span)
 
-    def goal(self, span: Span, sampler: nodes.Sampler) -> Clause:
-        return Clause("goal", sampler, span)
+    def initially(self, span: Span, *facts: nodes.Atom) -> Clause:
+        return Clause("initially", facts, span)
+
+    def goal(self, span: Span, goal: nodes.Goal) -> Clause:
+        return Clause("goal", goal, span)
+
+    def goal_rows(self, span: Span, *rows: nodes.Row) -> Clause:
+        return Clause("goal", self.given(span, *rows), span)
+
+    def given(self, span: Span, *parts: nodes.Row | nodes.TypeName | None) -> nodes.GivenGoal:
+        result = next(iter(_only(nodes.TypeName, parts)), None)
+        return nodes.GivenGoal(_only(nodes.Row, parts), result, span=span)
+
+    def element(self, span: Span, *terms: Expression) -> nodes.Row:
+        return nodes.Row(terms, span=span)
 
     def run(self, span: Span, call: nodes.Call) -> Clause:
         return Clause("run", call, span)
@@ -271,6 +284,16 @@ class Builder(Terms):
             place_span=place.span,
             span=span,
         )
+
+    def single(
+        self,
+        span: Span,
+        name: Word,
+        type: nodes.TypeName,
+        place: Word,
+        details: tuple[nodes.Detail, ...] | None,
+    ) -> nodes.SceneGroup:
+        return replace(self.group(span, name, 1, None, type, place, details), is_single=True)
 
     def details(self, span: Span, *details: nodes.Detail) -> tuple[nodes.Detail, ...]:
         return details

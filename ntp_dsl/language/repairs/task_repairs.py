@@ -56,7 +56,7 @@ def _spans(task: TaskDeclaration, section: str) -> list[Span]:
 
 def _scene(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """Write a scene with the usual number of objects of the types that the goal's record takes."""
-    sampler = task.goal
+    sampler = task.sampler
     if sampler is None or not sampler.groups or "table" not in table.constants:
         return None
     record = _record(sampler, table)
@@ -109,7 +109,7 @@ def with_options(sampler: Sampler, kind: SamplerKind, counts: Sequence[int]) -> 
 
 def _run(task: TaskDeclaration, goal: str, table: SymbolTable) -> str | None:
     """Write a call of the only program that takes such a goal; of several, the one that achieves success."""
-    record = _record(task.goal, table) if task.goal else None
+    record = _record(task.sampler, table) if task.sampler else None
     if record is None:
         return None
     wanted = TypeName(record.name, is_list=True)
@@ -142,7 +142,7 @@ def other_run(task: TaskDeclaration, goal: str, table: SymbolTable) -> Fix | Non
 
 def typed_goal(task: TaskDeclaration, table: SymbolTable) -> Fix | None:
     """Write `-> list[RECORD]`, of what the program that runs takes, behind a goal without a type."""
-    goal, program = task.goal, table.programs.get(task.run.callee) if task.run else None
+    goal, program = task.sampler, table.programs.get(task.run.callee) if task.run else None
     kind = SAMPLERS.get(goal.name) if goal else None
     wanted = [each.type for each in program.parameters if each.type.is_list] if program else []
     if goal is None or goal.result is not None or kind is None or len(wanted) != 1:

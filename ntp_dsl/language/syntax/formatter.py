@@ -12,6 +12,7 @@ from ntp_dsl.language.syntax.nodes import Expression, Number
 
 INDENT = " " * STEP
 EMPTY_DOCSTRING = '""""""'
+FEW = 4  # elements of a goal, or facts, that stand on one line
 
 
 def hash_declaration(declaration: nodes.Declaration) -> str:
@@ -104,7 +105,8 @@ def _task(declaration: nodes.TaskDeclaration) -> list[str]:
     return [
         f"task {declaration.name}:",
         *_scene(declaration.scene),
-        *([f"goal:    {format_sampler(declaration.goal)}"] if declaration.goal else []),
+        *_initially(declaration.initially),
+        *(_goal(declaration.goal) if declaration.goal else []),
         *([f"run:     {_call(declaration.run)}"] if declaration.run else []),
         *([f"success: {format_expression(declaration.success)}"] if declaration.success else []),
     ]
@@ -115,6 +117,22 @@ def _scene(groups: Sequence[nodes.SceneGroup]) -> list[str]:
         return [f"scene:   {format_group(group)}" for group in groups]
     widest = max(len(group.name) for group in groups)
     return ["scene:", *(INDENT + format_group(group, widest) for group in groups)]
+
+
+def _initially(facts: Sequence[nodes.Atom]) -> list[str]:
+    texts = [format_expression(each) for each in facts]
+    if len(texts) <= FEW:
+        return [f"initially: {', '.join(texts)}"] if texts else []
+    return ["initially:", *(INDENT + text for text in texts)]
+
+
+def _goal(goal: nodes.Goal) -> list[str]:
+    if isinstance(goal, nodes.Sampler):
+        return [f"goal:    {format_sampler(goal)}"]
+    rows = [f"({', '.join(_expression(each, SUM) for each in row.terms)})" for row in goal.rows]
+    if len(rows) <= FEW or goal.result:
+        return [f"goal:    {', '.join(rows)}{_result(goal.result)}"]
+    return ["goal:", *(INDENT + row for row in rows)]
 
 
 FORMATTERS: dict[type[nodes.Declaration], Callable[..., list[str]]] = {
@@ -170,9 +188,9 @@ def _by(provider: nodes.Name | None) -> str:
 
 def format_group(group: nodes.SceneGroup, width: int = 0) -> str:
     """Return `blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
-    count = f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
+    count = f"{group.count} " if group.most is None else f"{group.count}..{group.most} "
     head = f"{group.name}:".ljust(width + 1)
-    text = f"{head} {count} {format_type(group.type)} on {group.place}"
+    text = f"{head} {'' if group.is_single else count}{format_type(group.type)} on {group.place}"
     return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text
 
 

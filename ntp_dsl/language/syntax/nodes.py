@@ -204,6 +204,7 @@ class ConstantDeclaration(Declaration):
 
 
 PYTHON = "python"  # `by python`: a function of the same name in the file beside the library
+STATE = "state"  # `by state`: a fact that holds from when an api achieves it until one undoes it
 
 
 @dataclass(frozen=True)
@@ -211,7 +212,7 @@ class PredicateDeclaration(Declaration):
     """`predicate on(item: Object, support: Place)`: decided by the world, or composed, by a body.
 
     With a result (`predicate opening(d: Drawer) -> length`) it is a reading: a number, or a member
-    of an enumeration. `by` names the world's predicate, if that has another name, or Python.
+    of an enumeration. `by` names the world's predicate, if that has another name, Python, or the state.
     """
 
     parameters: tuple[Parameter, ...] = ()
@@ -270,7 +271,10 @@ class Detail(Node):
 
 @dataclass(frozen=True)
 class SceneGroup(Node):
-    """`blocks: 4..8 Block on table with cube(5 cm)`: objects of a type, and where they start."""
+    """`blocks: 4..8 Block on table with cube(5 cm)`: objects of a type, and where they start.
+
+    Without a number it is one object, which is called like the group: `mug: Cup on table`.
+    """
 
     name: str
     count: int
@@ -278,6 +282,7 @@ class SceneGroup(Node):
     place: str = "table"
     most: int | None = None  # where the count is a range
     details: tuple[Detail, ...] = ()
+    is_single: bool = False
     place_span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
 
 
@@ -306,11 +311,37 @@ class Sampler(Node):
 
 
 @dataclass(frozen=True)
+class Row(Node):
+    """`(mug, left_plate)`: an element of a goal that is given, one term for each field."""
+
+    terms: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class GivenGoal(Node):
+    """`(mug, left_plate), (bowl, right_plate)`: a goal in so many words, with `-> list[Mapping]` or none."""
+
+    rows: tuple[Row, ...]
+    result: TypeName | None = None
+
+
+Goal = Sampler | GivenGoal
+
+
+@dataclass(frozen=True)
 class TaskDeclaration(Declaration):
+    """A task. `initially` are the facts of the state that hold at the start."""
+
     scene: tuple[SceneGroup, ...] = ()
-    goal: Sampler | None = None
+    initially: tuple[Atom, ...] = ()
+    goal: Goal | None = None
     run: Call | None = None
     success: Expression | None = None
+
+    @property
+    def sampler(self) -> Sampler | None:
+        """Return how the goal is drawn; None where it is given, or where there is none."""
+        return self.goal if isinstance(self.goal, Sampler) else None
 
 
 @dataclass(frozen=True)
