@@ -16,7 +16,7 @@ from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.observation import Argument, without_lists
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import Fact, Literal, State, provider_of
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
@@ -83,7 +83,24 @@ def _step(
 
 
 def _is_ready(api: Api, arguments: tuple[Argument, ...], state: State) -> bool:
-    return all(state.holds(fact) for fact in state.literals(api.requires, api.bind(arguments)))
+    """Return whether a call may be made. What is in the hand is left out unless it is to be there.
+
+    No program goes to what it holds, and with few objects that would be many of the calls.
+    """
+    required = state.literals(api.requires, api.bind(arguments))
+    held = state.observation.held
+    if held in arguments and not any(_says_held(fact, held, state) for fact in required):
+        return False
+    return all(state.holds(fact) for fact in required)
+
+
+def _says_held(fact: Fact, held: str, state: State) -> bool:
+    return (
+        isinstance(fact, Literal)
+        and fact.positive
+        and fact.arguments == (held,)
+        and provider_of(state.registry.predicates[fact.predicate]) == "holding"
+    )
 
 
 def _violates(

@@ -59,11 +59,15 @@ def named_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
 
     They are those that are declared by themselves, and the numbered ones that are always there.
     """
+    yield from ((group.name, group.type) for group in task.scene if group.is_single)
+    yield from _numbered_objects(task)
+
+
+def _numbered_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
     used: Counter[str] = Counter()
     uncertain: set[str] = set()  # types of which there is a varying number
     for group in task.scene:
         if group.is_single:
-            yield group.name, group.type
             continue
         name = group.type.name
         if name not in uncertain:
@@ -97,8 +101,10 @@ def _check_group(
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
         yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
-    numbered = {name for name, _ in named_objects(task) if name not in {other.name for other in task.scene}}
-    if group.name in {other.name for other in before} | numbered or group.name in table.constants:
+    taken = {other.name for other in before} | (
+        {*dict(_numbered_objects(task))} if group.is_single else set()
+    )
+    if group.name in taken or group.name in table.constants:
         yield Diagnostic(
             "E305", f"'{group.name}' is in the scene already", leading_span(group.span, group.name)
         )

@@ -18,7 +18,7 @@ from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS
 from ntp_dsl.language.parsing.blocks import KEYWORDS
 
 CLAUSES = ("requires", "achieves", "calls")
-SECTIONS = ("scene", "goal", "run", "success")
+SECTIONS = ("scene", "initially", "goal", "run", "success")
 FLOW = ("for", "when", "if", "in", "is", "by", "on", "with")
 LOGIC = ("all", "some", "not", "and", "or")
 NAME = r"[A-Za-z_][A-Za-z0-9_]*"
