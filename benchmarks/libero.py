@@ -53,18 +53,12 @@ SHAPES = {  # of what is moved, as long as it fits the hand in one direction
 }
 HOLDERS = {"basket": "bin(18 cm, 18 cm, 6 cm)", "wooden_tray": "bin(18 cm, 18 cm, 3 cm)"}
 BODY, COMPARTMENT, PART = "box(11 cm, 11 cm, 12 cm)", "bin(12 cm, 12 cm, 5 cm)", "box(10 cm, 10 cm, 0.5 cm)"
-LOW = "box(11 cm, 11 cm, 4 cm)"  # of what the hand gets to
-BURNER = "box(26 cm, 16 cm, 2 cm)"  # beside the stove's knobs, with room for two pots
-SMALL = [
-    (x, side * y) for y in (36, 50) for x in (28, 42, 56)[: 3 if y == 36 else 2] for side in (1, -1)
-]  # [cm]
-WIDE = [(60, 32), (60, -32)]  # of burners, baskets and trays [cm]
-NEAR, FAR, SIDE, ROOM = (
-    32,
-    70,
-    24,
-    5,
-)  # where things may stand, and how far beside that place they may start [cm]
+LOW = "box(6 cm, 6 cm, 5 cm)"  # of what the hand gets to: as narrow as it opens
+BURNER = "box(20 cm, 16 cm, 2 cm)"  # beside the stove's knobs, with room for two pots
+SMALL = [(x, side * y) for y in (36, 50) for x in (36, 49) for side in (1, -1)]  # of furniture [cm]
+WIDE = [(65, 30), (65, -30)]  # of burners, baskets and trays [cm]
+# Where things may stand, and how far beside that place they may start [cm].
+NEAR, FAR, SIDE, ROOM = 32, 70, 24, 6
 FACTS = {"Open": "open({})", "Turnon": "running({})"}
 
 
