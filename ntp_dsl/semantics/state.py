@@ -122,6 +122,10 @@ class State:
         is_a = self.registry.is_a
         return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
 
+    def domain(self, name: str) -> list[str]:
+        """Return what a loop goes through: the members of an enumeration, or the scene's objects of a type."""
+        return list(self.registry.enums[name]) if name in self.registry.enums else self.objects(name)
+
     def values(self, type_name: str) -> list[str]:
         """Return the members of an enumeration, or the objects and constants of a type."""
         if type_name in self.registry.enums:
@@ -189,9 +193,9 @@ class State:
         return Condition(f"{text} with {given}" if given else text, expression, scope, tuple(named.items()))
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
-        """Yield a scope for each element of a list, or object of a type, that meets the condition."""
+        """Yield a scope for each element of a list, object of a type or member that meets the condition."""
         iterable = generator.iterable.id
-        source = scope[iterable] if iterable in scope else tuple(self.objects(iterable))
+        source = scope[iterable] if iterable in scope else tuple(self.domain(iterable))
         assert isinstance(source, tuple)
         for element in source:
             inner: Bindings = {**scope, generator.variable: element}

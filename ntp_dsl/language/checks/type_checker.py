@@ -105,7 +105,7 @@ class TypeChecker:
 
     def _element(self, domain: nodes.Name, names: Names) -> Checked[TypeName]:
         found = names.get(domain.id)
-        if found is None and domain.id in self._table.types:
+        if found is None and (domain.id in self._table.types or domain.id in self._table.enums):
             return TypeName(domain.id, span=domain.span)
         if found is not None and found.is_list:
             return TypeName(found.name)
@@ -128,7 +128,7 @@ class TypeChecker:
             fix = Fix(domain.span, lists[0]) if len(lists) == 1 else None
             if one.name in self._table.records and one.span.line:
                 fix = Fix(one.span, f"list[{one.name}]")  # it is declared as a record, and iterated over
-            help = "a loop iterates over a list, or over the objects of a type: for b in Object"
+            help = "a loop iterates over a list, an enumeration, or the objects of a type: for b in Object"
             yield Diagnostic("E206", message, domain.span, help=help, fix=fix)
         return TypeName("")  # an unknown type, which fits everything: the error is reported already
 

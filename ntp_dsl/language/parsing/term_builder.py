@@ -67,6 +67,9 @@ class Terms:
         value = self._value(digits)
         return Number(-value if minus and value else value, unit.text if unit else "", span=span)
 
+    def negative(self, span: Span, minus: Word, value: Expression) -> nodes.Arithmetic:
+        return self._nested(nodes.Arithmetic("-", nodes.ZERO, value, span=span), value)
+
     def wildcard(self, span: Span) -> nodes.Wildcard:
         return nodes.Wildcard(span=span)
 

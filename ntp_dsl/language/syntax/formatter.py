@@ -247,9 +247,15 @@ def format_expression(expression: Expression) -> str:
 
 
 def _precedence(expression: Expression) -> int:
-    if isinstance(expression, nodes.Arithmetic):
+    if isinstance(expression, nodes.Arithmetic) and not _is_negative(expression):
         return SUM if expression.operator in "+-" else PRODUCT
     return PRECEDENCE.get(type(expression), TERM)
+
+
+def _is_negative(expression: nodes.Arithmetic) -> bool:
+    """Return whether it is written `-x`."""
+    is_term = isinstance(expression.right, nodes.Name | nodes.Field | nodes.Atom)
+    return expression.operator == "-" and expression.left == nodes.ZERO and is_term
 
 
 def _expression(expression: Expression, needed: int) -> str:
@@ -267,6 +273,8 @@ def _bare(expression: Expression) -> str:
             return "any"
         case Number():
             return _number(expression)
+        case nodes.Arithmetic(right=right) if _is_negative(expression):
+            return f"-{_bare(right)}"
         case nodes.Arithmetic(operator, left, right):
             own = _precedence(expression)
             return f"{_expression(left, own)} {operator} {_expression(right, own + 1)}"

@@ -60,8 +60,13 @@ class Number(Node):
     is_unit_shared: bool = field(default=False, compare=False, repr=False)  # with a range's upper bound
 
 
+ZERO = Number(0.0)
+
+
 @dataclass(frozen=True)
 class Arithmetic(Node):
+    """A term that is calculated; `-x` is `0 - x`."""
+
     operator: str  # + - * /
     left: Expression
     right: Expression
@@ -99,7 +104,7 @@ class Or(Node):
 
 @dataclass(frozen=True)
 class Generator(Node):
-    """`for p in goal if c`: elements of a list, or of the scene where `iterable` names a type."""
+    """`for p in goal if c`: elements of a list, of the scene where `iterable` names a type, or members."""
 
     variable: str
     iterable: Name
