@@ -55,8 +55,8 @@ HOLDERS = {"basket": "bin(18 cm, 18 cm, 6 cm)", "wooden_tray": "bin(18 cm, 18 cm
 BODY, COMPARTMENT, PART = "box(11 cm, 11 cm, 12 cm)", "bin(12 cm, 12 cm, 5 cm)", "box(10 cm, 10 cm, 0.5 cm)"
 LOW = "box(6 cm, 6 cm, 5 cm)"  # of what the hand gets to: as narrow as it opens
 BURNER = "box(20 cm, 16 cm, 2 cm)"  # beside the stove's knobs, with room for two pots
-SMALL = [(x, side * y) for y in (36, 50) for x in (36, 49) for side in (1, -1)]  # of furniture [cm]
-WIDE = [(65, 30), (65, -30)]  # of burners, baskets and trays [cm]
+SMALL = [(x, side * y) for y in (36, 50) for x in (33, 45) for side in (1, -1)]  # of furniture [cm]
+WIDE = [(61, 30), (61, -30)]  # of burners, baskets and trays [cm]
 # Where things may stand, and how far beside that place they may start [cm].
 NEAR, FAR, SIDE, ROOM = 32, 70, 24, 6
 FACTS = {"Open": "open({})", "Turnon": "running({})"}

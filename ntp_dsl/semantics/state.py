@@ -123,7 +123,7 @@ class State:
         return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
 
     def domain(self, name: str) -> list[str]:
-        """Return what a loop goes through: the members of an enumeration, or the scene's objects of a type."""
+        """Return what a loop goes through: an enumeration's members, or the scene's objects of a type."""
         return list(self.registry.enums[name]) if name in self.registry.enums else self.objects(name)
 
     def values(self, type_name: str) -> list[str]:

@@ -157,7 +157,7 @@ def draw(
     elif task.goal is not None:
         goal = draw_goal(registry, task.goal, laid, rng, varied)
     drawn = instance(task, laid.objects, goal, groups=laid.groups)
-    facts = frozenset(fact for each in task.initially for fact in _facts(each, laid.groups))
+    facts = frozenset(fact for each in task.facts for fact in _facts(each, laid.groups))
     return replace(drawn, starts=laid.starts, facts=facts)
 
 

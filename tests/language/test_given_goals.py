@@ -103,6 +103,39 @@ def test_what_is_wrong_is_named_where_it_is(name: str) -> None:
         assert (line, column) in {(each.span.line, each.span.column) for each in found if each.code == code}
 
 
+SHARED = {
+    "the scene": "    scene: as base\n",
+    "other numbers": "    scene: as base with\n        jars: 3..5\n",
+    "another group in its place, and one more": "    scene: as base with\n"
+    "        board: Shelf on table with box(9 cm, 9 cm, 1 cm)\n        lid: Jar on table\n",
+}
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_a_scene_may_be_that_of_a_task_above(name: str) -> None:
+    rest = "    run: pick_and_place(tea_jar, board)\n    success: on(tea_jar, board)\n"
+    base = f"task base:\n{SCENE}    initially: open(board)\n{rest}"
+    text = f"{HEAD}{base}task t:\n{SHARED[name]}{rest}"
+    report = diagnose_text(text)
+    assert [each.message for each in report.diagnostics if each.severity == "error"] == []
+    first, second = parse(text).declarations[-2:]
+    assert isinstance(first, TaskDeclaration) and isinstance(second, TaskDeclaration)
+    assert second.facts == first.initially
+    names = [group.name for group in second.scene]
+    assert names[:3] == [group.name for group in first.scene]
+    rows = [" " * row.indent + row.text for each in (first, second) for row in declaration_rows(each)]
+    assert parse("library again\n" + "\n".join(rows) + "\n").declarations == (first, second)
+
+
+@pytest.mark.parametrize(
+    ("scene", "code"), [("as bsae", "E101"), ("as t", "E101"), ("as base with\n        jras: 3", "E106")]
+)
+def test_a_scene_that_cannot_be_shared_is_named(scene: str, code: str) -> None:
+    rest = "    run: pick_and_place(tea_jar, board)\n    success: on(tea_jar, board)\n"
+    text = f"{HEAD}task base:\n{SCENE}{rest}task t:\n    scene: {scene}\n{rest}"
+    assert code in {each.code for each in diagnose_text(text).diagnostics}
+
+
 def test_a_goal_of_many_rows_stands_on_lines_of_its_own() -> None:
     rows = ", ".join(f"(jar_{n}, jar_{n + 1})" for n in range(6))
     [task] = parse(f"library a\ntask t:\n    goal: {rows}\n").declarations

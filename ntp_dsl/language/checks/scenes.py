@@ -80,7 +80,10 @@ def _numbered_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
 
 def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check that every group has a type, a number, a place to start from, and details that exist."""
+    own = {each.name for each in task.shared.own} if task.shared else None
     for index, group in enumerate(task.scene):
+        if own is not None and group.name not in own:
+            continue  # what it shares is checked where it is declared
         yield from _check_group(group, task, task.scene[:index], table)
         for number, detail in enumerate(group.details):
             yield from _check_detail(detail, group, group.details[:number], table)

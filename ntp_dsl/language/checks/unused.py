@@ -192,7 +192,8 @@ def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: SymbolT
     """Report groups that the task does not name, of a type that no loop iterates over."""
     named = {each.place for each in task.scene} | _names(expressions_of(task))
     named |= {*(task.sampler.groups if task.sampler else ())}
-    for group in task.scene:
+    own = {each.name for each in task.shared.own} if task.shared else {each.name for each in task.scene}
+    for group in (each for each in task.scene if each.name in own):
         is_met = any(each in ranges for each in table.ancestors(group.type.name))
         if group.name not in named and not is_met and not group.name.startswith("_"):
             message = f"nothing that this task runs can ever use '{group.name}'"

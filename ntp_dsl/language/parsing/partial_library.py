@@ -10,6 +10,7 @@ from pathlib import Path
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.parsing import blocks
 from ntp_dsl.language.parsing.error_recovery import Parsed
+from ntp_dsl.language.parsing.shared_scenes import with_shared_scenes
 from ntp_dsl.language.parsing.tree_builder import Header
 from ntp_dsl.language.syntax.nodes import Declaration, Library, Span, Use
 
@@ -38,17 +39,18 @@ def assemble(found: Sequence[Parsed], path: Path | None) -> PartialLibrary:
     items = [parsed.item for parsed in found]
     headers = [item for item in items if isinstance(item, Header)]
     stem = path.stem if path and path.stem.isidentifier() else UNNAMED
+    declarations, unshared = with_shared_scenes([item for item in items if isinstance(item, Declaration)])
     library = Library(
         headers[0].name if headers else stem,
         tuple(item for item in items if isinstance(item, Use)),
-        tuple(item for item in items if isinstance(item, Declaration)),
+        declarations,
         headers[0].docstring if headers else "",
         path,
     )
     diagnostics = [each for parsed in found for each in parsed.diagnostics]
     return PartialLibrary(
         library,
-        (*diagnostics, *_check_header(headers, found, stem, path)),
+        (*diagnostics, *_check_header(headers, found, stem, path), *unshared),
         frozenset(_incomplete(found)),
         frozenset(key for parsed in found for key in parsed.unreadable),
         frozenset(line for parsed in found for line in parsed.guessed),

@@ -242,6 +242,12 @@ class Builder(Terms):
     def scene(self, span: Span, *groups: nodes.SceneGroup) -> Clause:
         return Clause("scene", groups, span)
 
+    def shared_scene(self, span: Span, task: Word, *own: nodes.SceneGroup | nodes.Varied) -> Clause:
+        return Clause("shared", nodes.SharedScene(task.text, own, span=span, task_span=task.span), span)
+
+    def varied(self, span: Span, name: Word, count: int, most: int | None) -> nodes.Varied:
+        return nodes.Varied(name.text, count, most, span=span)
+
     def initially(self, span: Span, *facts: nodes.Atom) -> Clause:
         return Clause("initially", facts, span)
 

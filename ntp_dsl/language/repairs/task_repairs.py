@@ -49,7 +49,7 @@ def missing_section(task: TaskDeclaration, section: str, goal: str, table: Symbo
 
 
 def _spans(task: TaskDeclaration, section: str) -> list[Span]:
-    value = getattr(task, section)
+    value = task.shared if section == "scene" and task.shared else getattr(task, section)
     found: Sequence[nodes.Node] = value if isinstance(value, tuple) else [value] if value else []
     return [node.span for node in found]
 

@@ -104,7 +104,7 @@ def _program(declaration: nodes.ProgramDeclaration) -> list[str]:
 def _task(declaration: nodes.TaskDeclaration) -> list[str]:
     return [
         f"task {declaration.name}:",
-        *_scene(declaration.scene),
+        *(_shared_scene(declaration.shared) if declaration.shared else _scene(declaration.scene)),
         *_initially(declaration.initially),
         *(_goal(declaration.goal) if declaration.goal else []),
         *([f"run:     {_call(declaration.run)}"] if declaration.run else []),
@@ -117,6 +117,22 @@ def _scene(groups: Sequence[nodes.SceneGroup]) -> list[str]:
         return [f"scene:   {format_group(group)}" for group in groups]
     widest = max(len(group.name) for group in groups)
     return ["scene:", *(INDENT + format_group(group, widest) for group in groups)]
+
+
+def _shared_scene(shared: nodes.SharedScene) -> list[str]:
+    if not shared.own:
+        return [f"scene:   as {shared.task}"]
+    widest = max(len(each.name) for each in shared.own)
+    rows = [
+        format_group(each, widest) if isinstance(each, nodes.SceneGroup) else _varied(each, widest)
+        for each in shared.own
+    ]
+    return [f"scene:   as {shared.task} with", *(INDENT + row for row in rows)]
+
+
+def _varied(varied: nodes.Varied, width: int) -> str:
+    count = f"{varied.count}" if varied.most is None else f"{varied.count}..{varied.most}"
+    return f"{f'{varied.name}:'.ljust(width + 1)} {count}"
 
 
 def _initially(facts: Sequence[nodes.Atom]) -> list[str]:

@@ -292,6 +292,25 @@ class SceneGroup(Node):
 
 
 @dataclass(frozen=True)
+class Varied(Node):
+    """`blocks: 10`: another number of what the shared scene has."""
+
+    name: str
+    count: int
+    most: int | None = None
+
+
+@dataclass(frozen=True)
+class SharedScene(Node):
+    """`as TASK`, or `as TASK with` groups that are other or more: the scene of a task above."""
+
+    task: str
+    own: tuple[SceneGroup | Varied, ...] = ()
+    initially: tuple[Atom, ...] = ()  # of that task
+    task_span: Span = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
 class Option(Node):
     """`placements=1..6`, `height=4`: a sampler's option; a single number is a range of one."""
 
@@ -335,13 +354,22 @@ Goal = Sampler | GivenGoal
 
 @dataclass(frozen=True)
 class TaskDeclaration(Declaration):
-    """A task. `initially` are the facts of the state that hold at the start."""
+    """A task. `initially` are the facts of the state that hold at the start.
+
+    Where it shares a scene, `scene` is what it comes to, with its own groups.
+    """
 
     scene: tuple[SceneGroup, ...] = ()
+    shared: SharedScene | None = None
     initially: tuple[Atom, ...] = ()
     goal: Goal | None = None
     run: Call | None = None
     success: Expression | None = None
+
+    @property
+    def facts(self) -> tuple[Atom, ...]:
+        """Return the facts of the state that hold at the start: its own, or else those of a shared scene."""
+        return self.initially or (self.shared.initially if self.shared else ())
 
     @property
     def sampler(self) -> Sampler | None:
