@@ -51,7 +51,7 @@ SHAPES = {  # of what is moved, as long as it fits the hand in one direction
     "black_book": "box(9 cm, 3 cm, 11 cm)",
     "yellow_book": "box(9 cm, 3 cm, 11 cm)",
 }
-HOLDERS = {"basket": "bin(18 cm, 18 cm, 6 cm)", "wooden_tray": "bin(18 cm, 18 cm, 3 cm)"}
+HOLDERS = {"basket": "bin(22 cm, 22 cm, 8 cm)", "wooden_tray": "bin(18 cm, 18 cm, 3 cm)"}
 BODY, COMPARTMENT, PART = "box(11 cm, 11 cm, 12 cm)", "bin(12 cm, 12 cm, 5 cm)", "box(10 cm, 10 cm, 0.5 cm)"
 LOW = "box(6 cm, 6 cm, 5 cm)"  # of what the hand gets to: as narrow as it opens
 BURNER = "box(20 cm, 16 cm, 2 cm)"  # beside the stove's knobs, with room for two pots

@@ -12,7 +12,7 @@ from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import PYTHON, STATE, PredicateDeclaration, Span
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import BUILT_IN
-from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state import State, provider_of
 from ntp_dsl.semantics.state_changes import changed_by, providers
 from ntp_dsl.semantics.value_checks import out_of_range
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
@@ -45,7 +45,9 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
     Raises `NtpError` for an api or predicate that neither the world nor Python provides, or that takes
     something else than what provides it.
     """
-    if missing := [name for name in _members(World) if not hasattr(world, name)]:
+    has_state = any(provider_of(declared) == STATE for declared in registry.predicates.values())
+    needed = [name for name in _members(World) if has_state or name != "facts"]
+    if missing := [name for name in needed if not hasattr(world, name)]:
         kind = type(world).__name__
         raise NtpError(f"expected a world, found {kind}, which lacks {', '.join(missing)}; see docs/api.md")
     lacks = lacking(world, registry)
