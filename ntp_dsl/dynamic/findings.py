@@ -55,7 +55,10 @@ class Finding:
         told = {note.span for note in notes if note.span.line}
         notes += [note for note in self._stuck(self.trial.end) if note.span not in told]
         message = f"'{self.name}' is in a livelock ({self.trial.start} start): the same states recur"
-        help = "one of these calls undoes what another achieves: write it before that one, or under a 'when'"
+        help = (
+            "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "
+        )
+        help += "or an api does not bring about what is asked for, or it cannot all hold together"
         return Diagnostic(code, message, self._cause(livelock), (*notes, *self._trace), help)
 
     def deadlock(self, deadlock: Stuck, code: str = "E605") -> Diagnostic:
@@ -74,11 +77,12 @@ class Finding:
         """Return the diagnostic of a goal that is not reached, shown by this trial."""
         trial = self.trial
         kinds = ", ".join(dict.fromkeys(each.start for each in failed))
-        goal = listed(trial.instance.goal, MOST)
+        goal = trial.instance.goal
+        wanted = f"; the goal was {listed(goal, MOST)}" if goal else ""
         message = f"the expert of '{self.name}' did not reach its goal from {len(failed)} of {tried} starts "
         message += f"({kinds})"
         notes = (
-            Note(f"it started ({trial.start}) with {scene_text(trial.first)}; the goal was {goal}"),
+            Note(f"it started ({trial.start}) with {scene_text(trial.first)}{wanted}"),
             Note(f"it ended ({trial.run}), and success still lacks {listed(trial.unmet, MOST)}"),
             *self._stuck(trial.end, trial.unmet),
             *self._trace,

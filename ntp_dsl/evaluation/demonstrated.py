@@ -29,7 +29,9 @@ def _goal(registry: Registry, demonstration: Demonstration, instance: Instance) 
     if not rows:
         return ()
     if not instance.goal:
-        raise NtpError("this task has no goal to compare with: draw it, then show it the demonstration")
+        raise NtpError(
+            f"the demonstration states a goal, and task '{instance.name}' has none: is it of another task?"
+        )
     pattern = instance.goal[0]
     try:
         goal = tuple(

@@ -11,7 +11,7 @@ from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.tasks.instances import Instance
 
 MOVED = 0.05  # [m] from where it began
@@ -31,10 +31,16 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
     state = State(registry, last)
     facts = instance.literals(registry, last) if instance.is_judged else []
     lacking = [str(fact) for fact in facts if not state.holds(fact)]
+    if shown.facts is None and any(_is_of_state(registry, fact) for fact in facts if not state.holds(fact)):
+        yield "the demonstration has no column `facts`, so that nothing of the state can be seen in it"
     if in_hand is not None and (lacking or not facts):
         yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"
     if lacking:
         yield f"the demonstration does not end in the goal that it states: at its end, not {_named(lacking)}"
+
+
+def _is_of_state(registry: Registry, fact: Fact) -> bool:
+    return isinstance(fact, Literal) and registry.predicates[fact.predicate].is_state
 
 
 def _moment(shown: Demonstration, frames: int) -> Observation:

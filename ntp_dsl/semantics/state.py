@@ -246,7 +246,7 @@ class State:
         if declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             return self.true(declared.body, dict(zip(names, arguments, strict=True)))
-        if provider_of(declared) == nodes.STATE:
+        if declared.is_state:
             return DeclaredFact(predicate, tuple(map(str, arguments))) in self.observation.facts
         return self._provider(declared)(self.observation, *arguments)
 

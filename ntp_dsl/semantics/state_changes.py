@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ntp_dsl.language.registry import Api, Registry
-from ntp_dsl.language.syntax.nodes import STATE, Expression
+from ntp_dsl.language.syntax.nodes import Expression
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.observation import Argument, DeclaredFact
-from ntp_dsl.semantics.state import Fact, Literal, State, provider_of
+from ntp_dsl.semantics.state import Fact, Literal, State
 
 Facts = frozenset[DeclaredFact]
 
@@ -26,14 +26,14 @@ def changed_by(api: Api, arguments: tuple[Argument, ...], state: State) -> Facts
     return frozenset(facts)
 
 
-def providers(registry: Registry, expression: Expression | None) -> Iterator[str]:
-    """Yield what decides each predicate of an expression, and of the bodies of those."""
+def says_of_state(registry: Registry, expression: Expression | None) -> Iterator[bool]:
+    """Yield of each predicate in an expression, and in the bodies of those, whether it is of the state."""
     for name in predicates(expression):
         declared = registry.predicates[name]
         if declared.body is not None:
-            yield from providers(registry, declared.body)
+            yield from says_of_state(registry, declared.body)
         else:
-            yield provider_of(declared)
+            yield declared.is_state
 
 
 def _state_literals(fact: Fact, state: State) -> Iterator[Literal]:
@@ -46,5 +46,5 @@ def _state_literals(fact: Fact, state: State) -> Iterator[Literal]:
         scope = dict(zip(names, fact.arguments, strict=True))
         for each in state.literals(declared.body, scope, fact.positive):
             yield from _state_literals(each, state)
-    elif provider_of(declared) == STATE:
+    elif declared.is_state:
         yield fact

@@ -142,9 +142,11 @@ def _others(call: Call, decision: Decision) -> Iterator[str]:
 
 
 def _seen(decision: Decision) -> Iterator[str]:
-    lacking = [each for each in decision.facts if each.probability <= 0.5][:MOST]
-    if lacking:
-        yield f"It was seen that {_facts(lacking)} did not hold."
+    lacking = [each for each in decision.facts if each.probability <= 0.5]
+    if absent := [each for each in lacking if not each.fact.startswith(NOT)][:MOST]:
+        yield f"It was seen that {_facts(absent)} did not hold."
+    if unwanted := [each for each in lacking if each.fact.startswith(NOT)][:MOST]:
+        yield f"It was seen that {_facts(unwanted).replace(NOT, '')} held."
     doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
     if doubtful:
         yield f"Uncertain: {_facts(doubtful)}."
@@ -154,6 +156,9 @@ def _seen(decision: Decision) -> Iterator[str]:
         yield f"It was seen that {_facts(surely)} held."
     for each in wrong[:MOST]:
         yield f"That was wrong: {each.fact} {'held' if each.truth else 'did not hold'} in truth."
+
+
+NOT = "not "  # with which the text of a fact begins that is to be false
 
 
 def _facts(facts: Sequence[FactProbability]) -> str:

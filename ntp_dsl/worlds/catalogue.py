@@ -9,11 +9,11 @@ from inspect import Parameter, signature
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
-from ntp_dsl.language.syntax.nodes import PYTHON, STATE, PredicateDeclaration, Span
+from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration, Span
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import BUILT_IN
-from ntp_dsl.semantics.state import State, provider_of
-from ntp_dsl.semantics.state_changes import changed_by, providers
+from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state_changes import changed_by, says_of_state
 from ntp_dsl.semantics.value_checks import out_of_range
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 from ntp_dsl.worlds.skill_context import SkillContext
@@ -45,7 +45,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
     Raises `NtpError` for an api or predicate that neither the world nor Python provides, or that takes
     something else than what provides it.
     """
-    has_state = any(provider_of(declared) == STATE for declared in registry.predicates.values())
+    has_state = any(declared.is_state for declared in registry.predicates.values())
     needed = [name for name in _members(World) if has_state or name != "facts"]
     if missing := [name for name in needed if not hasattr(world, name)]:
         kind = type(world).__name__
@@ -69,7 +69,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
             skill = skills[api.skill]
         else:
             skill = partial(_carry_out, registry, api, world, partial(_wait, world))
-        if STATE in providers(registry, api.achieves):
+        if any(says_of_state(registry, api.achieves)):
             skill = partial(_change_state, registry, api, world, skill)
         world.skills[api.name] = skill
 
@@ -120,7 +120,7 @@ def lacking(world: World, registry: Registry) -> list[str]:
     apis = [
         api.name
         for api in registry.apis.values()
-        if api.skill not in {PYTHON, *world.skills} and set(providers(registry, api.achieves)) != {STATE}
+        if api.skill not in {PYTHON, *world.skills} and not _is_of_state(registry, api)
     ]
     predicates = [
         declared.name
@@ -128,6 +128,12 @@ def lacking(world: World, registry: Registry) -> list[str]:
         if declared.body is None and not _is_provided(declared)
     ]
     return [*sorted(apis), *sorted(predicates)]
+
+
+def _is_of_state(registry: Registry, api: Api) -> bool:
+    """Return whether all that an api achieves is of the state, so that it needs no skill."""
+    found = [*says_of_state(registry, api.achieves)]
+    return bool(found) and all(found)
 
 
 def misdeclared(world: World, registry: Registry) -> Iterator[tuple[str, Span]]:
@@ -162,7 +168,7 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     """Return whether the world, Python, or (for a reading of one object) the scene provides a predicate."""
     provider = declared.by.id if declared.by else declared.name
     by_scene = declared.result is not None and declared.by is None and len(declared.parameters) == 1
-    return provider in {PYTHON, STATE, *BUILT_IN} or by_scene
+    return declared.is_state or provider in {PYTHON, *BUILT_IN} or by_scene
 
 
 def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:

@@ -206,7 +206,7 @@ def test_a_task_without_a_goal_has_none_to_compare_with() -> None:
     shown = ntp_dsl.demonstrate(task).demonstration
     bare = replace(shown, origin=UNKNOWN)
     assert task.showing(shown).goal == task.goal and not task.showing(bare).goal
-    with pytest.raises(ntp_dsl.NtpError, match="no goal to compare with"):
+    with pytest.raises(ntp_dsl.NtpError, match="states a goal, and task"):
         task.showing(bare).showing(shown)
 
 

@@ -15,6 +15,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import diagnose_text, load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import DeclaredFact
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.worlds.catalogue import make_world
@@ -132,3 +133,16 @@ def test_the_acts_that_change_them_are_explained(task: str) -> None:
 
 def test_the_library_is_sound() -> None:
     assert load(KITCHENETTE).name == "kitchenette"
+
+
+def test_a_predicate_may_be_called_state_and_be_none() -> None:
+    text = TRUCKS.replace(
+        "predicate away", "enum Wear: old, fresh\npredicate state(t: Truck) -> Wear\npredicate away"
+    )
+    text = text.replace("2 Truck on table", "2 Truck on table with state(old, fresh)")
+    registry = diagnose_text(text).checked()
+    world = make_world("kinematic", registry)
+    instance = draw(registry, find_task(registry, "t"), np.random.default_rng(0))
+    world.reset(instance.nominal_start(np.random.default_rng(0)), 0)
+    state = State(registry, world.truth())
+    assert [state.reading("state", (name,)) for name in ("truck_0", "truck_1")] == ["old", "fresh"]

@@ -79,9 +79,9 @@ class Explanation:
         return None
 
     def finish(self, top: Running) -> None:
-        """Let the calls that are done in the last state return."""
-        end = self.moments.scope[1]
-        self._descend(top, self.moments.state(end - 1), end)
+        """Let the calls that are done in the last state return, after the last act."""
+        end, acts = self.moments.scope[1], self.moments.acts
+        self._descend(top, self.moments.state(end - 1), acts[-1].end if acts else end)
 
     def _descend(self, top: Running, state: State, frame: int) -> tuple[Running, NextCall] | None:
         """Return the running call that would call a primitive next, and which; None if none would.

@@ -17,6 +17,8 @@ from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
 LOOKS = 5  # between its arrival and the act, at most
+LAST = 2  # frames in which an act has ended
+RESTING = 0.002  # of the hand from where it is at the end [m]
 SPAN = 0.1  # before and after a frame, and at least one frame each: there the hand's speed is measured [s]
 STILL = 1e-3  # [m/s] speeds nearer than this are the same
 LIFTED = 0.02  # of the hand's heights as it comes or goes, below which it counts as not lifted [m]
@@ -116,9 +118,15 @@ class Moments:
         hand = self._shown.demonstration.grippers[begin:end, :2]
         away = np.flatnonzero(np.linalg.norm(hand - hand[0], axis=1) > ARRIVED)
         if not len(away) and end == self.scope[1]:
-            return end  # it stays
+            return self._rest(begin, end)  # it stays
         gone = begin + int(away[0]) if len(away) else end
         return self._stop(begin, gone, gone)
+
+    def _rest(self, begin: int, end: int) -> int:
+        """Return the first frame after the hand has come to rest where it is at the end."""
+        hand = self._shown.demonstration.grippers[begin:end]
+        moving = np.flatnonzero(np.linalg.norm(hand - hand[-1], axis=1) > RESTING)
+        return min(end, begin + (int(moving[-1]) + 1 if len(moving) else 0) + LAST)
 
     def _stop(self, begin: int, end: int, otherwise: int) -> int:
         """Return the first frame after the hand, while it is up, has been slowest.

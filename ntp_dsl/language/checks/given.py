@@ -11,8 +11,7 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, with_article
 from ntp_dsl.language.names.symbol_table import SymbolTable, check_type
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.formatter import format_expression
-from ntp_dsl.language.syntax.nodes import STATE, Atom, GivenGoal, RecordDeclaration, Row, TaskDeclaration
+from ntp_dsl.language.syntax.nodes import STATE, GivenGoal, RecordDeclaration, Row, TaskDeclaration
 
 
 def check_given_goal(
@@ -83,24 +82,18 @@ def check_initially(task: TaskDeclaration, table: SymbolTable, typing: TypeCheck
         found = [*typing.condition(fact, names)]
         yield from found
         declared = table.predicates.get(fact.predicate)
-        if not found and declared is not None and not _is_state(declared):
+        if not found and declared is not None and not declared.is_state:
             message = f"'{fact.predicate}' is not of the state, so that a scene cannot set it"
-            help = f"where objects start is said in the scene; for the state: {_as_state(fact)}"
+            help = "where objects start is said in the scene"
+            if declared.body is not None:
+                help = "it is composed of others: list those of them that are of the state"
             note = Note("declared here", declared.name_span)
             yield Diagnostic("E504", message, leading_span(fact.span, fact.predicate), (note,), help)
 
 
-def _is_state(declared: nodes.PredicateDeclaration) -> bool:
-    return declared.body is None and declared.by is not None and declared.by.id == STATE
-
-
-def _as_state(fact: Atom) -> str:
-    return f"predicate {format_expression(fact).partition('(')[0]}(...) by {STATE}"
-
-
 def check_state(declared: nodes.PredicateDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check that a predicate of the state is true or false, and about objects and members."""
-    if not _is_state(declared):
+    if not declared.is_state:
         return
     if declared.result is not None:
         message = f"what is of the {STATE} is true or false, and this is a reading"

@@ -75,6 +75,7 @@ CODES: Mapping[str, str] = {
     "W403": "a program that has achieved everything before it begins",
     "W404": "an object is put on itself",
     "W405": "recursion along a relation that seems to be symmetric",
+    "W406": "a fact of the state that no api brings about, or none ends",
     "W501": "a task's success does not refer to its goal",
     "W503": "a task's success is not what its program achieves",
     "N104": "nothing that a task runs can use a group of its scene",

@@ -225,6 +225,11 @@ class PredicateDeclaration(Declaration):
     result: TypeName | None = None
     by: Name | None = None
 
+    @property
+    def is_state(self) -> bool:
+        """Return whether it is a fact of the state."""
+        return self.body is None and self.by is not None and self.by.id == STATE
+
 
 @dataclass(frozen=True)
 class ApiDeclaration(Declaration):

@@ -1,0 +1,48 @@
+"""What is asked of the state, and that no api brings about or ends, is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from ntp_dsl.language.loader import diagnose_text
+
+TEXT = """library lamps
+use tabletop
+type Lamp is Place
+predicate lit(l: Lamp) by state
+predicate dark(l: Lamp): not lit(l)
+api light(l: Lamp) achieves LIGHT
+api put_out(l: Lamp) achieves OUT
+program go(l: Lamp):
+    achieves GOAL
+    light(l)
+    put_out(l)
+task t:
+    scene: lamp: Lamp on table
+    START
+    run: go(lamp)
+    success: GOAL
+"""
+ON, OFF, NOTHING = "lit(l)", "not lit(l)", "present(l)"
+CASES = {  # what the apis achieve, what is asked, what holds at the start -> what is said
+    (ON, OFF, "lit(L)", ""): "",
+    (ON, OFF, "dark(L)", "lit"): "",
+    (NOTHING, OFF, "lit(L)", ""): "it never does",
+    (NOTHING, OFF, "lit(L)", "lit"): "",
+    (ON, NOTHING, "dark(L)", ""): "it always will",
+    (NOTHING, NOTHING, "not lit(L)", "lit"): "it always will",
+    (NOTHING, NOTHING, "dark(L)", ""): "",
+    (ON, "dark(l)", "dark(L)", ""): "",
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_fact_that_nothing_changes_is_told(case: tuple[str, str, str, str]) -> None:
+    light, out, goal, start = case
+    program, task = goal.replace("L", "l"), goal.replace("L", "lamp")
+    text = TEXT.replace("LIGHT", light).replace("OUT", out)
+    text = text.replace("achieves GOAL", f"achieves {program}").replace("success: GOAL", f"success: {task}")
+    text = text.replace("    START\n", f"    initially: {start}(lamp)\n" if start else "")
+    said = [each.message for each in diagnose_text(text).diagnostics if each.code == "W406"]
+    assert len(said) == bool(CASES[case])
+    assert all(CASES[case] in each for each in said)
