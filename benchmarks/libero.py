@@ -54,9 +54,12 @@ SHAPES = {  # of what is moved, as long as it fits the hand in one direction
 HOLDERS = {"basket": "bin(22 cm, 22 cm, 8 cm)", "wooden_tray": "bin(18 cm, 18 cm, 3 cm)"}
 BODY, COMPARTMENT, PART = "box(11 cm, 11 cm, 12 cm)", "bin(12 cm, 12 cm, 5 cm)", "box(10 cm, 10 cm, 0.5 cm)"
 LOW = "box(6 cm, 6 cm, 5 cm)"  # of what the hand gets to: as narrow as it opens
-BURNER = "box(20 cm, 16 cm, 2 cm)"  # beside the stove's knobs, with room for two pots
+BURNER, BURNERS = (
+    "box(10 cm, 10 cm, 2 cm)",
+    "box(26 cm, 16 cm, 2 cm)",
+)  # beside the knobs, for one pot and for two
 SMALL = [(x, side * y) for y in (36, 50) for x in (33, 45) for side in (1, -1)]  # of furniture [cm]
-WIDE = [(61, 30), (61, -30)]  # of burners, baskets and trays [cm]
+WIDE = [(63, 30), (63, -30)]  # of burners, baskets and trays [cm]
 # Where things may stand, and how far beside that place they may start [cm].
 NEAR, FAR, SIDE, ROOM = 32, 70, 24, 6
 FACTS = {"Open": "open({})", "Turnon": "running({})"}
@@ -185,7 +188,8 @@ class Saying:
             self._groups[name] = f"Holder on table with {COMPARTMENT}, at({x} cm, {y} cm)"
         elif kind == "flat_stove":
             x, y = next(self._wide)
-            self._groups[name] = f"Region on table with {BURNER}, at({x} cm, {y} cm)"
+            shape = BURNERS if facts.count("On") > 1 else BURNER
+            self._groups[name] = f"Region on table with {shape}, at({x} cm, {y} cm)"
         else:
             self._groups[name] = f"Region on {fixture} with {PART}"
 

@@ -103,7 +103,7 @@ class _Check:
         if not self.registry.tasks:
             instances = [_sample_of_all_types(runnable)]
         instances = [each for each in instances if each.objects]  # nothing can be tested without objects
-        instances = sorted(instances, key=lambda instance: len(instance.objects))[:SCENES]
+        instances = _varied(sorted(instances, key=lambda instance: len(instance.objects)), runnable)
         if instances:
             yield from self._simulate(runnable, sound, instances)
 
@@ -156,6 +156,19 @@ class _Check:
             location = error.span
         notes = tuple(map(Note, getattr(error, "__notes__", ())))
         return Diagnostic("E607", str(error), location or place, notes)
+
+
+def _varied(instances: Sequence[Instance], registry: Registry) -> list[Instance]:
+    """Return a few instances: the first, and for each type that an api takes one that has such objects."""
+    chosen = list(instances[:SCENES])
+    for needed in {parameter.type: None for api in registry.apis.values() for parameter in api.parameters}:
+        if needed in registry.parents and not any(_has(each, needed, registry) for each in chosen):
+            chosen += [each for each in instances if _has(each, needed, registry)][:1]
+    return chosen
+
+
+def _has(instance: Instance, type_name: str, registry: Registry) -> bool:
+    return any(registry.is_a(obj.type, type_name) for obj in instance.objects)
 
 
 def _home(task: TaskDeclaration) -> Span:

@@ -42,6 +42,8 @@ def object_in_hand(instance: Instance, rng: np.random.Generator) -> Scene:
     scene = instance.nominal_start(rng)
     loaded = _loaded(scene)
     free = [obj.name for obj in movable(scene.objects) if obj.name not in loaded]
+    if not free:
+        return scene
     return with_in_hand(scene, str(rng.choice(free)), (0.5, 0.0, HAND_HEIGHT))
 
 
@@ -56,6 +58,8 @@ def missing_object(instance: Instance, rng: np.random.Generator) -> Scene:
     scene = instance.perturbed_start(rng, in_hand=False, straight=1.0)
     loaded = _loaded(scene)
     free = [obj for obj in movable(scene.objects) if obj.name not in loaded]
+    if not free:
+        return scene
     order = rng.permutation([obj.name for obj in free if obj.cavity is None] or [obj.name for obj in free])
     name = str(max(order, key=lambda each: scene.positions[each][2]))
     positions = {each: place for each, place in scene.positions.items() if each != name}

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.language.checks.scenes import GOAL
+from ntp_dsl.language.checks.scenes import GOAL, named_objects
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
 from ntp_dsl.language.syntax.nodes import Atom, Expression, GivenGoal, Name, Number, TaskDeclaration
+from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Fact, State
@@ -189,8 +190,24 @@ def from_file(registry: Registry, task: TaskDeclaration, path: Path) -> list[Ins
         goal = tuple(_record(registry, record, row, entry, where) for row in entry.goal)
         _check_rows(goal, where)
         _check_no_circle(goal, where)
-        found.append(instance(task, with_furniture(registry, entry.objects), goal, entry.id))
+        _check_named(registry, task, entry, where)
+        facts = frozenset(fact for each in task.facts for fact in _facts(each, {}))
+        made = instance(task, with_furniture(registry, entry.objects), goal, entry.id)
+        found.append(replace(made, facts=facts))
     return found
+
+
+def _check_named(registry: Registry, task: TaskDeclaration, entry: TaskFileEntry, where: str) -> None:
+    """Raise `NtpError` where a file lacks what the task names: in what it runs, as success, at the start."""
+    assert task.run is not None
+    parts = [*task.run.arguments, *([task.success] if task.success else []), *task.facts]
+    of_scene = {*dict(named_objects(task)), *(group.name for group in task.scene)}
+    named = {name for part in parts for name in free_names(part)} & of_scene
+    missing = [each for each in sorted(named) if each not in entry.names]
+    if missing:
+        raise NtpError(
+            f"{where}: the file lacks {', '.join(missing)}, which task '{task.name}' names: call objects so"
+        )
 
 
 def _goal_record(registry: Registry, task: TaskDeclaration) -> str:

@@ -133,7 +133,7 @@ def lacking(world: World, registry: Registry) -> list[str]:
 def _is_of_state(registry: Registry, api: Api) -> bool:
     """Return whether all that an api achieves is of the state, so that it needs no skill."""
     found = [*says_of_state(registry, api.achieves)]
-    return bool(found) and all(found)
+    return api.skill == api.name and bool(found) and all(found)
 
 
 def misdeclared(world: World, registry: Registry) -> Iterator[tuple[str, Span]]:

@@ -68,6 +68,14 @@ WRONG = {  # an `@` marks where the caret must be
         "E504",
         "    initially: @on(tea_jar, board)\n    run: pick_and_place(tea_jar, board)\n",
     ),
+    "a fact of any object": (
+        "E205",
+        "    initially: open(@any)\n    run: pick_and_place(tea_jar, board)\n",
+    ),
+    "a goal of what is no record": (
+        "E103",
+        "    goal: (tea_jar, board) -> list[@Jar]\n    run: build(goal)\n",
+    ),
     "a fact of an object of another type": (
         "E202",
         "    initially: open(@tea_jar)\n    run: pick_and_place(tea_jar, board)\n",
@@ -155,7 +163,8 @@ def test_what_is_of_the_state_is_true_or_false_of_objects_and_members(line: str,
     assert code in {each.code for each in diagnose_text(f"{HEAD}{line}\n").diagnostics}
 
 
-def test_an_object_may_not_have_the_name_of_a_numbered_one() -> None:
-    scene = "    scene:\n        jars: 2 Jar on table\n        jar_1: Jar on table\n"
+@pytest.mark.parametrize("groups", ["jars: 2 Jar", "jars: 1..2 Jar", "jar_1: 2 Jar"])
+def test_an_object_may_not_have_the_name_of_a_numbered_one(groups: str) -> None:
+    scene = f"    scene:\n        {groups} on table\n        jar_1: Jar on table\n"
     found = diagnosed("    run: pick(jar_1)\n    success: holding(jar_1)\n", scene)
     assert "E305" in {each.code for each in found}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,11 @@ from ntp_dsl.language.loader import diagnose_text, load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import DeclaredFact
 from ntp_dsl.semantics.state import State
-from ntp_dsl.tasks.instances import draw, find_task
+from ntp_dsl.tasks.instances import draw, find_task, from_file
+from ntp_dsl.traces.comparison.comparison_rules import overlap
+from ntp_dsl.traces.comparison.state_differences import state_differences
 from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.user_code.loading import load_with_python
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Failure, World
 
@@ -146,3 +150,92 @@ def test_a_predicate_may_be_called_state_and_be_none() -> None:
     world.reset(instance.nominal_start(np.random.default_rng(0)), 0)
     state = State(registry, world.truth())
     assert [state.reading("state", (name,)) for name in ("truck_0", "truck_1")] == ["old", "fresh"]
+
+
+MARKED = """library marked
+use tabletop
+
+type Shelf is Place
+record Move(block: Block, shelf: Shelf)
+predicate touched(b: Object) by state
+
+api grab(b: Object) by grasp
+    requires above(gripper, b) and reachable(b) and clear(b) and empty(gripper)
+    achieves holding(b) and touched(b)
+
+program take(b: Block, s: Shelf):
+    requires present(b) and reachable(b) and present(s) and reachable(s)
+    achieves on(b, s) and touched(b)
+    put_down()
+    clear(b)
+    move_to(b)
+    grab(b)
+    clear(s)
+    place(b, s)
+
+program each(goal: list[Move]):
+    achieves all on(m.block, m.shelf) and touched(m.block) for m in goal
+    for m in goal:
+        take(m.block, m.shelf)
+
+task t:
+    scene:
+        blocks:  3 Block on table
+        shelves: 3 Shelf on table with box(8 cm, 8 cm, 1 cm)
+    goal:    permutations(blocks, shelves, length=2) -> list[Move]
+    run:     each(goal)
+    success: all on(m.block, m.shelf) and touched(m.block) for m in goal
+"""
+
+
+def test_a_skill_that_changes_the_state_as_well_is_one_call(tmp_path: Path) -> None:
+    """The hand closes some frames before the fact holds: both belong to the same primitive."""
+    (tmp_path / "marked.ntp").write_text(MARKED)
+    evaluator = Evaluator(Plan(tmp_path / "marked.ntp", "t", shipped_core(), seed=1))
+    instance = evaluator.instance(0)
+    recorded, _ = evaluator.demonstration(instance, 0)
+    source = evaluator._model.read(recorded.demonstration)
+    reading = source.reading(instance.program, instance.arguments, source.scope())
+    assert reading.is_whole
+    shown = [call.scope for call in reading.call.walk() if call.name == "grab"]
+    assert recorded.calls is not None
+    own = [call.scope for call in recorded.calls.walk() if call.name == "grab"]
+    assert all(overlap(one, other) > 0.8 for one, other in zip(shown, own, strict=True))
+
+
+def test_a_skill_that_no_world_has_is_not_taken_for_an_act_of_the_state() -> None:
+    text = TRUCKS.replace("api drive(t: Truck, d: Depot)", "api drive(t: Truck, d: Depot) by drvie")
+    with pytest.raises(NtpError, match="nothing for drive"):
+        make_world("kinematic", diagnose_text(text).checked())
+
+
+def test_check_needs_nothing_that_moves() -> None:
+    registry = diagnose_text(TRUCKS.replace("Truck is Movable", "Truck is Place")).checked()
+    assert [each for each in check_dynamically(registry) if each.severity == "error"] == []
+
+
+def test_two_states_differ_by_their_facts(world: World) -> None:
+    before = world.truth()
+    world.call("drive", ("truck_0", "depot_2"))
+    found = state_differences(before, world.truth())
+    assert found is not None
+    assert found.only_in_a == ("at(truck_0, depot_0)",)
+    assert found.only_in_b == ("at(truck_0, depot_2)",)
+
+
+def test_a_file_of_tasks_has_what_the_task_names(tmp_path: Path) -> None:
+    registry = load_with_python(KITCHENETTE)
+    objects = [{"name": name, "type": "Thing", "size": [0.03, 0.03, 0.05]} for name in ("thing_0", "thing_1")]
+    objects += [{"name": "drawer_7", "type": "Drawer", "size": [0.16, 0.16, 0.05], "shape": "bin"}]
+    row = {"thing": "thing_0", "drawer": "drawer_7"}
+    path = tmp_path / "tasks.json"
+    path.write_text(
+        json.dumps(
+            {"format": "ntp-tasks", "version": 2, "tasks": [{"id": "one", "objects": objects, "goal": [row]}]}
+        )
+    )
+    with pytest.raises(NtpError, match="lacks drawer_1"):
+        from_file(registry, find_task(registry, "kitchenette"), path)
+    path.write_text(path.read_text().replace("drawer_7", "drawer_1"))
+    [instance] = from_file(registry, find_task(registry, "kitchenette"), path)
+    assert instance.facts == {DeclaredFact("open", ("drawer_1",))}

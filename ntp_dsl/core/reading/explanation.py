@@ -15,6 +15,7 @@ from ntp_dsl.language.syntax.nodes import PYTHON
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import State
+from ntp_dsl.semantics.state_changes import says_of_state
 from ntp_dsl.traces.schema import DemonstratedCall
 
 DECISIONS = 80  # at one look, at most
@@ -63,12 +64,15 @@ class Explanation:
         return None
 
     def _acts_of(self, primitive: NextCall, act: Act, before: State) -> int | None:
-        """Return how many more acts belong to a primitive in Python that moves objects; None where none do.
+        """Return how many more acts belong to a primitive; None where none do.
 
-        All that is moved meanwhile must be among its arguments.
+        It may be one in Python that moves objects, or one that changes the state at its end. All that is
+        moved meanwhile must be among its arguments.
         """
-        api = self.expert.registry.apis[primitive.callee]
-        if api.skill != PYTHON or before.observation.closed:
+        registry = self.expert.registry
+        api = registry.apis[primitive.callee]
+        moves = api.skill == PYTHON and not before.observation.closed
+        if not moves and not any(says_of_state(registry, api.achieves)):
             return None
         for later in self.moments.acts[act.number + 1 : act.number + MOST_ACTS]:
             state = self.moments.state(later.start)

@@ -26,7 +26,7 @@ LIFTED = 0.02  # of the hand's heights as it comes or goes, below which it count
 
 @dataclass(frozen=True)
 class Act:
-    """The hand closes or opens: the frames that lead to it, and those that show what came of it."""
+    """The hand closes or opens, or a fact changes: the frames that lead to it, and those after it."""
 
     number: int  # among those of its part of the demonstration
     frame: int  # the first after it
@@ -102,8 +102,11 @@ class Moments:
             arrival = self._arrival(*phase)
             left = found[-1].end if found else phase[0]
             before, later = self._before(arrival, phase[1]), self._after(*after)
-            arrived = max(left, self._stop(arrival, phase[1], arrival))
-            end = self._departure(*after)
+            if self._shown.closed[phase[1] - 1] == self._shown.closed[after[0]]:  # a fact has changed
+                arrived, end = max(left, self._rest(*phase)), after[0] + 1
+            else:
+                arrived = max(left, self._stop(arrival, phase[1], arrival))
+                end = self._departure(*after)
             found.append(Act(number, after[0], phase[0], before, later, left, arrived, end))
         return found
 
@@ -117,16 +120,19 @@ class Moments:
         """Return the first frame of a phase in which the hand has left the place where it acted."""
         hand = self._shown.demonstration.grippers[begin:end, :2]
         away = np.flatnonzero(np.linalg.norm(hand - hand[0], axis=1) > ARRIVED)
-        if not len(away) and end == self.scope[1]:
-            return self._rest(begin, end)  # it stays
+        closed = self._shown.closed
+        if not len(away) and (end == self.scope[1] or closed[end - 1] == closed[end]):
+            return min(end, max(begin + LAST, self._rest(begin, end)))  # it stays
         gone = begin + int(away[0]) if len(away) else end
         return self._stop(begin, gone, gone)
 
     def _rest(self, begin: int, end: int) -> int:
-        """Return the first frame after the hand has come to rest where it is at the end."""
+        """Return the first frame after the hand has come to rest where it is in the end; where it has not
+        moved, the first of all.
+        """
         hand = self._shown.demonstration.grippers[begin:end]
         moving = np.flatnonzero(np.linalg.norm(hand - hand[-1], axis=1) > RESTING)
-        return min(end, begin + (int(moving[-1]) + 1 if len(moving) else 0) + LAST)
+        return min(end, begin + int(moving[-1]) + 1 + LAST) if len(moving) else begin
 
     def _stop(self, begin: int, end: int, otherwise: int) -> int:
         """Return the first frame after the hand, while it is up, has been slowest.

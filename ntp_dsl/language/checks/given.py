@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ntp_dsl.language.checks.goals import check_result
 from ntp_dsl.language.checks.scenes import GOAL, named_objects
 from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, with_article
-from ntp_dsl.language.names.symbol_table import SymbolTable, check_type
+from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import STATE, GivenGoal, RecordDeclaration, Row, TaskDeclaration
 
@@ -27,8 +28,7 @@ def check_given_goal(
 def _record(goal: GivenGoal, task: TaskDeclaration, table: SymbolTable) -> Checked[RecordDeclaration | None]:
     """Return what the goal says it is a list of, or what the program that runs takes in its place."""
     if goal.result is not None:
-        yield from check_type(table, goal.result)
-        return table.records.get(goal.result.name)
+        return (yield from check_result(goal.result, table))
     program = table.programs.get(task.run.callee) if task.run else None
     taken = (
         [
@@ -82,6 +82,10 @@ def check_initially(task: TaskDeclaration, table: SymbolTable, typing: TypeCheck
         found = [*typing.condition(fact, names)]
         yield from found
         declared = table.predicates.get(fact.predicate)
+        for term in fact.arguments:
+            if not found and not isinstance(term, nodes.Name):
+                found = [Diagnostic("E205", "a fact at the start names objects and members", term.span)]
+                yield from found
         if not found and declared is not None and not declared.is_state:
             message = f"'{fact.predicate}' is not of the state, so that a scene cannot set it"
             help = "where objects start is said in the scene"

@@ -38,7 +38,7 @@ LENGTHS = {kind.length for kind in SAMPLERS.values()} | {"count", "number", "siz
 def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Checked[str]:
     """Return the record that the goal is a list of; "" where that cannot be told."""
     span = leading_span(goal.span, goal.name)
-    record = yield from _check_result(goal, table)
+    record = None if goal.result is None else (yield from check_result(goal.result, table))
     sources = yield from _check_sources(goal, task, table)
     if goal.by is not None:
         yield from _check_python(goal, task, table)
@@ -77,17 +77,15 @@ def check_goal(goal: Sampler, task: TaskDeclaration, table: SymbolTable) -> Chec
     return drawn
 
 
-def _check_result(goal: Sampler, table: SymbolTable) -> Checked[RecordDeclaration | None]:
-    if goal.result is None:
-        return None
-    record = table.records.get(goal.result.name)
+def check_result(result: TypeName, table: SymbolTable) -> Checked[RecordDeclaration | None]:
+    """Return the record of `-> list[RECORD]`, of which a goal is a list."""
+    record = table.records.get(result.name)
     if record is None:
-        known = table.records
-        yield unknown("E103", "there is no record", goal.result.name, goal.result.span, known)
-    elif not goal.result.is_list:
+        yield unknown("E103", "there is no record", result.name, result.span, table.records)
+    elif not result.is_list:
         message = f"a goal is a list: list[{record.name}]"
-        fix = Fix(goal.result.span, f"list[{record.name}]", certain=True)
-        yield Diagnostic("E202", message, goal.result.span, fix=fix)
+        fix = Fix(result.span, f"list[{record.name}]", certain=True)
+        yield Diagnostic("E202", message, result.span, fix=fix)
     return record
 
 

@@ -60,22 +60,22 @@ def named_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
     They are those that are declared by themselves, and the numbered ones that are always there.
     """
     yield from ((group.name, group.type) for group in task.scene if group.is_single)
-    yield from _numbered_objects(task)
-
-
-def _numbered_objects(task: TaskDeclaration) -> Iterator[tuple[str, TypeName]]:
-    used: Counter[str] = Counter()
     uncertain: set[str] = set()  # types of which there is a varying number
-    for group in task.scene:
-        if group.is_single:
-            continue
-        name = group.type.name
-        if name not in uncertain:
-            for number in range(used[name], used[name] + group.count):
-                yield f"{name.lower()}_{number}", group.type
-        used[name] += group.count
+    for group, names in numbered_objects(task):
+        if group.type.name not in uncertain:
+            yield from ((name, group.type) for name in names[: group.count])
         if group.most is not None:
-            uncertain.add(name)
+            uncertain.add(group.type.name)
+
+
+def numbered_objects(task: TaskDeclaration) -> Iterator[tuple[SceneGroup, list[str]]]:
+    """Yield the groups of numbered objects with the names that these may have."""
+    used: Counter[str] = Counter()
+    for group in task.scene:
+        if not group.is_single:
+            stem, first = group.type.name.lower(), used[group.type.name]
+            used[group.type.name] += group.most or group.count
+            yield group, [f"{stem}_{number}" for number in range(first, used[group.type.name])]
 
 
 def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
@@ -104,9 +104,7 @@ def _check_group(
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
         yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
-    taken = {other.name for other in before} | (
-        {*dict(_numbered_objects(task))} if group.is_single else set()
-    )
+    taken = {other.name for other in before} | {name for _, names in numbered_objects(task) for name in names}
     if group.name in taken or group.name in table.constants:
         yield Diagnostic(
             "E305", f"'{group.name}' is in the scene already", leading_span(group.span, group.name)

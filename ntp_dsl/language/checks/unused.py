@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from ntp_dsl.language.checks.scenes import GOAL
+from ntp_dsl.language.checks.scenes import GOAL, numbered_objects
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic
 from ntp_dsl.language.names.references import expressions_of, references, statement_parts
 from ntp_dsl.language.names.signatures import leading_span
@@ -192,10 +192,12 @@ def _unused_groups(task: nodes.TaskDeclaration, ranges: set[str], table: SymbolT
     """Report groups that the task does not name, of a type that no loop iterates over."""
     named = {each.place for each in task.scene} | _names(expressions_of(task))
     named |= {*(task.sampler.groups if task.sampler else ())}
+    numbered = {each.name: names for each, names in numbered_objects(task)}
     own = {each.name for each in task.shared.own} if task.shared else {each.name for each in task.scene}
     for group in (each for each in task.scene if each.name in own):
         is_met = any(each in ranges for each in table.ancestors(group.type.name))
-        if group.name not in named and not is_met and not group.name.startswith("_"):
+        names = {group.name, *numbered.get(group.name, ())}
+        if not names & named and not is_met and not group.name.startswith("_"):
             message = f"nothing that this task runs can ever use '{group.name}'"
             help = f"name it in a goal, or call it '_{group.name}' if it is only an obstacle"
             yield Diagnostic("N104", message, leading_span(group.span, group.name), help=help)

@@ -42,7 +42,7 @@ class StateDifferences:
     """What differs between two states, A and B."""
 
     apart: tuple[Displacement, ...]  # the farthest first
-    only_in_a: tuple[str, ...] = ()
+    only_in_a: tuple[str, ...] = ()  # objects, and facts of the state
     only_in_b: tuple[str, ...] = ()
     hand_closed: str = ""  # "A" or "B" where the hand is closed in one alone
 
@@ -68,6 +68,12 @@ class StateDifferences:
             yield f"the hand is closed in {self.hand_closed} alone"
 
 
+def _facts(own: Observation, other: Observation) -> Iterator[str]:
+    """Yield the facts of the state that hold in one of two states alone."""
+    for predicate, arguments in sorted(own.facts - other.facts):
+        yield f"{predicate}({', '.join(arguments)})"
+
+
 def state_differences(a: Observation | None, b: Observation | None) -> StateDifferences | None:
     """Return what differs between two states; None where one is unknown."""
     if a is None or b is None:
@@ -77,7 +83,7 @@ def state_differences(a: Observation | None, b: Observation | None) -> StateDiff
     apart = [Displacement(name, (q[0] - p[0], q[1] - p[1], q[2] - p[2])) for name, p, q in both]
     return StateDifferences(
         tuple(sorted(apart, key=lambda each: -each.distance)),
-        tuple(name for name in a.positions if name not in b.positions),
-        tuple(name for name in b.positions if name not in a.positions),
+        (*(name for name in a.positions if name not in b.positions), *_facts(a, b)),
+        (*(name for name in b.positions if name not in a.positions), *_facts(b, a)),
         "" if a.closed == b.closed else "A" if a.closed else "B",
     )
