@@ -68,6 +68,10 @@ WRONG = {  # an `@` marks where the caret must be
         "E504",
         "    initially: @on(tea_jar, board)\n    run: pick_and_place(tea_jar, board)\n",
     ),
+    "a fact that does not hold": (
+        "E504",
+        "    initially: open(board), @not labelled(tea_jar, tea)\n    run: pick_and_place(tea_jar, board)\n",
+    ),
     "a fact of any object": (
         "E205",
         "    initially: open(@any)\n    run: pick_and_place(tea_jar, board)\n",

@@ -63,7 +63,7 @@ CODES: Mapping[str, str] = {
     "E501": "a section of a task is missing",
     "E502": "a task that can draw no goal",
     "E503": "a task runs something that is not a program",
-    "E504": "an object of the scene cannot be made like that",
+    "E504": "an object of the scene, or a fact at the start, cannot be made like that",
     "W101": "a used library is not needed",
     "W102": "a parameter is not used",
     "W103": "a loop's variable is not used",

@@ -251,6 +251,11 @@ class Builder(Terms):
     def initially(self, span: Span, *facts: nodes.Atom) -> Clause:
         return Clause("initially", facts, span)
 
+    def absent(self, span: Span, fact: nodes.Atom) -> nodes.Atom:
+        message = "what is not listed does not hold at the start: leave it out"
+        self.diagnostics.append(Diagnostic("E504", message, span))
+        return fact
+
     def goal(self, span: Span, goal: nodes.Goal) -> Clause:
         return Clause("goal", goal, span)
 
