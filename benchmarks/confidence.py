@@ -110,10 +110,10 @@ def names_of(arguments: tuple[Argument, ...]) -> tuple[str, ...]:
     return tuple(each for each in without_lists(arguments) if isinstance(each, str))
 
 
-def is_right(registry: Registry, instance: Instance, reading: Reading, start: State, end: State) -> bool:
+def _is_right(registry: Registry, instance: Instance, reading: Reading, start: State, end: State) -> bool:
     """Return whether lists have the elements that are meant: no others, and all that did not hold anyway.
 
-    Numbers are near enough where what was read holds of what was meant to be shown.
+    Numbers count as right where the program's contract holds at the end with the lists that were read.
 
     Args:
         start: of the demonstration, as it is seen.
@@ -183,7 +183,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             start = State(evaluator.registry, source.look(0))
             end = _end(evaluator, instance, number)
             rows["list"].append(
-                (reading.probability, is_right(evaluator.registry, instance, reading, start, end))
+                (reading.probability, _is_right(evaluator.registry, instance, reading, start, end))
             )
             assert recorded.calls is not None
             compared = Compared(policy, evaluator.expert, recorded.calls, rows)

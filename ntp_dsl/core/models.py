@@ -31,7 +31,7 @@ class Model(Protocol):
 
     @property
     def training(self) -> str:
-        """Return of what it had far less than usual when it was trained; empty where it had enough."""
+        """Return what it was trained with, where that is far less than usual; else nothing."""
 
     def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> Policy:
         """Return the policy that does what a demonstration shows.

@@ -95,12 +95,15 @@ def _is_ready(api: Api, arguments: tuple[Argument, ...], state: State) -> bool:
 
 
 def _says_held(fact: Fact, held: str, state: State) -> bool:
-    return (
-        isinstance(fact, Literal)
-        and fact.positive
-        and fact.arguments == (held,)
-        and provider_of(state.registry.predicates[fact.predicate]) == "holding"
-    )
+    """Return whether a fact, or the body of a composed one, says that an object is in the hand."""
+    if not isinstance(fact, Literal) or not fact.positive:
+        return False
+    declared = state.registry.predicates[fact.predicate]
+    if declared.body is not None:
+        names = (parameter.name for parameter in declared.parameters)
+        scope = dict(zip(names, fact.arguments, strict=True))
+        return any(_says_held(each, held, state) for each in state.literals(declared.body, scope))
+    return fact.arguments == (held,) and provider_of(declared) == "holding"
 
 
 def _violates(

@@ -103,7 +103,7 @@ class _Check:
         if not self.registry.tasks:
             instances = [_sample_of_all_types(runnable)]
         instances = [each for each in instances if each.objects]  # nothing can be tested without objects
-        instances = _varied(sorted(instances, key=lambda instance: len(instance.objects)), runnable)
+        instances = _covering(sorted(instances, key=lambda instance: len(instance.objects)), runnable)
         if instances:
             yield from self._simulate(runnable, sound, instances)
 
@@ -158,7 +158,7 @@ class _Check:
         return Diagnostic("E607", str(error), location or place, notes)
 
 
-def _varied(instances: Sequence[Instance], registry: Registry) -> list[Instance]:
+def _covering(instances: Sequence[Instance], registry: Registry) -> list[Instance]:
     """Return a few instances: the first, and for each type that an api takes one that has such objects."""
     chosen = list(instances[:SCENES])
     for needed in {parameter.type: None for api in registry.apis.values() for parameter in api.parameters}:

@@ -58,7 +58,7 @@ class Finding:
         help = (
             "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "
         )
-        help += "or an api does not bring about what is asked for, or it cannot all hold together"
+        help += "or an api does not bring about what is asked for, or the goals contradict each other"
         return Diagnostic(code, message, self._cause(livelock), (*notes, *self._trace), help)
 
     def deadlock(self, deadlock: Stuck, code: str = "E605") -> Diagnostic:

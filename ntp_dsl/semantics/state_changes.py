@@ -47,4 +47,5 @@ def _state_literals(fact: Fact, state: State) -> Iterator[Literal]:
         for each in state.literals(declared.body, scope, fact.positive):
             yield from _state_literals(each, state)
     elif declared.is_state:
-        yield fact
+        ways = state.ways(declared, fact.arguments)  # of `not at(truck, any)`, all of them
+        yield from [fact] if ways is None else (Literal(fact.predicate, each, fact.positive) for each in ways)

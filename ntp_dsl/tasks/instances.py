@@ -204,6 +204,11 @@ def _check_named(registry: Registry, task: TaskDeclaration, entry: TaskFileEntry
     of_scene = {*dict(named_objects(task)), *(group.name for group in task.scene)}
     named = {name for part in parts for name in free_names(part)} & of_scene
     missing = [each for each in sorted(named) if each not in entry.names]
+    if groups := [each for each in missing if each not in dict(named_objects(task))]:
+        raise NtpError(
+            f"{where}: task '{task.name}' names its group {groups[0]}, and a file has no groups: "
+            "name objects, or all of a type, in the task"
+        )
     if missing:
         raise NtpError(
             f"{where}: the file lacks {', '.join(missing)}, which task '{task.name}' names: call objects so"

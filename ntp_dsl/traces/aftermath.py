@@ -92,7 +92,7 @@ def crowding(trace: Trace, call: Call) -> str | None:
 
     seen = seen_after(trace, call)
     names = [each for each in map(str, without_lists(call.arguments)) if seen and each in seen.positions]
-    if seen is None or not names or seen.held == names[0]:
+    if seen is None or not names or seen.held == names[0] or trace.states[call.state].held != names[0]:
         return None
     at, size = seen.positions[names[0]], seen.by_name[names[0]].size
     beside = {

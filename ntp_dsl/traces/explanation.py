@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
+from msgspec.structs import replace as with_fields
+
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.aftermath import aftermath, never_made_good
@@ -143,10 +145,15 @@ def _others(call: Call, decision: Decision) -> Iterator[str]:
 
 def _seen(decision: Decision) -> Iterator[str]:
     lacking = [each for each in decision.facts if each.probability <= 0.5]
-    if absent := [each for each in lacking if not each.fact.startswith(NOT)][:MOST]:
+    unwanted = [each for each in lacking if _is_negated(each.fact)]
+    if absent := [each for each in lacking if each not in unwanted][:MOST]:
         yield f"It was seen that {_facts(absent)} did not hold."
-    if unwanted := [each for each in lacking if each.fact.startswith(NOT)][:MOST]:
-        yield f"It was seen that {_facts(unwanted).replace(NOT, '')} held."
+    if unwanted:
+        those = [
+            with_fields(each, fact=each.fact.removeprefix(NOT), probability=1 - each.probability)
+            for each in unwanted[:MOST]
+        ]
+        yield f"It was seen that {_facts(those)} held."
     doubtful = [each for each in decision.facts if 0.5 < each.probability < SURE][:MOST]
     if doubtful:
         yield f"Uncertain: {_facts(doubtful)}."
@@ -159,6 +166,11 @@ def _seen(decision: Decision) -> Iterator[str]:
 
 
 NOT = "not "  # with which the text of a fact begins that is to be false
+
+
+def _is_negated(fact: str) -> bool:
+    """Return whether a fact is the negation of one literal, and no longer condition."""
+    return fact.startswith(NOT) and fact.endswith(")") and fact.count("(") == 1
 
 
 def _facts(facts: Sequence[FactProbability]) -> str:

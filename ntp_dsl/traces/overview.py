@@ -105,7 +105,7 @@ def _crowded(trace: Trace, broken: Sequence[Call]) -> Iterator[str]:
         those = ", ".join(f"{name} ({count})" for name, count in beside.most_common(FEW))
         yield (
             f"After {beside.total()} of these {len(broken)} another object stood right beside what was put "
-            f"down: {those}. It may be in the way, and nothing takes it away."
+            f"down: {those}. It may be in the way."
         )
 
 

@@ -155,7 +155,7 @@ class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults
     arguments: tuple[Argument, ...] = ()
     policy: PolicyKind | None = None
     model: str | None = None
-    training: str = ""  # of what the model had far less than usual
+    training: str = ""  # with what the model was trained, where that is far less than usual
     dispatch: Dispatch | None = None  # of the one core
     seed: int | None = None
     episode: int | None = None

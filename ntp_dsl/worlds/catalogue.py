@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib.util import find_spec
 from inspect import Parameter, signature
@@ -60,7 +60,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
         )
     for message, _ in misdeclared(world, registry):
         raise NtpError(message)
-    skills = dict(world.skills)
+    skills = own_skills(world)
     for api in registry.apis.values():
         if api.skill == PYTHON:
             skill: Callable[..., Outcome] = partial(_by_python, registry, api, world)
@@ -72,6 +72,12 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
         if any(says_of_state(registry, api.achieves)):
             skill = partial(_change_state, registry, api, world, skill)
         world.skills[api.name] = skill
+
+
+def own_skills(world: World) -> Mapping[str, Callable[..., Outcome]]:
+    """Return the skills that a world has itself: none that a library has added."""
+    own: Mapping[str, Callable[..., Outcome]] = vars(world).setdefault("_own_skills", dict(world.skills))
+    return own
 
 
 def _members(protocol: type) -> list[str]:
@@ -117,10 +123,11 @@ def _change_state(
 
 def lacking(world: World, registry: Registry) -> list[str]:
     """Return the apis and predicates of a library that neither the world nor Python provides."""
+    own = own_skills(world)
     apis = [
         api.name
         for api in registry.apis.values()
-        if api.skill not in {PYTHON, *world.skills} and not _is_of_state(registry, api)
+        if api.skill not in {PYTHON, *own} and not _needs_no_skill(registry, api)
     ]
     predicates = [
         declared.name
@@ -130,7 +137,7 @@ def lacking(world: World, registry: Registry) -> list[str]:
     return [*sorted(apis), *sorted(predicates)]
 
 
-def _is_of_state(registry: Registry, api: Api) -> bool:
+def _needs_no_skill(registry: Registry, api: Api) -> bool:
     """Return whether all that an api achieves is of the state, so that it needs no skill."""
     found = [*says_of_state(registry, api.achieves)]
     return api.skill == api.name and bool(found) and all(found)

@@ -140,7 +140,15 @@ def test_a_scene_may_be_that_of_a_task_above(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("scene", "code"), [("as bsae", "E101"), ("as t", "E101"), ("as base with\n        jras: 3", "E106")]
+    ("scene", "code"),
+    [
+        ("as bsae", "E101"),
+        ("as t", "E101"),
+        ("as base with\n        jras: 3", "E106"),
+        ("as base with\n        jars: 3\n        jars: 4", "E305"),
+        ("as base with\n        jars: 4..3", "E502"),
+        ("as base with\n        jar_0: Jar on table", "E305"),
+    ],
 )
 def test_a_scene_that_cannot_be_shared_is_named(scene: str, code: str) -> None:
     rest = "    run: pick_and_place(tea_jar, board)\n    success: on(tea_jar, board)\n"

@@ -34,6 +34,7 @@ CASES = {  # what the apis achieve, what is asked, what holds at the start -> wh
     (NOTHING, NOTHING, "dark(L)", ""): "",
     (ON, "dark(l)", "dark(L)", ""): "",
 }
+INDEFINITE = ["lit(l) or dark(l)", "some lit(o) for o in Lamp", "lit(any)", "not (lit(l) and lit(l))"]
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -46,3 +47,27 @@ def test_a_fact_that_nothing_changes_is_told(case: tuple[str, str, str, str]) ->
     said = [each.message for each in diagnose_text(text).diagnostics if each.code == "W406"]
     assert len(said) == bool(CASES[case])
     assert all(CASES[case] in each for each in said)
+
+
+@pytest.mark.parametrize("achieves", INDEFINITE)
+def test_what_an_api_achieves_of_the_state_is_definite(achieves: str) -> None:
+    text = TEXT.replace("LIGHT", achieves).replace("OUT", OFF).replace("    START\n", "")
+    text = text.replace("achieves GOAL", "achieves lit(l)").replace("success: GOAL", "success: lit(lamp)")
+    assert "E410" in {each.code for each in diagnose_text(text).diagnostics}
+
+
+def test_predicates_that_are_defined_by_one_another_are_told_and_no_more() -> None:
+    circle = "predicate one(l: Lamp): other(l)\npredicate other(l: Lamp): one(l)\n"
+    text = TEXT.replace("LIGHT", ON).replace("OUT", OFF).replace("    START\n", "")
+    text = text.replace("achieves GOAL", "achieves one(l)").replace("success: GOAL", "success: lit(lamp)")
+    assert "E407" in {
+        each.code for each in diagnose_text(text.replace("api light", f"{circle}api light")).diagnostics
+    }
+
+
+def test_an_act_that_is_never_undone_is_no_mistake() -> None:
+    """An egg is cracked once: who asks that it is whole before does not ask for it to be whole again."""
+    text = TEXT.replace("achieves LIGHT", "requires not lit(l) achieves lit(l)").replace("OUT", NOTHING)
+    text = text.replace("    put_out(l)\n", "").replace("    START\n", "")
+    text = text.replace("achieves GOAL", "achieves lit(l)").replace("success: GOAL", "success: lit(lamp)")
+    assert "W406" not in {each.code for each in diagnose_text(text).diagnostics}

@@ -20,7 +20,6 @@ NAMED = {  # by what the commands print, and not by the fault's own text
     "5b": (
         "stood right beside what was put down: block_1 (65)",
         "It may be in the way",
-        "nothing takes it away",
     ),
     "6": (
         "ends with block_2 in the hand",

@@ -22,7 +22,7 @@ from ntp_dsl.traces.comparison.comparison_rules import overlap
 from ntp_dsl.traces.comparison.state_differences import state_differences
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.user_code.loading import load_with_python
-from ntp_dsl.worlds.catalogue import make_world
+from ntp_dsl.worlds.catalogue import equip, make_world
 from ntp_dsl.worlds.protocol import Failure, World
 
 KITCHENETTE = Path(__file__).parents[1] / "evaluation" / "domains" / "kitchenette"
@@ -239,3 +239,26 @@ def test_a_file_of_tasks_has_what_the_task_names(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("drawer_7", "drawer_1"))
     [instance] = from_file(registry, find_task(registry, "kitchenette"), path)
     assert instance.facts == {DeclaredFact("open", ("drawer_1",))}
+
+
+def test_not_of_any_object_is_not_of_all() -> None:
+    text = TRUCKS.replace(
+        "achieves at(t, d) and all not at(t, other) for other in Depot if other != d",
+        "achieves not at(t, any)",
+    )
+    registry = diagnose_text(text).checked()
+    world = make_world("kinematic", registry)
+    instance = draw(registry, find_task(registry, "t"), np.random.default_rng(0))
+    world.reset(instance.nominal_start(np.random.default_rng(0)), 0)
+    assert world.call("drive", ("truck_0", "depot_2")).achieved
+    assert world.truth().facts == {at("truck_1", "depot_0")}
+
+
+def test_a_world_has_the_skills_of_the_last_library_alone(world: World) -> None:
+    equip(
+        world,
+        diagnose_text(
+            TRUCKS.replace("achieves at(t, d) and", "requires away(t)\n    achieves at(t, d) and")
+        ).checked(),
+    )
+    assert world.call("drive", ("truck_0", "depot_2")).failure is Failure.NOT_READY

@@ -60,8 +60,8 @@ def command(
         raise NtpError(f"{', '.join(map(str, data))}: no episode was kept, so there is nothing to train on")
     if of_state := [each.name for each in registry.predicates.values() if each.is_state]:
         messages.print(
-            f"this core does not see facts of the state ({', '.join(of_state)}): what hangs on them it "
-            "cannot learn; the one that ships sees them, and needs no training"
+            f"this core does not see facts of the state ({', '.join(of_state)}): it cannot "
+            "learn what depends on them; the one that ships sees them, and needs no training"
         )
     memory = Memory.of(registry)
     corpus = Corpus(memory, labelled, lambda name: registry.programs[name].takes_list)

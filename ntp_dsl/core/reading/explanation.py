@@ -72,7 +72,8 @@ class Explanation:
         registry = self.expert.registry
         api = registry.apis[primitive.callee]
         moves = api.skill == PYTHON and not before.observation.closed
-        if not moves and not any(says_of_state(registry, api.achieves)):
+        of_state = [*says_of_state(registry, api.achieves)]
+        if not moves and (not any(of_state) or all(of_state)):
             return None
         for later in self.moments.acts[act.number + 1 : act.number + MOST_ACTS]:
             state = self.moments.state(later.start)

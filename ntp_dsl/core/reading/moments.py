@@ -17,7 +17,7 @@ from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
 LOOKS = 5  # between its arrival and the act, at most
-LAST = 2  # frames in which an act has ended
+SETTLED = 2  # frames after the hand has come to rest that still belong to an act
 RESTING = 0.002  # of the hand from where it is at the end [m]
 SPAN = 0.1  # before and after a frame, and at least one frame each: there the hand's speed is measured [s]
 STILL = 1e-3  # [m/s] speeds nearer than this are the same
@@ -122,7 +122,7 @@ class Moments:
         away = np.flatnonzero(np.linalg.norm(hand - hand[0], axis=1) > ARRIVED)
         closed = self._shown.closed
         if not len(away) and (end == self.scope[1] or closed[end - 1] == closed[end]):
-            return min(end, max(begin + LAST, self._rest(begin, end)))  # it stays
+            return min(end, max(begin + SETTLED, self._rest(begin, end)))  # it stays
         gone = begin + int(away[0]) if len(away) else end
         return self._stop(begin, gone, gone)
 
@@ -132,7 +132,7 @@ class Moments:
         """
         hand = self._shown.demonstration.grippers[begin:end]
         moving = np.flatnonzero(np.linalg.norm(hand - hand[-1], axis=1) > RESTING)
-        return min(end, begin + int(moving[-1]) + 1 + LAST) if len(moving) else begin
+        return min(end, begin + int(moving[-1]) + 1 + SETTLED) if len(moving) else begin
 
     def _stop(self, begin: int, end: int, otherwise: int) -> int:
         """Return the first frame after the hand, while it is up, has been slowest.

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import combinations, islice, permutations, product
+from itertools import combinations, islice, permutations, product, takewhile
 from math import hypot
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
@@ -299,13 +299,12 @@ class Reader:
     def _counts_explained(self, chosen: Sequence[Candidate], at: int) -> tuple[int, int]:
         """Return how many acts from one on are explained in a row, and how many in all."""
         top = self._root(chosen)
-        row = count = 0
+        explained: list[bool] = []
         for number in range(at, len(self.moments.acts)):
             after = self._after(top, chosen, number)
-            if after is not None:
-                top, count = after, count + 1
-                row += number == at + row
-        return row, count
+            top = top if after is None else after
+            explained.append(after is not None)
+        return len([*takewhile(bool, explained)]), sum(explained)
 
     def _after(self, top: Running, chosen: Sequence[Candidate], at: int) -> Running | None:
         """Return what runs after an act; None where nothing explains it, or where it is better left out."""

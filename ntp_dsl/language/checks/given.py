@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ntp_dsl.language.checks.goals import check_result
 from ntp_dsl.language.checks.scenes import GOAL, named_objects
@@ -41,7 +42,7 @@ def _record(goal: GivenGoal, task: TaskDeclaration, table: SymbolTable) -> Check
     )
     if taken:
         return taken[0]
-    message = "it is not clear what these are: no program takes this goal"
+    message = "the record of this goal is not known: no program takes it"
     help = "pass it to the program that runs, or say what it is a list of: ... -> list[Placement]"
     yield Diagnostic("E502", message, goal.span, help=help)
     return None
@@ -78,8 +79,12 @@ def check_initially(task: TaskDeclaration, table: SymbolTable, typing: TypeCheck
     """Check that what holds at the start is of the state, and of objects that the scene has."""
     groups = {group.name: nodes.TypeName(group.type.name) for group in task.scene}
     names = {**groups, **dict(named_objects(task))}
-    for fact in task.initially:
+    for fact in task.facts:
         found = [*typing.condition(fact, names)]
+        if task.shared and found and not task.initially:
+            message = f"of the facts at the start of '{task.shared.task}': {found[0].message}"
+            yield replace(found[0], message=message, span=task.shared.task_span, fix=None)
+            continue
         yield from found
         declared = table.predicates.get(fact.predicate)
         for term in fact.arguments:

@@ -50,6 +50,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may s
     "spacing": ("distance",),
     "at": ("positions",),
 }
+TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
 LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
@@ -82,8 +83,11 @@ def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnosti
     """Check that every group has a type, a number, a place to start from, and details that exist."""
     own = {each.name for each in task.shared.own} if task.shared else None
     for index, group in enumerate(task.scene):
-        if own is not None and group.name not in own:
-            continue  # what it shares is checked where it is declared
+        if task.shared and own is not None and group.name not in own:
+            for each in _check_group(group, task, task.scene[:index], table):
+                if each.code in TOGETHER:  # the rest is checked where it is declared
+                    yield replace(each, span=task.shared.task_span, fix=None)
+            continue
         yield from _check_group(group, task, task.scene[:index], table)
         for number, detail in enumerate(group.details):
             yield from _check_detail(detail, group, group.details[:number], table)
@@ -103,7 +107,7 @@ def _check_group(
         yield Diagnostic("E305", message, leading_span(group.span, group.name))
     if group.most is not None and group.most < group.count:
         message = f"{group.count}..{group.most} is empty: it ends below its start"
-        yield Diagnostic("E502", message, group.span, fix=reversed_count(group))
+        yield Diagnostic("E502", message, group.span, fix=None if task.shared else reversed_count(group))
     taken = {other.name for other in before} | {name for _, names in numbered_objects(task) for name in names}
     if group.name in taken or group.name in table.constants:
         yield Diagnostic(

@@ -60,6 +60,7 @@ CODES: Mapping[str, str] = {
     "E407": "a predicate is defined by itself",
     "E408": "a program in Python has a body, or one with a body says what it calls",
     "E409": "a condition contradicts itself",
+    "E410": "an api achieves something of the state that is not definite",
     "E501": "a section of a task is missing",
     "E502": "a task that can draw no goal",
     "E503": "a task runs something that is not a program",

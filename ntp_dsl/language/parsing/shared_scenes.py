@@ -39,7 +39,7 @@ def _resolved(task: TaskDeclaration, shared: SharedScene, base: TaskDeclaration 
 def _varied(group: SceneGroup, own: SceneGroup | Varied | None) -> SceneGroup:
     match own:
         case Varied(count=count, most=most):
-            return replace(group, count=count, most=most, is_single=False)
+            return replace(group, count=count, most=most, is_single=False, span=own.span)
         case None:
             return group
     return own
@@ -51,6 +51,9 @@ def _flaws(shared: SharedScene, tasks: dict[str, TaskDeclaration]) -> Iterator[D
         yield unknown("E101", "no task above is called", shared.task, shared.task_span, tasks)
         return
     known = {group.name for group in base.scene}
-    for each in shared.own:
+    for index, each in enumerate(shared.own):
+        if each.name in {other.name for other in shared.own[:index]}:
+            message = f"'{each.name}' is there twice; one of the two is enough"
+            yield Diagnostic("E305", message, each.span)
         if not isinstance(each, SceneGroup) and each.name not in known:
             yield unknown("E106", "the shared scene has no group", each.name, each.span, known)
