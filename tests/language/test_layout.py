@@ -112,12 +112,15 @@ def test_one_comment_at_any_place_is_kept_by_one_layout(small: str) -> None:
             check_layout(text[:at] + form.format(0) + text[at:])
 
 
+SHARED = re.compile(r"scene: +as ")  # of another task, which is not there where a text is taken apart
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_comments_at_several_places_are_kept_by_one_layout(seed: int, soak: bool) -> None:
     rng = random.Random(seed)
     for _ in range(400 if soak else 4):
         text = rng.choice([*(path.read_text() for path in TEXTS), sound_library(rng)])
-        declarations = re.split(r"\n(?=\w)", text)[1:]
+        declarations = [each for each in re.split(r"\n(?=\w)", text)[1:] if not SHARED.search(each)]
         start = rng.randrange(len(declarations))
         some = "\n".join(["library a", *declarations[start : start + rng.randint(1, 4)], ""])
         check_layout(commented(disturbed(some, rng) if rng.random() < 0.5 else some, rng))
