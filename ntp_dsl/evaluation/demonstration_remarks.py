@@ -12,6 +12,7 @@ from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state_changes import says_of_state
 from ntp_dsl.tasks.instances import Instance
 
 MOVED = 0.05  # [m] from where it began
@@ -40,7 +41,11 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
 
 
 def _is_of_state(registry: Registry, fact: Fact) -> bool:
-    return isinstance(fact, Literal) and registry.predicates[fact.predicate].is_state
+    """Return whether a literal, or the body of its predicate, says something of the state."""
+    if not isinstance(fact, Literal):
+        return False
+    declared = registry.predicates[fact.predicate]
+    return declared.is_state or any(says_of_state(registry, declared.body))
 
 
 def _moment(shown: Demonstration, frames: int) -> Observation:

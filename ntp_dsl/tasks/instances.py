@@ -293,11 +293,8 @@ def instance(
     """Return the root call of a task, with its goal, groups, constants and numbers filled in."""
     assert task.run is not None
     bindings: dict[str, Argument] = {GOAL: goal}
-    bindings |= {
-        group: tuple(names)
-        for group, names in (groups or {}).items()
-        if names != [group]  # but one by name
-    }
+    single = {group.name for group in task.scene if group.is_single}  # an object, and no list
+    bindings |= {name: tuple(names) for name, names in (groups or {}).items() if name not in single}
     arguments = tuple(_argument(term, bindings) for term in task.run.arguments)
     return Instance(task, objects, goal, task.run.callee, arguments, name or task.name, bindings)
 

@@ -49,10 +49,7 @@ def seen_after(trace: Trace, call: Call) -> Observation | None:
 
 def _places(seen: Observation, call: Call) -> Iterator[str]:
     """Yield where the call's objects are, how far the first is from the second, and what is at the first."""
-    names = [
-        each for each in dict.fromkeys(map(str, without_lists(call.arguments))) if each in seen.positions
-    ]
-    at = {name: seen.positions[name] for name in names}
+    at = {name: seen.positions[name] for name in objects_of(call, seen)}
     if len(at) == 1 and call.execution.unmet:
         at = {"the gripper": seen.gripper, **at}
     for name, place in at.items():
@@ -70,6 +67,12 @@ def _places(seen: Observation, call: Call) -> Iterator[str]:
     if gaps:
         near = min(gaps, key=lambda name: gaps[name])
         yield f"next to {first} is {near} at {_vector(seen.positions[near])}"
+
+
+def objects_of(call: Call, seen: Observation) -> list[str]:
+    """Return the objects among a call's arguments that are seen, each once."""
+    names = dict.fromkeys(map(str, without_lists(call.arguments)))
+    return [each for each in names if each in seen.positions]
 
 
 def stands(seen: Observation, name: str) -> str:
@@ -91,7 +94,7 @@ def crowding(trace: Trace, call: Call) -> str | None:
     from ntp_dsl.semantics.free_space import clearance
 
     seen = seen_after(trace, call)
-    names = [each for each in map(str, without_lists(call.arguments)) if seen and each in seen.positions]
+    names = objects_of(call, seen) if seen is not None else []
     if seen is None or not names or seen.held == names[0] or trace.states[call.state].held != names[0]:
         return None
     at, size = seen.positions[names[0]], seen.by_name[names[0]].size

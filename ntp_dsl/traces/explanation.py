@@ -26,6 +26,7 @@ from ntp_dsl.traces.schema import ROOT, Call, Ending
 from ntp_dsl.traces.sources import statement
 from ntp_dsl.traces.trace import Trace
 
+NOT = "not "  # with which the text of a fact begins that is to be false
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
 LONG = 300  # characters of a measurement
 Quoted = Callable[[int], str]  # the text of a statement at a line; empty where it is unknown
@@ -163,9 +164,6 @@ def _seen(decision: Decision) -> Iterator[str]:
         yield f"It was seen that {_facts(surely)} held."
     for each in wrong[:MOST]:
         yield f"That was wrong: {each.fact} {'held' if each.truth else 'did not hold'} in truth."
-
-
-NOT = "not "  # with which the text of a fact begins that is to be false
 
 
 def _is_negated(fact: str) -> bool:

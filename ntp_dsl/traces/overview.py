@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from ntp_dsl.common.text import counted, printable
-from ntp_dsl.semantics.observation import Argument, Record, without_lists
-from ntp_dsl.traces.aftermath import crowding, never_made_good, seen_after, stands
+from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.traces.aftermath import crowding, never_made_good, objects_of, seen_after, stands
 from ntp_dsl.traces.comparison.comparison_rules import NUMBER_TOLERANCE
 from ntp_dsl.traces.library_text import empty_loops
 from ntp_dsl.traces.phrases import conditions, format_argument, format_call
@@ -76,7 +76,7 @@ def _in_vain(trace: Trace) -> Iterator[str]:
 def _standing_after(trace: Trace, call: Call) -> str:
     """Return what the first object of a call stands on after it; empty where that cannot be seen."""
     seen = seen_after(trace, call)
-    names = [each for each in map(str, without_lists(call.arguments)) if seen and each in seen.positions]
+    names = objects_of(call, seen) if seen is not None else []
     return stands(seen, names[0]) if seen is not None and names else ""
 
 

@@ -7,6 +7,7 @@ explained where that is what has just come true. As in an execution, a call goes
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from ntp_dsl.core.reading.moments import Act, Moments
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -69,11 +70,8 @@ class Explanation:
         It may be one in Python that moves objects, or one that changes the state at its end. All that is
         moved meanwhile must be among its arguments.
         """
-        registry = self.expert.registry
-        api = registry.apis[primitive.callee]
-        moves = api.skill == PYTHON and not before.observation.closed
-        of_state = [*says_of_state(registry, api.achieves)]
-        if not moves and (not any(of_state) or all(of_state)):
+        moves = self.expert.registry.apis[primitive.callee].skill == PYTHON
+        if not (moves and not before.observation.closed) and primitive.callee not in self._of_both:
             return None
         for later in self.moments.acts[act.number + 1 : act.number + MOST_ACTS]:
             state = self.moments.state(later.start)
@@ -82,6 +80,13 @@ class Explanation:
             if self._came_true(primitive, before, self.moments.state(later.after[0])):
                 return later.number - act.number
         return None
+
+    @cached_property
+    def _of_both(self) -> set[str]:
+        """The apis that achieve something of the state, and something else."""
+        registry = self.expert.registry
+        found = {name: [*says_of_state(registry, api.achieves)] for name, api in registry.apis.items()}
+        return {name for name, of_state in found.items() if any(of_state) and not all(of_state)}
 
     def finish(self, top: Running) -> None:
         """Let the calls that are done in the last state return, after the last act."""

@@ -131,8 +131,11 @@ def _shared_scene(shared: nodes.SharedScene) -> list[str]:
 
 
 def _varied(varied: nodes.Varied, width: int) -> str:
-    count = f"{varied.count}" if varied.most is None else f"{varied.count}..{varied.most}"
-    return f"{f'{varied.name}:'.ljust(width + 1)} {count}"
+    return f"{f'{varied.name}:'.ljust(width + 1)} {_count(varied)}"
+
+
+def _count(group: nodes.SceneGroup | nodes.Varied) -> str:
+    return f"{group.count}" if group.most is None else f"{group.count}..{group.most}"
 
 
 def _initially(facts: Sequence[nodes.Atom]) -> list[str]:
@@ -204,9 +207,9 @@ def _by(provider: nodes.Name | None) -> str:
 
 def format_group(group: nodes.SceneGroup, width: int = 0) -> str:
     """Return `blocks: 8 Block on table`; in a scene the names are padded to the widest one's width."""
-    count = f"{group.count} " if group.most is None else f"{group.count}..{group.most} "
     head = f"{group.name}:".ljust(width + 1)
-    text = f"{head} {'' if group.is_single else count}{format_type(group.type)} on {group.place}"
+    count = "" if group.is_single else f"{_count(group)} "
+    text = f"{head} {count}{format_type(group.type)} on {group.place}"
     return f"{text} with {', '.join(map(_detail, group.details))}" if group.details else text
 
 
