@@ -11,6 +11,7 @@ from kinematics.geometry.transforms import UPRIGHT, Pose, Quaternion, Vector, ch
 from kinematics.shapes.shapes import Box, Convex, Cylinder, Shape, Sphere, pieces_of, points_of
 
 TABLE = "table"  # the name of the table among the bodies' names
+PLAIN_FRICTION = 1.0
 Colour: TypeAlias = tuple[float, float, float, float]  # red, green, blue, opacity, each 0..1
 
 
@@ -24,6 +25,7 @@ class Body:
     quaternion_xyzw: Quaternion = UPRIGHT
     mass: float = 0.1  # [kg]
     colour: Colour = (0.7, 0.7, 0.7, 1.0)
+    friction: float = PLAIN_FRICTION  # coefficient, against any other body
 
     @property
     def pose(self) -> Pose:

@@ -33,7 +33,7 @@ class CollisionBodies:
         """
         is_compound = isinstance(body.shape, Compound)
         identity = self._compound(body) if is_compound else self._convex(body, may_sleep)
-        friction: dict[str, float] = {"lateralFriction": 1.0}
+        friction: dict[str, float] = {"lateralFriction": body.friction}
         if isinstance(body.shape, Sphere | Cylinder | Hull):
             friction |= {"rollingFriction": ROLLING, "spinningFriction": ROLLING}
         self._world.changeDynamics(identity, -1, **friction, physicsClientId=self._client)

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.collision.scene_state import SceneState
-from kinematics.geometry.transforms import Array, Vector, rotation_from_quaternion
+from kinematics.geometry.transforms import (
+    Z_AXIS,
+    Array,
+    Vector,
+    rotation_about,
+    rotation_from_quaternion,
+    transform_from,
+)
 from kinematics.grasping.grasps import Grasp, grasps_by_cost
 from kinematics.grasping.placements import Placement, placements
 from kinematics.shapes.shapes import Box, Hull, Shape, faces_of, height_above, reach_of
@@ -179,6 +186,23 @@ def placement_approaches(
                 waiting.append(approach)
         if restarts:
             yield from waiting
+
+
+def turned_approaches(arm: Arm, snapshot: CellSnapshot, angle: float, seed: int) -> Iterator[Approach]:
+    """Yield the postures that turn the held body where it is, by an angle [rad] or a half turn more.
+
+    The one with the smallest change of any joint comes first.
+    """
+    assert snapshot.held is not None
+    centre = np.array(snapshot.poses[snapshot.held].position)
+    found: list[Array] = []
+    for turn in (angle, angle - math.copysign(math.pi, angle)):
+        rotation = rotation_about(Z_AXIS, turn)
+        place = centre + rotation @ (snapshot.tool[:3, 3] - centre)
+        tool = transform_from(rotation @ snapshot.tool[:3, :3], place)
+        found += arm.solutions(tool, snapshot.q, snapshot.state, seed, RESTARTS)
+    for q in sorted(found, key=lambda q: largest_joint_change(q, snapshot.q)):
+        yield Approach(q, q[None], snapshot.opening)
 
 
 def drop_approaches(

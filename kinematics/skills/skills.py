@@ -32,6 +32,7 @@ from kinematics.skills.approach import (
     is_above,
     placement_approaches,
     tilt_of,
+    turned_approaches,
 )
 from kinematics.skills.arm import Arm, CellSnapshot
 from kinematics.skills.skill_execution import SkillExecution
@@ -134,6 +135,23 @@ def move_above_place(
         snapshot = skill.observe()
         approaches = _approaches_over_places(skill, snapshot, [(x, y)], height, as_declared=True)
         skill.go_above(snapshot, approaches, slip_at)
+
+    return _perform(cell, seed, run)
+
+
+def turn_held(cell: Workcell, angle: float, seed: int, slip_at: float | None = None) -> Motion:
+    """Turn the held body about the vertical through its middle, where it is, by an angle or a half turn more.
+
+    Args:
+        angle: seen from above, counter-clockwise [rad].
+    """
+
+    def run(skill: SkillExecution) -> None:
+        check_finite("the angle", angle, slip_at or 0.0)
+        snapshot = skill.observe()
+        if snapshot.held is None:
+            raise UnsuitableHand(Reason.HAND_CLOSED, "the hand holds nothing that could be turned")
+        skill.go_above(snapshot, turned_approaches(skill.arm, snapshot, angle, skill.seed), slip_at)
 
     return _perform(cell, seed, run)
 

@@ -22,16 +22,18 @@ def about_vertical(yaw: float) -> Quaternion:
     return 0.0, 0.0, sin(yaw / 2), cos(yaw / 2)
 
 
-def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
-    """Return an object's extents along the world's axes, to the nearest quarter turn [m].
+def turned_by(orientation: Quaternion, angle: float) -> Quaternion:
+    """Return an orientation after a turn about the world's z axis [rad]."""
+    x, y, z, w = orientation
+    s, c = sin(angle / 2), cos(angle / 2)
+    return c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z
 
-    An upright object keeps its size, whatever its yaw.
-    """
+
+def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
+    """Return an object's extents along the world's axes, to the nearest quarter turn [m]."""
     x, y, z, w = orientation
     upward = (abs(2 * (x * z - w * y)), abs(2 * (y * z + w * x)), abs(1 - 2 * (x * x + y * y)))
     axis = upward.index(max(upward))
-    if axis == 2:
-        return size
     along_x = (abs(1 - 2 * (y * y + z * z)), abs(2 * (x * y - w * z)), abs(2 * (x * z + w * y)))
     first, second = sorted((each for each in range(3) if each != axis), key=lambda each: -along_x[each])
     return size[first], size[second], size[axis]

@@ -124,7 +124,7 @@ class Observation:
 
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:
-        """Return each object as it lies: one that has tipped over has its extents exchanged."""
+        """Return each object as it lies: one that is turned or has tipped over has its extents exchanged."""
         return {obj.name: self._lying(obj) for obj in self.objects}
 
     def orientation(self, name: str) -> Quaternion:
@@ -132,9 +132,9 @@ class Observation:
         return self.orientations.get(name, UNTURNED)
 
     def _lying(self, obj: SceneObject) -> SceneObject:
-        """Return an object as it lies; hollow and fixed objects count as upright."""
+        """Return an object as it lies; hollow objects and trays count as upright."""
         turn = self.orientations.get(obj.name)
-        if turn is None or not obj.movable or obj.cavity is not None:
+        if turn is None or obj.roomy or obj.cavity is not None:
             return obj
         size = extents_as_it_lies(obj.size, turn)
         return obj if size == obj.size else replace(obj, size=size)

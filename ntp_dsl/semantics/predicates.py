@@ -7,6 +7,7 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics import layout
 from ntp_dsl.semantics.containers import is_over_hollow, lies_in, takes
 from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
 from ntp_dsl.semantics.observation import Observation
@@ -169,5 +170,10 @@ BUILT_IN: dict[str, Callable[..., bool]] = {
     "hollow": hollow,
     "clear": clear,
     "above": above,
+    "beside": layout.beside,
+    "over_side": layout.over_side,
+    "room_beside": layout.room_beside,
+    "turned": layout.turned,
+    "aligned": layout.aligned,
 }
 JUDGED = BUILT_IN | {"on": partial(on, within=ACCEPTED)}  # as a success test reads them

@@ -26,6 +26,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.layout import half_turns_apart, level_of, places_beside, yaw
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
 from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.places import table_regions
@@ -79,6 +80,9 @@ class BulletWorld:
             "move_to": self._move_to,
             "grasp": self._grasp,
             "release": self._release,
+            "move_beside": self._move_beside,
+            "turn_held": self._turn_held,
+            "align_held": self._align_held,
         }
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
@@ -180,6 +184,27 @@ class BulletWorld:
             top = seen.positions[target][2] + surface.size[2] / 2
             return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, top, seed, slip))
         return self._go(lambda seed, slip: skills.move_above(self._cell, target, seed, slip))
+
+    def _move_beside(self, item: str, other: str, side: str) -> Outcome:
+        seen = self.truth()
+        if other not in seen.positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"other": other})
+        if self._cell.held() != item:
+            return Outcome(False, Failure.NOT_READY, {"in hand": self._cell.held() or "nothing"})
+        places, level = places_beside(seen, item, other, side), level_of(seen, other)
+        return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, level, seed, slip))
+
+    def _turn_held(self, item: str, to: float) -> Outcome:
+        if self._cell.held() != item:
+            return Outcome(False, Failure.NOT_READY, {"in hand": self._cell.held() or "nothing"})
+        by = half_turns_apart(to, yaw(self.truth().orientation(item)))
+        return self._go(lambda seed, slip: skills.turn_held(self._cell, by, seed, slip))
+
+    def _align_held(self, item: str, other: str) -> Outcome:
+        seen = self.truth()
+        if other not in seen.positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"other": other})
+        return self._turn_held(item, yaw(seen.orientation(other)))
 
     def _go(self, move: Callable[[int, float | None], skills.Motion]) -> Outcome:
         """Carry out a motion during which the held object may slip."""

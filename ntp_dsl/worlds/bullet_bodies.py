@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from kinematics.errors import UnusableShape
 from kinematics.shapes import catalogue
-from kinematics.shapes.bodies import Body, Colour
+from kinematics.shapes.bodies import PLAIN_FRICTION, Body, Colour
 from kinematics.shapes.shapes import Box, Cylinder, Shape, half_extents_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.geometry import about_vertical
@@ -21,6 +21,7 @@ BOWL_MASS = 0.12  # [kg]
 ALIKE = 0.01  # difference between the extents of a file and of the scene [m]
 NARROWEST_BOWL, LOWEST_BOWL = 0.05, 0.025  # [m]
 COLOUR = "colour"  # the trait that decides an object's colour
+MASS, FRICTION = "mass", "friction"  # and those that decide its mass [kg] and its coefficient of friction
 PALETTE = (
     (0.86, 0.24, 0.22),
     (0.20, 0.48, 0.78),
@@ -53,7 +54,8 @@ def bodies_of(scene: Scene) -> list[Body]:
     for obj, shape in zip(objects, shapes, strict=True):
         turned = about_vertical(scene.yaws.get(obj.name, 0.0))
         mass = _mass(obj) if obj.movable else 0.0
-        bodies.append(Body(obj.name, shape, scene.positions[obj.name], turned, mass, colours[obj.name]))
+        at, colour = scene.positions[obj.name], colours[obj.name]
+        bodies.append(Body(obj.name, shape, at, turned, mass, colour, _told(obj, FRICTION) or PLAIN_FRICTION))
     return bodies
 
 
@@ -99,10 +101,22 @@ def _from_file(obj: SceneObject) -> Shape:
 
 def _mass(obj: SceneObject) -> float:
     x, y, z = obj.size
+    if told := _told(obj, MASS):
+        return told
     if obj.shape == "bowl":
         return BOWL_MASS
     mass = _from_urdf(obj, catalogue.mass_from_urdf)
     return mass or min(max(DENSITY * x * y * z, LIGHTEST), HEAVIEST)
+
+
+def _told(obj: SceneObject, trait: str) -> float | None:
+    """Return a number that the scene gives an object. Raises `NtpError` where it is not above zero."""
+    value = dict(obj.traits).get(trait)
+    if not isinstance(value, float):
+        return None
+    if value <= 0:
+        raise NtpError(f"{obj.name}: expected a {trait} above zero, found {value:g}; mend it in the scene")
+    return value
 
 
 def _colours(objects: list[SceneObject]) -> Mapping[str, Colour]:

@@ -11,7 +11,8 @@ import numpy as np
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import free_places, height_below, place_in
-from ntp_dsl.semantics.geometry import Vector, about_vertical, moved
+from ntp_dsl.semantics.geometry import Vector, about_vertical, moved, turned_by
+from ntp_dsl.semantics.layout import half_turns_apart, level_of, places_beside, yaw
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, SceneObject
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
@@ -25,6 +26,7 @@ FRAME = 0.1  # [s]
 REACH = 0.035  # from where the hand closes around an object below it, seen from above [m]
 OFF = 0.035  # from where a clumsy motion should end, along each axis [m]
 BELOW_RIM = 0.013  # of a bowl, where it is grasped [m]
+TURNING = 1.5  # of the hand about the vertical [rad/s]
 
 
 class KinematicWorld(RestingObjects):
@@ -43,6 +45,9 @@ class KinematicWorld(RestingObjects):
             "move_to": self._move_to,
             "grasp": self._grasp,
             "release": self._release,
+            "move_beside": self._move_beside,
+            "turn_held": self._turn_held,
+            "align_held": self._align_held,
         }
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
@@ -124,6 +129,17 @@ class KinematicWorld(RestingObjects):
             return Outcome(False, Failure.NO_PATH, {"no free place on": target})
         return self._go(self._above(*places[0], self._top(target)))
 
+    def _move_beside(self, item: str, other: str, side: str) -> Outcome:
+        if other not in self._positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"other": other})
+        if self._held != item:
+            return Outcome(False, Failure.NOT_READY, {"in hand": self._held or "nothing"})
+        seen = self.truth()
+        places = places_beside(seen, item, other, side)
+        if not places:
+            return Outcome(False, Failure.NO_PATH, {"no free place beside": other, "side": side})
+        return self._go(self._above(*places[0], level_of(seen, other)))
+
     def move_over(self, x: float, y: float) -> Outcome:
         outcome = self._go(self._over_point(x, y))
         self._emit()
@@ -181,6 +197,25 @@ class KinematicWorld(RestingObjects):
         dx, dy = self._gripper[0] - x, self._gripper[1] - y
         reach = obj.size[0] / 2 / max(hypot(dx, dy), 1e-6)
         return x + reach * dx, y + reach * dy, z + obj.size[2] / 2 - BELOW_RIM
+
+    def _align_held(self, item: str, other: str) -> Outcome:
+        if other not in self._positions:
+            return Outcome(False, Failure.MISSING_OBJECT, {"other": other})
+        return self._turn_held(item, yaw(self.truth().orientation(other)))
+
+    def _turn_held(self, item: str, to: float) -> Outcome:
+        """Turn the hand, and what it holds, about the vertical through the middle of that."""
+        if self._held != item:
+            return Outcome(False, Failure.NOT_READY, {"in hand": self._held or "nothing"})
+        start = self.truth().orientation(item)
+        angle, began = half_turns_apart(to, yaw(start)), self._time
+        duration = 0.15 + abs(angle) / TURNING
+        for moment in (*np.arange(self.frame_seconds, duration, self.frame_seconds), duration):
+            self._time = began + float(moment)
+            turn = turned_by(start, angle * float(moment) / duration)
+            self._orientations = {**self._orientations, item: turn}
+            self._emit()
+        return ACHIEVED
 
     def _release(self) -> Outcome:
         if self._held is None:

@@ -14,7 +14,7 @@ from ntp_dsl.semantics.observation import TOO_WIDE, SceneObject
 from ntp_dsl.worlds.protocol import Scene
 from ntp_dsl.worlds.scenes import CUBE, Start, movable
 from ntp_dsl.worlds.standing import Standing, nests_badly, turned_where_free
-from ntp_dsl.worlds.starts import GAP, NOWHERE, REGION, nominal_start
+from ntp_dsl.worlds.starts import GAP, NOWHERE, REGION, nominal_start, turned_ones
 
 STRAIGHT = 0.6  # of stacked objects that are centred on their support
 TOPPLES = 1.6  # times its support's width: such an object is not put on top
@@ -50,7 +50,7 @@ def perturbed_start(
                 break
             gripper = _somewhere(tops, rng)
         scene = with_in_hand(scene, held, gripper)
-    return turned_where_free(scene)
+    return turned_where_free(scene, turned_ones(starts or {}))
 
 
 def piled_start(
@@ -65,7 +65,8 @@ def piled_start(
         rebuilt.pile_up(piles)
     except Stuck:
         return nominal_start(objects, rng, starts)
-    return turned_where_free(Scene(objects, rebuilt.standing.positions, rebuilt.yaws))
+    scene = Scene(objects, rebuilt.standing.positions, rebuilt.yaws)
+    return turned_where_free(scene, turned_ones(starts or {}))
 
 
 def with_in_hand(scene: Scene, held: str, gripper: Vector) -> Scene:

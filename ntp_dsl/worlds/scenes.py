@@ -34,6 +34,7 @@ class Start:
     x: Interval | None = None
     y: Interval | None = None
     spacing: float | None = None  # between centres, seen from above
+    yaw: Interval | None = None  # from the x axis to the object's [rad]
     group: str = field(default="", compare=False)  # of the scene
 
     @property
@@ -156,22 +157,27 @@ def _start(group: SceneGroup, index: int, surface: str) -> Start:
     settings = {detail.name: detail.settings[0] for detail in group.details if detail.name in PLACING}
     spacing = settings.get("spacing")
     at = next((detail.settings for detail in group.details if detail.name == "at"), ())
+    yaw = _interval(settings.get("yaw"))
     if at:
         x, y = (_number(at[(2 * index + axis) % len(at)]) for axis in (0, 1))
-        return Start(surface, (x, x), (y, y), group=group.name)
+        return Start(surface, (x, x), (y, y), yaw=yaw, group=group.name)
     return Start(
         surface,
         _interval(settings.get("x")),
         _interval(settings.get("y")),
         None if spacing is None else _number(spacing),
+        yaw,
         group.name,
     )
 
 
 def _interval(setting: nodes.Setting | None) -> Interval | None:
-    if not isinstance(setting, nodes.Interval):
-        return None
-    return _number(setting.low), _number(setting.high)
+    match setting:
+        case nodes.Interval(low, high):
+            return _number(low), _number(high)
+        case nodes.Number():
+            return _number(setting), _number(setting)
+    return None
 
 
 def with_furniture(registry: Registry, objects: Iterable[SceneObject]) -> tuple[SceneObject, ...]:

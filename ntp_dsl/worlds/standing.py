@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
@@ -127,12 +127,16 @@ def nests_badly(below: SceneObject, item: SceneObject) -> bool:
 # Turned objects ---------------------------------------------------------------------------------
 
 
-def turned_where_free(scene: Scene) -> Scene:
-    """Return the scene with objects unturned whose corners would otherwise reach into others."""
+def turned_where_free(scene: Scene, kept: Collection[str] = ()) -> Scene:
+    """Return the scene with objects unturned whose corners would otherwise reach into others.
+
+    Args:
+        kept: objects that are left as they are turned.
+    """
     yaws = dict(scene.yaws)
     close = _close_pairs(scene)
     while tight := [pair for pair in close if _clash(scene, yaws, *pair)]:
-        turned = {obj.name for pair in tight for obj in pair if yaws.get(obj.name)}
+        turned = {obj.name for pair in tight for obj in pair if yaws.get(obj.name) and obj.name not in kept}
         if not turned:
             break
         yaws |= dict.fromkeys(turned, 0.0)

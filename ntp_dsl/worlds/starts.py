@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from math import hypot
+from math import cos, hypot, sin
 
 import numpy as np
 
@@ -48,7 +48,21 @@ def nominal_start(
     spots = _on_grid(items, starts, rng) if plain and items else _spread(items, starts, rng)
     standing = _stacked(items, starts, spots)
     yaws = {obj.name: float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0 for obj in items}
-    return turned_where_free(Scene(objects, furniture_positions(objects) | standing.positions, yaws))
+    yaws |= {obj.name: _yaw(obj, starts[obj.name], rng) for obj in items if obj.name in turned_ones(starts)}
+    scene = Scene(objects, furniture_positions(objects) | standing.positions, yaws)
+    return turned_where_free(scene, turned_ones(starts))
+
+
+def turned_ones(starts: Mapping[str, Start]) -> set[str]:
+    """Return the objects of which it is declared how they are turned."""
+    return {name for name, start in starts.items() if start.yaw is not None}
+
+
+def _yaw(obj: SceneObject, start: Start, rng: np.random.Generator) -> float:
+    if obj.roomy or obj.cavity is not None:
+        raise NoRoom(f"{obj.name} is a tray, a bin or a bowl, and those are never turned", start.group)
+    assert start.yaw is not None
+    return float(rng.uniform(*start.yaw))
 
 
 def height_of(name: str, starts: Mapping[str, Start]) -> int:
@@ -172,13 +186,24 @@ def _in_cm(lengths: Sequence[float]) -> str:
 def _with_loads(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> Sizes:
     """Return each object's extents seen from above, with those of the objects that start centred on it."""
     by_name = {obj.name: obj for obj in items}
-    sizes = {obj.name: (obj.size[0], obj.size[1]) for obj in items}
+    sizes = {obj.name: _seen_from_above(obj, starts.get(obj.name, NOWHERE)) for obj in items}
     for obj in reversed(items):  # the highest first
         surface = starts.get(obj.name, NOWHERE).surface
         if surface in by_name and not shares(by_name[surface], obj):
             (x, y), (its_x, its_y) = sizes[surface], sizes[obj.name]
             sizes[surface] = max(x, its_x), max(y, its_y)
     return sizes
+
+
+def _seen_from_above(obj: SceneObject, start: Start) -> tuple[float, float]:
+    """Return an object's extents along x and y, as far as it may be turned [m]."""
+    length, width = obj.size[:2]
+    if start.yaw is None:
+        return length, width
+    if start.yaw[0] != start.yaw[1]:
+        return (hypot(length, width),) * 2
+    across, along = abs(sin(start.yaw[0])), abs(cos(start.yaw[0]))
+    return along * length + across * width, across * length + along * width
 
 
 def _region(obj: SceneObject, start: Start) -> Region:

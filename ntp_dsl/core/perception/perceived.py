@@ -15,6 +15,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State, provider_of
 
 SAMPLES = 24  # of where objects may lie
@@ -35,7 +36,8 @@ class Believed(State):
         self, registry: Registry, observation: Observation, chances: Mapping[str, Callable[..., Any]]
     ) -> None:
         self._chances = chances
-        super().__init__(registry, observation, {name: self._threshold(name) for name in chances})
+        graded = {name: self._threshold(name) for name in chances}
+        super().__init__(registry, observation, {**BUILT_IN, **graded})
         self._probabilities: dict[Fact, Any] = {}
 
     def probability(self, fact: Fact) -> Any:
@@ -102,14 +104,14 @@ class Perceived(Believed):
         return ground(self._network, self.observation)
 
     def variants(self, facts: Sequence[Fact]) -> list[Variant]:
-        """Return the states that are possible as far as functions in Python tell some of the facts.
+        """Return the states that are possible as far as functions, and no network, tell some of the facts.
 
-        Such a function says yes or no of what is observed: how sure that is, is how often it says yes when
+        A function says yes or no of what is observed: how sure that is, is how often it says yes when
         the objects are moved about by the standard deviations of their positions.
         """
         if not self.observation.deviations:
             return [(1.0, self)]
-        told = [fact for fact in facts if any(map(self._is_python, predicates_of(fact)))]
+        told = [fact for fact in facts if any(map(self._is_told, predicates_of(fact)))]
         if not told:
             return [(1.0, self)]
         alike: dict[tuple[bool, ...], list[Believed]] = {}
@@ -117,12 +119,14 @@ class Perceived(Believed):
             alike.setdefault(tuple(map(state.holds, told)), []).append(state)
         return [(len(states) / SAMPLES, states[0]) for states in alike.values()]
 
-    def _is_python(self, predicate: str) -> bool:
-        """Return whether a function in Python tells a predicate, or one that it is composed of."""
+    def _is_told(self, predicate: str) -> bool:
+        """Return whether a function tells a predicate, or one that it is composed of."""
         declared = self.registry.predicates.get(predicate)
         if declared is None:
             return False
-        return provider_of(declared) == nodes.PYTHON or any(map(self._is_python, predicates(declared.body)))
+        provider = provider_of(declared)
+        is_own = provider == nodes.PYTHON or (provider in BUILT_IN and provider not in self._chances)
+        return is_own or any(map(self._is_told, predicates(declared.body)))
 
     @cached_property
     def _moved_about(self) -> list[Believed]:

@@ -122,7 +122,8 @@ class Weighing:
     def _likelihoods(self, some: Sequence[Candidate]) -> dict[Candidate, float]:
         """Return how likely elements are that come true together: alike where nothing was put down.
 
-        Those are left out that cannot be compared with the first one, which is always there.
+        Those are left out that cannot be compared with the first one, which is always there: the middle of
+        where an element holds is found for both, or for neither.
         """
         own = some[0]
         before, after = self._moments.ends[own.rise - 1 : own.rise + 1]
@@ -137,4 +138,4 @@ class Weighing:
         known = {each: fit for each, fit in fits.items() if fit is not None}
         if own in known:
             return known
-        return dict.fromkeys(alike, 1.0)
+        return dict.fromkeys([each for each in some if each in alike or fits[each] is None], 1.0)

@@ -27,6 +27,7 @@ from ntp_dsl.language.syntax.nodes import (
     Name,
     Number,
     SceneGroup,
+    Setting,
     Span,
     TaskDeclaration,
     Text,
@@ -34,7 +35,7 @@ from ntp_dsl.language.syntax.nodes import (
 )
 
 GOAL = "goal"  # what `run` and `success` call the list that the sampler draws
-LENGTH = TypeName("length")
+LENGTH, ANGLE = TypeName("length"), TypeName("angle")
 SHAPES: Mapping[str, tuple[str, ...]] = {  # shape -> what its settings measure
     "cube": ("edge",),
     "box": ("length", "width", "height"),
@@ -49,6 +50,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may s
     "y": ("region",),
     "spacing": ("distance",),
     "at": ("positions",),
+    "yaw": ("angle",),
 }
 TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
 LARGEST = 2.0  # extent of an object in front of an arm [m]
@@ -196,7 +198,9 @@ def _check_settings(
         yield Diagnostic("E201", message, span, help=f"{detail.name}({', '.join(wanted)})", fix=fix)
         return
     for setting, meaning in zip(detail.settings, wanted, strict=True):
-        if meaning == "file":
+        if meaning == "angle":
+            yield from _check_angle(setting, table)
+        elif meaning == "file":
             if not isinstance(setting, Text):
                 message = f"'{detail.name}' takes a file's name in quotes, then its extents"
                 help = f'for example: {detail.name}("cup.urdf", 8 cm, 8 cm, 10 cm)'
@@ -211,6 +215,18 @@ def _check_settings(
         else:
             message = f"the {meaning} of a {detail.name} is a length"
             yield Diagnostic("E504", message, setting.span, help="for example: 5 cm")
+
+
+def _check_angle(setting: Setting, table: SymbolTable) -> Iterator[Diagnostic]:
+    """Check `yaw(30 deg)` or `yaw(-45 .. 45 deg)`."""
+    bounds = [setting.low, setting.high] if isinstance(setting, Interval) else [setting]
+    for bound in bounds:
+        found = (yield from measure(bound, ANGLE)) if isinstance(bound, Number) else None
+        if not isinstance(bound, Number) or (found is not None and not fits(table, found, ANGLE)):
+            message = "'yaw' takes an angle about the vertical, or a range of angles"
+            yield Diagnostic("E504", message, bound.span, help="for example: yaw(-45 .. 45 deg)")
+    if isinstance(setting, Interval):
+        yield from check_order(setting.low, setting.high, setting.span)
 
 
 def _check_length(number: Number, meaning: str, table: SymbolTable) -> Iterator[Diagnostic]:
