@@ -18,13 +18,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import torch
+from sexpressions import flat, parts_of, read_problem, typed
 
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.evaluation.episodes import Plan, run_all
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
-TOKEN = re.compile(r"[()]|[^\s()]+")
 SHAPES = {  # of what is moved, as long as it fits the hand in one direction
     "akita_black_bowl": "cylinder(7 cm, 5 cm)",
     "white_bowl": "cylinder(7 cm, 5 cm)",
@@ -65,9 +65,6 @@ NEAR, FAR, SIDE, ROOM = 32, 70, 24, 6
 FACTS = {"Open": "open({})", "Turnon": "running({})"}
 
 
-Sexp = list["Sexp"] | str
-
-
 @dataclass
 class Original:
     """A task of the benchmark as its file says it."""
@@ -82,50 +79,21 @@ class Original:
 
 def read(path: Path) -> Original:
     """Read a file of the benchmark."""
-    tokens = TOKEN.findall(re.sub(r";.*", "", path.read_text(encoding="utf-8")))
-    problem = _tree(iter(tokens[1:]))
-    parts = {str(part[0]): part[1:] for part in problem if isinstance(part, list)}
+    parts = parts_of(read_problem(path))
     found = Original(path.stem)
     for row in parts[":regions"]:
         details = {str(each[0]): each[1:] for each in row[1:] if isinstance(each, list)}
         target = str(details[":target"][0])
-        numbers = [float(v) for v in _flat(details.get(":ranges", []))]
+        numbers = [float(v) for v in flat(details.get(":ranges", []))]
         found.regions[f"{target}_{row[0]}"] = target, tuple(numbers[:4])
-    found.fixtures = dict(_typed(parts[":fixtures"]))
-    found.objects = dict(_typed(parts[":objects"]))
+    found.fixtures = dict(typed(parts[":fixtures"]))
+    found.objects = dict(typed(parts[":objects"]))
     found.initially = [list(map(str, each)) for each in parts[":init"]]
     inside = {f"{name}_contain_region": name for name, kind in found.objects.items() if kind in HOLDERS}
     [goal] = parts[":goal"]
     facts = goal[1:] if goal[0] == "And" else [goal]
     found.goal = [[inside.get(str(each), str(each)) for each in fact] for fact in facts]
     return found
-
-
-def _tree(tokens: Iterator[str]) -> list[Sexp]:
-    found: list[Sexp] = []
-    for token in tokens:
-        if token == ")":
-            return found
-        found.append(_tree(tokens) if token == "(" else token)
-    return found
-
-
-def _flat(tree: Sequence[Sexp]) -> Iterator[str]:
-    for each in tree:
-        yield from _flat(each) if isinstance(each, list) else [each]
-
-
-def _typed(words: Sequence[Sexp]) -> Iterator[tuple[str, str]]:
-    """Yield the names of `a b - kind` with their kind."""
-    waiting: list[str] = []
-    rest = iter(map(str, words))
-    for word in rest:
-        if word == "-":
-            kind = next(rest)
-            yield from ((name, kind) for name in waiting)
-            waiting = []
-        else:
-            waiting.append(word)
 
 
 class Saying:
