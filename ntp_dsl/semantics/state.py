@@ -162,8 +162,11 @@ class State:
             case nodes.Compare(operator=sign, left=left, right=right):
                 return COMPARISONS[sign](self.value(left, scope), self.value(right, scope))
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
-                inner = self._scopes(generators, scope)
-                return (all if quantifier == "all" else any)(self.true(body, s) for s in inner)
+                inner = (self.true(body, each) for each in self._scopes(generators, scope))
+                if expression.count is not None:
+                    count = sum(inner)
+                    return count == expression.count if quantifier == "exactly" else count >= expression.count
+                return (all if quantifier == "all" else any)(inner)
         raise TypeError(f"{expression} is not a truth value")
 
     def literals(
@@ -179,7 +182,7 @@ class State:
                 return self.literals(value, scope, not positive)
             case (nodes.And(values=values), True) | (nodes.Or(values=values), False):
                 return [fact for value in values for fact in self.literals(value, scope, positive)]
-            case nodes.Quantified(quantifier=quantifier, body=body, generators=generators), _:
+            case nodes.Quantified(quantifier, body, generators, None), _:
                 if (quantifier == "all") == positive:
                     inner = self._scopes(generators, scope)
                     return [fact for s in inner for fact in self.literals(body, s, positive)]

@@ -53,6 +53,13 @@ conditions = st.recursive(
             inner,
             st.lists(_generators(inner), min_size=1, max_size=2).map(tuple),
         )
+        | st.builds(
+            s.Quantified,
+            st.sampled_from(["exactly", "at least"]),
+            inner,
+            st.lists(_generators(inner), min_size=1, max_size=2).map(tuple),
+            st.integers(0, 20),
+        )
     ),
     max_leaves=5,
 )
@@ -61,6 +68,15 @@ statements = st.recursive(
     calls,
     lambda inner: st.builds(s.When, conditions, inner) | st.builds(s.For, _generators(conditions), inner),
     max_leaves=3,
+)
+alternatives = st.builds(
+    lambda condition, some, other: (s.When(condition, some), s.When(s.Not(condition), other, is_else=True)),
+    conditions,
+    statements,
+    statements,
+)
+bodies = st.lists(statements.map(lambda each: (each,)) | alternatives, min_size=1, max_size=3).map(
+    lambda several: tuple(each for some in several for each in some)
 )
 types = st.builds(s.TypeName, names, st.booleans())
 bounds = st.tuples(numbers, numbers).filter(lambda bounds: bounds[0].unit or not bounds[1].unit)
@@ -115,7 +131,7 @@ declarations = st.one_of(
     st.builds(
         s.ProgramDeclaration,
         parameters=parameters,
-        body=st.lists(statements, min_size=1, max_size=3).map(tuple),
+        body=bodies,
         by=providers,
         calls=st.lists(st.builds(s.Name, names), max_size=3).map(tuple),
         **contract,

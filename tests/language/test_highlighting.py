@@ -77,9 +77,10 @@ def test_pygments_finds_the_lexer_by_its_name() -> None:
 
 
 def grammar_words() -> set[str]:
-    """Every word that the grammar itself spells."""
+    """Every word that the grammar itself spells, and every two that belong together."""
     patterns = [str(terminal.pattern.value) for terminal in _lark().terminals]
-    return {word for word in patterns if re.fullmatch(r"[a-z]+", word)}
+    words = [each.replace(r"[ \t]+", " ").removesuffix(r"\b") for each in patterns]
+    return {word for word in words if re.fullmatch(r"[a-z]+( [a-z]+)?", word)}
 
 
 TEXTMATE = json.loads((grammar_folder() / "ntp.tmLanguage.json").read_text(encoding="utf-8"))

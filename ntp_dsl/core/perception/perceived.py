@@ -65,6 +65,8 @@ class Believed(State):
                 return max((self.likely(value, scope) for value in values), default=0.0)
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
                 inner = [self.likely(body, each) for each in self._scopes(generators, scope)]
+                if expression.count is not None:
+                    return _counted(inner, expression.count, exactly=quantifier == "exactly")
                 return min(inner, default=1.0) if quantifier == "all" else max(inner, default=0.0)
         return float(self.true(expression, scope))
 
@@ -143,6 +145,16 @@ class Perceived(Believed):
             state.graded = self.graded
             states.append(state)
         return states
+
+
+def _counted(chances: Sequence[Any], count: int, exactly: bool) -> Any:
+    """Return how probably as many of some facts hold: minima and maxima, as of `all` and `some`."""
+    ranked = sorted(chances, key=float, reverse=True)
+    enough = 1.0 if count == 0 else ranked[count - 1] if count <= len(ranked) else 0.0
+    if not exactly:
+        return enough
+    one_more = ranked[count] if count < len(ranked) else 0.0
+    return min(enough, 1 - one_more)
 
 
 def predicates_of(fact: Fact) -> set[str]:

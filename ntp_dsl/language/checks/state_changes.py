@@ -90,5 +90,7 @@ def _signed(
         case nodes.And(values) | nodes.Or(values):
             for value in values:
                 yield from _signed(value, table, holds, within)
-        case nodes.Quantified(body=body):
+        case nodes.Quantified(body=body, count=count):
             yield from _signed(body, table, holds, within)
+            if count is not None:  # with more of them it may no longer be so
+                yield from _signed(body, table, not holds, within)

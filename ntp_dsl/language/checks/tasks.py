@@ -84,13 +84,16 @@ def _propose(found: list[Diagnostic], fix: Fix | None) -> list[Diagnostic]:
 
 
 def _check_goal_is_judged(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnostic]:
-    """Check that success refers to the goal that is drawn and run."""
+    """Check that success refers to the goal that is run, or to the objects of a given one."""
     if task.goal is None or task.run is None or task.success is None:
         return
     is_run = any(GOAL in free_names(argument) for argument in task.run.arguments)
+    if isinstance(task.goal, GivenGoal):
+        given = {name for row in task.goal.rows for each in row.terms for name in free_names(each)}
+        is_run = is_run and not given & free_names(task.success)
     if is_run and GOAL not in free_names(task.success):
         meant = promised(task, table)
         fix = Fix(task.success.span, format_expression(meant)) if meant else None
-        message = f"this does not refer to the {GOAL} that is drawn and run"
+        message = f"this does not refer to the {GOAL} that is run"
         help = f"what '{task.run.callee}' achieves is: {fix.replacement}" if fix else ""
         yield Diagnostic("W501", message, task.success.span, help=help, fix=fix)

@@ -19,8 +19,8 @@ from ntp_dsl.language.parsing.blocks import KEYWORDS
 
 CLAUSES = ("requires", "achieves", "calls")
 SECTIONS = ("scene", "initially", "goal", "run", "success")
-FLOW = ("for", "when", "if", "in", "is", "by", "on", "as", "with")
-LOGIC = ("all", "some", "not", "and", "or")
+FLOW = ("for", "when", "else", "if", "in", "is", "by", "on", "as", "with")
+LOGIC = ("all", "some", "exactly", "at least", "not", "and", "or")
 NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 BLANK = r"[ \t\f]"
 

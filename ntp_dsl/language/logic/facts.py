@@ -37,6 +37,9 @@ def facts(condition: Expression | None, holds: bool = True) -> Iterator[Expressi
                     yield from facts(value, holds)
             else:
                 yield Or(tuple(_joined(value, holds) for value in values))
+        case nodes.Quantified(count=int()):
+            if holds and condition.count:  # some do
+                yield from facts(replace(condition, quantifier="some", count=None))
         case nodes.Quantified(quantifier, body, generators):
             every = holds is (quantifier == "all")
             element: Expression = EVERY if every else ANY

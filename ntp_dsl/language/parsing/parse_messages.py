@@ -23,6 +23,7 @@ TERMINALS = {
     "SIGN": OPERATOR,
     "FACTOR": OPERATOR,
     "MINUS": "'-'",
+    "_AT_LEAST": "'at least'",
     "DOCSTRING": "a docstring",
     "STRING": "a text in quotes",
     "_NEWLINE": LINE_END,
@@ -30,10 +31,10 @@ TERMINALS = {
     "_DEDENT": BLOCK_END,
     "$END": BLOCK_END,
 }
-# The beginning of an expression is one idea for the reader, and eight terminals for the parser.
-EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'"}
-FOREIGN = frozenset("else elif return pass break continue while try let var".split())
-LINE_WORDS = {"requires", "achieves", "for", "when", "scene", "initially", "goal", "run", "success"}
+# The beginning of an expression is one idea for the reader, and ten terminals for the parser.
+EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'", "'exactly'", "'at least'"}
+FOREIGN = frozenset("elif return pass break continue while try let var".split())
+LINE_WORDS = {"requires", "achieves", "for", "when", "else", "scene", "initially", "goal", "run", "success"}
 
 
 def expectation(expected: Set[str]) -> str:

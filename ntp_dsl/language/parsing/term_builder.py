@@ -10,7 +10,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Expression, Number, Span
 
 # Words that open or join an expression; an object of that name could not be referred to.
-RESERVED = frozenset("all some any not and or for if when requires achieves calls".split())
+RESERVED = frozenset("all some exactly any not and or for if when else requires achieves calls".split())
 MAX_DEPTH = 60  # of nested expressions: far more than anybody reads, well within Python's stack
 MAX_NUMBER = 1e9  # as written; counts and lengths are far below
 
@@ -48,6 +48,16 @@ class Terms:
     def some(self, span: Span, body: Expression, *generators: nodes.Generator) -> nodes.Quantified:
         return self._nested(nodes.Quantified("some", body, generators, span=span), body, *generators)
 
+    def exactly(
+        self, span: Span, count: int, body: Expression, *generators: nodes.Generator
+    ) -> nodes.Quantified:
+        return self._nested(nodes.Quantified("exactly", body, generators, count, span=span), body, *generators)
+
+    def at_least(
+        self, span: Span, count: int, body: Expression, *generators: nodes.Generator
+    ) -> nodes.Quantified:
+        return self._nested(nodes.Quantified("at least", body, generators, count, span=span), body, *generators)
+
     def generator(
         self, span: Span, variable: Word, iterable: Word, condition: Expression | None
     ) -> nodes.Generator:
@@ -66,6 +76,14 @@ class Terms:
     def number(self, span: Span, minus: Word | None, digits: Word, unit: Word | None) -> Number:
         value = self._value(digits)
         return Number(-value if minus and value else value, unit.text if unit else "", span=span)
+
+    def count(self, span: Span, digits: Word) -> int:
+        value = self._value(digits)
+        if value != int(value):
+            self.diagnostics.append(
+                Diagnostic("E007", f"a whole number belongs here, not {digits.text}", digits.span)
+            )
+        return int(value)
 
     def negative(self, span: Span, minus: Word, value: Expression) -> nodes.Arithmetic:
         return self._nested(nodes.Arithmetic("-", nodes.ZERO, value, span=span), value)

@@ -64,6 +64,9 @@ def _text(docstring: Docstring | None) -> str:
     return docstring.text if docstring else ""
 
 
+UNTOLD = nodes.And(())  # the condition of an `else`, until the `when` before it is known
+
+
 def _only(kind: type[T], items: tuple[object, ...]) -> tuple[T, ...]:
     return tuple(item for item in items if isinstance(item, kind))
 
@@ -169,7 +172,7 @@ class Builder(Terms):
             parameters=parameters,
             by=by,
             calls=tuple(name for calls in _only(Calls, rest) for name in calls.names),
-            body=tuple(item for item in rest if isinstance(item, nodes.Statement)),
+            body=self._with_conditions([item for item in rest if isinstance(item, nodes.Statement)]),
             **self._contract(rest),
             **self._declared(span, name, *_only(Docstring, rest)),
         )
@@ -222,11 +225,35 @@ class Builder(Terms):
     def when(self, span: Span, condition: Expression, body: nodes.Statement) -> nodes.When:
         return self._nested(nodes.When(condition, body, span=span), condition, body)
 
+    def otherwise(self, span: Span, body: nodes.Statement) -> nodes.When:
+        return self._nested(nodes.When(UNTOLD, body, is_else=True, span=span), body)
+
+    def _with_conditions(self, statements: list[nodes.Statement]) -> tuple[nodes.Statement, ...]:
+        """Give each `else` the opposite of the condition of the `when` before it."""
+        found: list[nodes.Statement] = []
+        for statement in statements:
+            if isinstance(statement, nodes.When) and statement.is_else:
+                before = found[-1] if found else None
+                if isinstance(before, nodes.When) and not before.is_else:
+                    opposite = nodes.Not(before.condition, span=before.condition.span)
+                    statement = replace(statement, condition=opposite)
+                else:
+                    self._misplaced_else(statement)
+            found.append(statement)
+        return tuple(found)
+
+    def _misplaced_else(self, statement: nodes.Statement) -> None:
+        message = "an 'else' comes right after a 'when', and none is there"
+        help = "in a loop, write the opposite: for x in T if not c: call"
+        self.diagnostics.append(Diagnostic("E001", message, statement.span, help=help))
+
     def block(self, span: Span, *statements: nodes.Statement) -> nodes.Statement:
         for extra in statements[1:2]:
             message = "the body of a 'for' or 'when' is one call, and this is a second one"
             help = "write a program of the two and call that; or, if it comes after the loop, indent it less"
             self.diagnostics.append(Diagnostic("E006", message, extra.span, help=help))
+        if isinstance(statements[0], nodes.When) and statements[0].is_else:
+            self._misplaced_else(statements[0])
         return statements[0]
 
     def call(self, span: Span, callee: Word, *arguments: Expression | None) -> nodes.Call:
@@ -338,14 +365,6 @@ class Builder(Terms):
 
     def option(self, span: Span, name: Word, low: int, high: int | None) -> nodes.Option:
         return nodes.Option(name.text, low, low if high is None else high, span=span)
-
-    def count(self, span: Span, digits: Word) -> int:
-        value = self._value(digits)
-        if value != int(value):
-            self.diagnostics.append(
-                Diagnostic("E007", f"a whole number belongs here, not {digits.text}", digits.span)
-            )
-        return int(value)
 
     # What the grammar cannot say
 

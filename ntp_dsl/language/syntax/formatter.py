@@ -237,7 +237,7 @@ def format_statement(statement: nodes.Statement) -> list[str]:
     if isinstance(statement, nodes.Call):
         return [_call(statement)]
     if isinstance(statement, nodes.When):
-        head = f"when {format_expression(statement.condition)}:"
+        head = "else:" if statement.is_else else f"when {format_expression(statement.condition)}:"
     else:
         head = f"for {_generator(statement.generator)}:"
     return [head, *(INDENT + line for line in format_statement(statement.body))]
@@ -309,7 +309,8 @@ def _bare(expression: Expression) -> str:
             return " or ".join(_expression(value, 2) for value in values)
         case nodes.Quantified(quantifier, body, generators):
             heads = " ".join(f"for {_generator(each, 1)}" for each in generators)
-            return f"{quantifier} {_expression(body, 1)} {heads}"
+            counted = "" if expression.count is None else f" {expression.count}"
+            return f"{quantifier}{counted} {_expression(body, 1)} {heads}"
     raise AssertionError(f"no text for a {type(expression).__name__}")
 
 

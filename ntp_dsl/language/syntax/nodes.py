@@ -113,11 +113,12 @@ class Generator(Node):
 
 @dataclass(frozen=True)
 class Quantified(Node):
-    """`all BODY for …` or `some BODY for …`; over no elements, `all` is true and `some` false."""
+    """`all BODY for …`, or `some`, `exactly 2`, `at least 2`; over no elements, `all` is true and `some` false."""
 
-    quantifier: str  # all, some
+    quantifier: str  # all, some, exactly, at least
     body: Expression
     generators: tuple[Generator, ...]
+    count: int | None = None  # of the last two
 
 
 Expression = Name | Field | Wildcard | Number | Arithmetic | Atom | Compare | Not | And | Or | Quantified
@@ -134,10 +135,11 @@ class Call(Node):
 
 @dataclass(frozen=True)
 class When(Node):
-    """`when c: call`: as if not written where c is false."""
+    """`when c: call`: as if not written where c is false. `else: call` is a `when` of the opposite."""
 
     condition: Expression
     body: Statement
+    is_else: bool = False
 
 
 @dataclass(frozen=True)
