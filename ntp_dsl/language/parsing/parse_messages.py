@@ -32,7 +32,8 @@ TERMINALS = {
     "$END": BLOCK_END,
 }
 # The beginning of an expression is one idea for the reader, and ten terminals for the parser.
-EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", "'all'", "'some'", "'exactly'", "'at least'"}
+QUANTIFIERS = {"'all'", "'some'", "'exactly'", "'at least'"}
+EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", *QUANTIFIERS}
 FOREIGN = frozenset("elif return pass break continue while try let var".split())
 LINE_WORDS = {"requires", "achieves", "for", "when", "else", "scene", "initially", "goal", "run", "success"}
 

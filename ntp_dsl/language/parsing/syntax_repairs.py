@@ -41,9 +41,10 @@ APART = re.compile(
 UNFINISHED = re.compile(r"(?:\b(?:in|on|is|and|with)|==|[.=])\s*$")
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 JOINED = re.compile(r"\w\w|[=<>!&|-]{2}")  # two characters of one word or sign
-OPENING = ("requires", "achieves", "for", "when", "else", "calls", "scene", "initially", "goal", "run", "success")
-INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "exactly", "any", "list",
-         "requires", "achieves")  # fmt: skip
+OPENING = ("requires", "achieves", "for", "when", "else", "calls", "scene", "initially", "goal", "run",
+           "success")  # fmt: skip
+INNER = ("and", "or", "not", "in", "if", "for", "is", "by", "on", "with", "all", "some", "exactly", "any",
+         "list", "requires", "achieves")  # fmt: skip
 MARKS: Mapping[str, str] = {
     "&&": "and", "&": "and", "||": "or", "|": "or", "=>": ">=", "=<": "<=", "<>": "!=", "=": "==",
     "!": "not ",

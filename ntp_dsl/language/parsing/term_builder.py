@@ -51,12 +51,17 @@ class Terms:
     def exactly(
         self, span: Span, count: int, body: Expression, *generators: nodes.Generator
     ) -> nodes.Quantified:
-        return self._nested(nodes.Quantified("exactly", body, generators, count, span=span), body, *generators)
+        return self._counted("exactly", span, count, body, generators)
 
     def at_least(
         self, span: Span, count: int, body: Expression, *generators: nodes.Generator
     ) -> nodes.Quantified:
-        return self._nested(nodes.Quantified("at least", body, generators, count, span=span), body, *generators)
+        return self._counted("at least", span, count, body, generators)
+
+    def _counted(
+        self, word: str, span: Span, count: int, body: Expression, generators: tuple[nodes.Generator, ...]
+    ) -> nodes.Quantified:
+        return self._nested(nodes.Quantified(word, body, generators, count, span=span), body, *generators)
 
     def generator(
         self, span: Span, variable: Word, iterable: Word, condition: Expression | None

@@ -113,7 +113,10 @@ class Generator(Node):
 
 @dataclass(frozen=True)
 class Quantified(Node):
-    """`all BODY for …`, or `some`, `exactly 2`, `at least 2`; over no elements, `all` is true and `some` false."""
+    """`all BODY for …`, or `some`, `exactly 2`, `at least 2`.
+
+    Over no elements, `all` is true and `some` false.
+    """
 
     quantifier: str  # all, some, exactly, at least
     body: Expression
