@@ -16,7 +16,7 @@ from ntp_dsl.language.diagnostics.diagnostics import in_order
 from ntp_dsl.language.loader import Report, check_files
 from ntp_dsl.language.names.incremental_cache import IncrementalCache
 from ntp_dsl.language.parsing.blocks import Block
-from ntp_dsl.language.parsing.error_recovery import Parsed
+from ntp_dsl.language.parsing.parsed import Parsed
 from ntp_dsl.language.parsing.parser import parse_block, read
 from ntp_dsl.language.parsing.partial_library import PartialLibrary
 from ntp_dsl.language.syntax.nodes import Span

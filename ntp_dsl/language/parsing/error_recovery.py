@@ -14,6 +14,7 @@ from ntp_dsl.language.parsing.blocks import (
     continuation,
     declared_names,
 )
+from ntp_dsl.language.parsing.parsed import Parsed
 from ntp_dsl.language.parsing.syntax_repairs import replaces_word, with_fix
 from ntp_dsl.language.parsing.tree_builder import Item
 
@@ -23,18 +24,6 @@ MAX_ROUNDS = 20
 MAX_TRIES = 20
 MAX_CHARACTERS = 40_000  # read in all rounds together, so that a long text is answered at once
 STUB = '"""."""'  # a placeholder for a body of which nothing is left
-
-
-@dataclass(frozen=True)
-class Parsed:
-    """What could be read of a block. Where `is_whole` is false, some of its lines are missing."""
-
-    block: Block  # repaired
-    item: Item | None
-    diagnostics: tuple[Diagnostic, ...] = ()
-    is_whole: bool = True
-    unreadable: frozenset[tuple[str, str]] = frozenset()  # what its words seem to declare
-    guessed: frozenset[int] = frozenset()  # lines that are read as they were probably meant
 
 
 def recover(block: Block, attempt: Attempt) -> Parsed:

@@ -15,9 +15,9 @@ from lark.tree import Meta
 from lark.visitors import Transformer_NonRecursive
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
-from ntp_dsl.language.parsing import blocks, parse_messages, parser_tables, tree_builder
+from ntp_dsl.language.parsing import blocks, parser_tables, tree_builder
 from ntp_dsl.language.parsing.blocks import KEYWORDS, Block
-from ntp_dsl.language.parsing.error_recovery import Parsed, recover
+from ntp_dsl.language.parsing.parsed import Parsed
 from ntp_dsl.language.parsing.partial_library import PartialLibrary, assemble
 from ntp_dsl.language.parsing.term_builder import Word
 from ntp_dsl.language.syntax.nodes import NOWHERE, Library, Span
@@ -31,12 +31,14 @@ def _lark() -> Lark:
 @cache
 def _words() -> dict[str, str]:
     """Return what a user calls each of the grammar's terminals."""
+    from ntp_dsl.language.parsing.parse_messages import TERMINALS
+
     words = {
         terminal.name: f"'{terminal.pattern.value}'"
         for terminal in _lark().terminals
         if isinstance(terminal.pattern, PatternStr)
     }
-    return words | parse_messages.TERMINALS
+    return words | TERMINALS
 
 
 def parse(text: str, path: Path | str | None = None) -> Library:
@@ -68,8 +70,30 @@ def lines(text: str) -> str:
 
 
 def parse_block(block: Block) -> Parsed:
-    """Read one declaration, as far as it can be read."""
+    """Read one declaration, as far as it can be read.
+
+    What explains mistakes is imported where there is one: that takes longer than to read a sound text.
+    """
+    try:
+        item, found = _built(block) if _is_plain(block) else (None, ())
+    except (UnexpectedInput, DedentError):
+        item = None
+    if item is not None and not found:
+        return Parsed(block, item)
+    from ntp_dsl.language.parsing.error_recovery import recover
+
     return recover(block, _attempt)
+
+
+def _is_plain(block: Block) -> bool:
+    return not block.diagnostics and block.keyword in KEYWORDS and not [*blocks.unbalanced(block)]
+
+
+def _built(block: Block) -> tuple[tree_builder.Item, Sequence[Diagnostic]]:
+    """Return what a block says, and what is wrong beyond the grammar. Raises what the parser raises."""
+    tree = _lark().parse(block.text, start=block.keyword)
+    builder = tree_builder.Builder()
+    return _Transformer(builder, block).transform(tree), builder.diagnostics
 
 
 def _attempt(block: Block) -> tuple[tree_builder.Item | None, Sequence[Diagnostic]]:
@@ -78,16 +102,16 @@ def _attempt(block: Block) -> tuple[tree_builder.Item | None, Sequence[Diagnosti
     if diagnostics:
         return None, diagnostics
     try:
-        tree = _lark().parse(block.text, start=block.keyword)
-    except UnexpectedInput as unexpected:
+        return _built(block)
+    except (UnexpectedInput, DedentError) as unexpected:
         return None, [_explain(unexpected, block)]
-    except DedentError:
-        return None, [parse_messages.dedent(block)]
-    builder = tree_builder.Builder()
-    return _Transformer(builder, block).transform(tree), builder.diagnostics
 
 
-def _explain(unexpected: UnexpectedInput, block: Block) -> Diagnostic:
+def _explain(unexpected: UnexpectedInput | DedentError, block: Block) -> Diagnostic:
+    from ntp_dsl.language.parsing import parse_messages
+
+    if isinstance(unexpected, DedentError):
+        return parse_messages.dedent(block)
     line, column = unexpected.line, unexpected.column
     if isinstance(unexpected, UnexpectedToken):
         accepted = unexpected.accepts or unexpected.expected

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.parsing import blocks
-from ntp_dsl.language.parsing.error_recovery import Parsed
+from ntp_dsl.language.parsing.parsed import Parsed
 from ntp_dsl.language.parsing.shared_scenes import with_shared_scenes
 from ntp_dsl.language.parsing.tree_builder import Header
 from ntp_dsl.language.syntax.nodes import Declaration, Library, Span, Use
