@@ -15,8 +15,9 @@ from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
+from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.observation import Argument, without_lists
-from ntp_dsl.semantics.state import Fact, Literal, State, provider_of
+from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument
 from ntp_dsl.worlds.protocol import World
@@ -103,7 +104,7 @@ def _says_held(fact: Fact, held: str, state: State) -> bool:
         names = (parameter.name for parameter in declared.parameters)
         scope = dict(zip(names, fact.arguments, strict=True))
         return any(_says_held(each, held, state) for each in state.literals(declared.body, scope))
-    return fact.arguments == (held,) and provider_of(declared) == "holding"
+    return fact.arguments == (held,) and declared.provider == "holding"
 
 
 def _violates(
@@ -111,6 +112,8 @@ def _violates(
 ) -> bool:
     """Call an api, and return whether it does not achieve what it promises."""
     outcome = world.call(api.name, arguments)
+    if outcome.is_attempt and reads_failures(registry):
+        return False
     after = State(registry, world.truth())
     unmet = [fact for fact in after.literals(api.achieves, api.bind(arguments)) if not after.holds(fact)]
     record.calls += 1

@@ -18,7 +18,7 @@ from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
-from ntp_dsl.semantics.state import Bindings, Fact, Literal, State, provider_of
+from ntp_dsl.semantics.state import Bindings, Fact, Literal, State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome
@@ -90,7 +90,7 @@ def _shortfall(
             return Shortfall(ShortfallKind.NOT_ACHIEVED, f"{literal} does not hold")
     literals = [part for fact in facts for part in _parts(state, fact)]
     for literal in literals:
-        if literal.positive and provider_of(registry.predicates[literal.predicate]) in CONTACT_PREDICATES:
+        if literal.positive and registry.predicates[literal.predicate].provider in CONTACT_PREDICATES:
             item, support = map(str, literal.arguments)
             if not world.supported(item, support):
                 return Shortfall(ShortfallKind.NO_CONTACT, f"{item} does not touch {support}")

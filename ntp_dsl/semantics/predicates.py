@@ -7,7 +7,7 @@ from functools import partial
 from math import hypot
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics import layout
+from ntp_dsl.semantics import attempts, layout
 from ntp_dsl.semantics.containers import is_over_hollow, lies_in, takes
 from ntp_dsl.semantics.free_space import FREE_GAP, clearance, footprints, load
 from ntp_dsl.semantics.observation import Observation
@@ -159,6 +159,7 @@ def trait(name: str) -> Callable[[Observation, str], str | float]:
     return read
 
 
+READINGS: dict[str, Callable[..., float]] = {"failures": attempts.failures}
 BUILT_IN: dict[str, Callable[..., bool]] = {
     "present": present,
     "reachable": reachable,

@@ -14,7 +14,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record, without_lists
-from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, trait
+from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, READINGS, trait
 
 Bindings = Mapping[str, Argument]
 
@@ -255,19 +255,14 @@ class State:
 
     def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
         """Return the world's own predicate, a function in Python, or the reading of a trait."""
-        name = provider_of(declared)
+        name = declared.provider
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
             return function
-        if name in self._built_in or declared.result is None:
+        if declared.result is None:
             return self._built_in[name]
-        return trait(declared.name)
+        return READINGS[name] if name in READINGS else trait(declared.name)
 
 
 def _names(arguments: tuple[Argument, ...]) -> frozenset[str]:
     return frozenset(each for each in without_lists(arguments) if isinstance(each, str))
-
-
-def provider_of(declared: nodes.PredicateDeclaration) -> str:
-    """Return the name of what evaluates a predicate without a body."""
-    return declared.by.id if declared.by else declared.name

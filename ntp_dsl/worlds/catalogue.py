@@ -10,8 +10,9 @@ from inspect import Parameter, signature
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration, Span
+from ntp_dsl.semantics.attempts import after_attempt, reads_failures
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.predicates import BUILT_IN
+from ntp_dsl.semantics.predicates import BUILT_IN, READINGS
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.state_changes import changed_by, says_of_state
 from ntp_dsl.semantics.value_checks import out_of_range
@@ -45,7 +46,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
     Raises `NtpError` for an api or predicate that neither the world nor Python provides, or that takes
     something else than what provides it.
     """
-    has_state = any(declared.is_state for declared in registry.predicates.values())
+    has_state = reads_failures(registry) or any(each.is_state for each in registry.predicates.values())
     needed = [name for name in _members(World) if has_state or name != "facts"]
     if missing := [name for name in needed if not hasattr(world, name)]:
         kind = type(world).__name__
@@ -61,6 +62,7 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
     for message, _ in misdeclared(world, registry):
         raise NtpError(message)
     skills = own_skills(world)
+    counts_failures = reads_failures(registry)
     for api in registry.apis.values():
         if api.skill == PYTHON:
             skill: Callable[..., Outcome] = partial(_by_python, registry, api, world)
@@ -71,6 +73,8 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
             skill = partial(_carry_out, registry, api, world, partial(_wait, world))
         if any(says_of_state(registry, api.achieves)):
             skill = partial(_change_state, registry, api, world, skill)
+        if counts_failures:
+            skill = partial(_count_failure, api, world, skill)
         world.skills[api.name] = skill
 
 
@@ -121,6 +125,15 @@ def _change_state(
     return outcome
 
 
+def _count_failure(api: Api, world: World, skill: Callable[..., Outcome], *arguments: Argument) -> Outcome:
+    """Call a skill; count where it fails with the objects that it is given."""
+    outcome = skill(*arguments)
+    objects = {each for each in arguments if isinstance(each, str)} & world.truth().by_name.keys()
+    if outcome.achieved or outcome.is_attempt:
+        world.facts = after_attempt(world.facts, api.name, objects, outcome.achieved)
+    return outcome
+
+
 def lacking(world: World, registry: Registry) -> list[str]:
     """Return the apis and predicates of a library that neither the world nor Python provides."""
     own = own_skills(world)
@@ -151,12 +164,12 @@ def misdeclared(world: World, registry: Registry) -> Iterator[tuple[str, Span]]:
                 f"api '{api.name}'", api.parameters, world.skills[api.skill], api.skill, api.span
             )
     for name, declared in registry.predicates.items():
-        provider = declared.by.id if declared.by else declared.name
-        if declared.body is not None or provider not in BUILT_IN:
+        provider = declared.provider
+        if declared.body is not None or provider not in BUILT_IN | READINGS:
             continue
-        test = partial(BUILT_IN[provider], None)  # all but the observation
+        test = partial((BUILT_IN | READINGS)[provider], None)  # all but the observation
         yield from _misfit(f"predicate '{name}'", declared.parameters, test, provider, declared.name_span)
-        if declared.result is not None:
+        if declared.result is not None and provider not in READINGS:
             yield f"predicate '{name}' is a reading, and '{provider}' is true or false", declared.name_span
 
 
@@ -173,7 +186,7 @@ def _misfit(
 
 def _is_provided(declared: PredicateDeclaration) -> bool:
     """Return whether the world, Python, or (for a reading of one object) the scene provides a predicate."""
-    provider = declared.by.id if declared.by else declared.name
+    provider = declared.provider
     by_scene = declared.result is not None and declared.by is None and len(declared.parameters) == 1
     return declared.is_state or provider in {PYTHON, *BUILT_IN} or by_scene
 

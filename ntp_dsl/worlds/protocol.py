@@ -45,6 +45,9 @@ class Failure(StrEnum):
     TIME_OUT = "time-out"
 
 
+NO_ATTEMPT = {Failure.NOT_READY, Failure.MISSING_OBJECT, Failure.OBJECT_DROPPED}
+
+
 @dataclass(frozen=True)
 class Outcome:
     """The outcome of a primitive: achieved, or the reason why not, with the evidence."""
@@ -60,6 +63,11 @@ class Outcome:
 
     def __bool__(self) -> bool:
         return self.achieved
+
+    @property
+    def is_attempt(self) -> bool:
+        """Return whether it failed at what it was given: not as something was missing, not ready or dropped."""
+        return not self.achieved and self.failure not in NO_ATTEMPT
 
 
 ACHIEVED = Outcome(True)

@@ -35,6 +35,7 @@ class Start:
     y: Interval | None = None
     spacing: float | None = None  # between centres, seen from above
     yaw: Interval | None = None  # from the x axis to the object's [rad]
+    offset: tuple[float, float] | None = None  # along x and y from the middle of its support
     group: str = field(default="", compare=False)  # of the scene
 
     @property
@@ -156,10 +157,9 @@ def _number(setting: nodes.Setting) -> float:
 def _start(group: SceneGroup, index: int, surface: str) -> Start:
     settings = {detail.name: detail.settings[0] for detail in group.details if detail.name in PLACING}
     spacing = settings.get("spacing")
-    at = next((detail.settings for detail in group.details if detail.name == "at"), ())
-    yaw = _interval(settings.get("yaw"))
-    if at:
-        x, y = (_number(at[(2 * index + axis) % len(at)]) for axis in (0, 1))
+    yaw, offset = _interval(settings.get("yaw")), _pair(group, "offset", index)
+    if (at := _pair(group, "at", index)) is not None:
+        x, y = at
         return Start(surface, (x, x), (y, y), yaw=yaw, group=group.name)
     return Start(
         surface,
@@ -167,8 +167,18 @@ def _start(group: SceneGroup, index: int, surface: str) -> Start:
         _interval(settings.get("y")),
         None if spacing is None else _number(spacing),
         yaw,
+        offset,
         group.name,
     )
+
+
+def _pair(group: SceneGroup, name: str, index: int) -> tuple[float, float] | None:
+    """Return the pair of lengths that a detail gives the object of that number, if it is there [m]."""
+    given = next((detail.settings for detail in group.details if detail.name == name), ())
+    if not given:
+        return None
+    x, y = (_number(given[(2 * index + axis) % len(given)]) for axis in (0, 1))
+    return x, y
 
 
 def _interval(setting: nodes.Setting | None) -> Interval | None:

@@ -102,7 +102,7 @@ def _check_shared_places(items: Sequence[SceneObject], starts: Mapping[str, Star
         below = by_name.get(start.surface)
         if below is not None and nests_badly(below, obj):
             raise NoRoom(f"{obj.name} would sink into {below.name}; start it on the table", start.group)
-        if below is None or shares(below, obj):
+        if below is None or shares(below, obj) or start.offset is not None:
             continue
         if below.name in on:
             raise NoRoom(
@@ -191,7 +191,8 @@ def _with_loads(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> Si
         surface = starts.get(obj.name, NOWHERE).surface
         if surface in by_name and not shares(by_name[surface], obj):
             (x, y), (its_x, its_y) = sizes[surface], sizes[obj.name]
-            sizes[surface] = max(x, its_x), max(y, its_y)
+            dx, dy = starts[obj.name].offset or (0.0, 0.0)
+            sizes[surface] = max(x, its_x + 2 * abs(dx)), max(y, its_y + 2 * abs(dy))
     return sizes
 
 
@@ -319,10 +320,12 @@ def _stack_up(
         surface = starts.get(obj.name, NOWHERE).surface
         if surface not in by_name or obj.name in spots:
             continue
-        if not shares(by_name[surface], obj):
-            spots[obj.name] = spots[surface]
+        offset = starts[obj.name].offset
+        if offset is not None or not shares(by_name[surface], obj):
+            (x, y), (dx, dy) = spots[surface], offset or (0.0, 0.0)
+            spots[obj.name] = x + dx, y + dy
             continue
-        there = [t for t in items if starts.get(t.name, NOWHERE).surface == surface]
+        there = [t for t in items if _is_spread_over(starts.get(t.name, NOWHERE), surface)]
         found = _beside_each_other(there, by_name[surface], starts, spots[surface], rng)
         if found is None:
             return obj.name
@@ -330,6 +333,10 @@ def _stack_up(
     standing = _stacked(items, starts, spots)
     stacked = (obj.name for obj in items if starts.get(obj.name, NOWHERE).surface in by_name)
     return next((name for name in stacked if not standing.is_free(name, standing.positions[name])), None)
+
+
+def _is_spread_over(start: Start, surface: str) -> bool:
+    return start.surface == surface and start.offset is None
 
 
 def _beside_each_other(

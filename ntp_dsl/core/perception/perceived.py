@@ -16,7 +16,7 @@ from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
-from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State, provider_of
+from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State
 
 SAMPLES = 24  # of where objects may lie
 
@@ -80,7 +80,7 @@ class Believed(State):
         elif declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
             chance = self.likely(declared.body, dict(zip(names, fact.arguments, strict=True)))
-        elif (provider := provider_of(declared)) in self._chances:
+        elif (provider := declared.provider) in self._chances:
             chance = self._chances[provider](*fact.arguments)
         else:
             chance = float(bool(self.reading(fact.predicate, fact.arguments)))
@@ -126,7 +126,7 @@ class Perceived(Believed):
         declared = self.registry.predicates.get(predicate)
         if declared is None:
             return False
-        provider = provider_of(declared)
+        provider = declared.provider
         is_own = provider == nodes.PYTHON or (provider in BUILT_IN and provider not in self._chances)
         return is_own or any(map(self._is_told, predicates(declared.body)))
 

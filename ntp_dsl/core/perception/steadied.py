@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ntp_dsl.demonstrations.demonstration import Demonstration, Facts, Scope
+from ntp_dsl.semantics.attempts import without_attempts
 from ntp_dsl.semantics.observation import Observation
 
 FLICKER = 0.2  # of the hand: opened or closed for a shorter time than that does not count [s]
@@ -38,7 +39,7 @@ class Steadied:
     @cached_property
     def events(self) -> tuple[int, ...]:
         """Return the first frames after the hand has opened or closed, or a fact of the state has changed."""
-        facts = self.demonstration.facts or ()
+        facts = [without_attempts(each) for each in self.demonstration.facts or ()]
         changes = {k for k, (a, b) in enumerate(pairwise(facts), start=1) if a != b}
         return tuple(sorted(changes.union((np.flatnonzero(np.diff(self.closed.astype(int))) + 1).tolist())))
 

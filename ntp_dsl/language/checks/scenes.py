@@ -50,6 +50,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may s
     "y": ("region",),
     "spacing": ("distance",),
     "at": ("positions",),
+    "offset": ("positions",),
     "yaw": ("angle",),
 }
 TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
@@ -154,15 +155,21 @@ def _check_detail(
 
 
 def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:
-    """Check `at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`: x and y, for one object after the other."""
+    """Check `at(0.3 m, -0.2 m, 0.3 m, 0.2 m)`, or `offset`: x and y, for one object after the other."""
     span = leading_span(detail.span, detail.name)
     places, count = len(detail.settings) // 2, max(group.count, group.most or 0)
     if detail.settings and not len(detail.settings) % 2 and places < count:
         message = f"'{group.name}' are {counted(count, 'object')}, and here are places for {places}"
         yield Diagnostic("E504", message, span, help="each takes an x and a y")
     if not detail.settings or len(detail.settings) % 2:
-        message = f"'at' takes pairs of x and y, and {are_given(len(detail.settings))}"
-        yield Diagnostic("E201", message, span, help="for example: at(0.4 m, -0.2 m, 0.4 m, 0.2 m)")
+        message = f"'{detail.name}' takes pairs of x and y, and {are_given(len(detail.settings))}"
+        yield Diagnostic(
+            "E201", message, span, help=f"for example: {detail.name}(0.4 m, -0.2 m, 0.4 m, 0.2 m)"
+        )
+    if detail.name == "offset" and group.place in table.constants:
+        message = f"an offset is from the middle of an object of the scene, and '{group.name}' start on"
+        help = "on a constant, such as the table, say where: at(0.4 m, -0.2 m)"
+        yield Diagnostic("E504", f"{message} '{group.place}'", span, help=help)
     for setting in detail.settings:
         if isinstance(setting, Number):
             yield from _check_position(setting, table)
@@ -180,7 +187,7 @@ def _check_position(number: Number, table: SymbolTable) -> Iterator[Diagnostic]:
 def _check_settings(
     detail: Detail, group: SceneGroup, wanted: tuple[str, ...], table: SymbolTable
 ) -> Iterator[Diagnostic]:
-    if detail.name == "at":
+    if detail.name in ("at", "offset"):
         yield from _check_positions(detail, group, table)
         return
     span = leading_span(detail.span, detail.name)

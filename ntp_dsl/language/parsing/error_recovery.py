@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix
 from ntp_dsl.language.parsing.blocks import (

@@ -235,6 +235,11 @@ class PredicateDeclaration(Declaration):
         """Return whether it is a fact of the state."""
         return self.body is None and self.by is not None and self.by.id == STATE
 
+    @property
+    def provider(self) -> str:
+        """Return the name of what evaluates a predicate without a body."""
+        return self.by.id if self.by else self.name
+
 
 @dataclass(frozen=True)
 class ApiDeclaration(Declaration):
