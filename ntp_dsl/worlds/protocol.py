@@ -66,7 +66,7 @@ class Outcome:
 
     @property
     def is_attempt(self) -> bool:
-        """Return whether it failed at what it was given: not as something was missing, not ready or dropped."""
+        """Return whether it failed, and not as something was missing, dropped or not ready."""
         return not self.achieved and self.failure not in NO_ATTEMPT
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ntp_dsl.language.loader import load
+from ntp_dsl.language.loader import diagnose_text, load
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 from ntp_dsl.semantics.predicates import inside, on
 from ntp_dsl.tasks.instances import draw, find_task
@@ -131,3 +131,26 @@ def test_what_starts_on_others_is_on_them(tmp_path: Path) -> None:
     lower, upper = ("block_0", "block_1"), ("block_2", "block_3")
     assert all(any(on(seen, block, pad) for pad in ("pad_0", "pad_1")) for block in lower)
     assert all(any(on(seen, other, block) for block in lower) for other in upper)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_parts_stand_on_a_fixed_object_where_their_offsets_say(tmp_path: Path, seed: int) -> None:
+    path = tmp_path / "mine.ntp"
+    scene = """
+        boards: 1 Pad on table with box(30 cm, 20 cm, 4 cm)
+        pads:   2 Pad on boards with box(8 cm, 8 cm, 1 cm), offset(-9 cm, 0 cm, 9 cm, 3 cm)
+        blocks: 2 Block on pads"""
+    path.write_text(LIBRARY.replace("{scene}", scene))
+    registry = load(path)
+    rng = np.random.default_rng(seed)
+    task = draw(registry, find_task(registry, "filling"), rng)
+    for made in (task.nominal_start(rng), task.perturbed_start(rng)):
+        x, y, z = made.positions["pad_0"]
+        assert np.allclose(made.positions["pad_1"], (x - 0.09, y, z + 0.025))
+        assert np.allclose(made.positions["pad_2"], (x + 0.09, y + 0.03, z + 0.025))
+
+
+def test_an_offset_from_the_table_is_explained() -> None:
+    scene = "pads: 1 Pad on table with offset(3 cm, 3 cm)"
+    found = diagnose_text(LIBRARY.replace("{scene}", scene)).diagnostics
+    assert any("an offset is from the middle of an object of the scene" in each.message for each in found)
