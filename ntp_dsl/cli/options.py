@@ -80,7 +80,10 @@ Inject = Annotated[
     list[str] | None,
     typer.Option(
         metavar="CALL=OUTCOME",
-        help="Force what a primitive comes to, once: grasp(block_3)=object_dropped; repeat it for several.",
+        help=(
+            "Force what a primitive comes to, once: grasp(block_3)=object_dropped; or what is seen, by all "
+            "or by one program: clear(block_2)=false, 'pick(block_1): clear(block_2)=false'. Repeatable."
+        ),
     ),
 ]
 Watch = Annotated[

@@ -16,7 +16,7 @@ from ntp_dsl.cli.terminal import read_line
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import printable
 from ntp_dsl.evaluation.episodes import Evaluator
-from ntp_dsl.execution.supervision import CallPattern, Injection, Injections, Supervisor
+from ntp_dsl.execution.supervision import CallPattern, Injections, Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.registry import Registry
@@ -25,7 +25,7 @@ from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.explanation import reasons
 from ntp_dsl.traces.phrases import format_invocation
-from ntp_dsl.worlds.protocol import Outcome
+from ntp_dsl.worlds.protocol import Outcome, World
 
 if TYPE_CHECKING:
     from ntp_dsl.cli.live_page import LiveRun
@@ -112,6 +112,10 @@ class Stepper:
         """Return what is forced on a primitive, or None."""
         return self._injections.outcome(callee, arguments)
 
+    def world(self, frame: Frame, world: World) -> World:
+        """Return the world with the facts that are forced on what a program sees."""
+        return self._injections.world(frame, world)
+
     def before(self, depth: int, frame: Frame, choice: Choice) -> None:
         """Show a decision and wait, where it is to be stopped at."""
         now = {*_seen(choice.decision)}
@@ -160,7 +164,7 @@ def supervised(
     """Give the supervisor that a command's options ask for; at the end say which of them fitted nothing."""
     registry, traces = evaluator.registry, evaluator.plan.traces
     breakpoints = [Breakpoint.parse(text, registry) for text in stop_at]
-    injections = Injections([Injection.parse(text, registry) for text in inject])
+    injections = Injections(inject, registry)
     with ExitStack() as stack:
         page: LiveRun | None = None
         if watch:
@@ -169,7 +173,7 @@ def supervised(
             assert traces is not None
             page = stack.enter_context(live(episode_files(traces, number)[0]))
             page.begin()
-        if not step and not breakpoints and not injections.waiting:
+        if not step and not breakpoints and not injections:
             yield None
             return
         read = page.read_line if page is not None else read_line
@@ -182,6 +186,9 @@ def supervised(
                 messages.print(f"breakpoint {breakpoint.text} was never met", style="yellow")
             for injection in injections.waiting:
                 messages.print(f"no primitive was {injection.call}: nothing was forced on it", style="yellow")
+            for fact in injections.unseen:
+                text = f"no decision was made by {fact.node}: nothing was forced on it"
+                messages.print(text, style="yellow")
 
 
 def _to_nobody(text: str) -> None:

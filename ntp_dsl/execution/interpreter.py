@@ -224,7 +224,8 @@ class Interpreter:
         start = perf_counter()
         frame = stack[-1].frame
         barred: Barred = frozenset({None} if fresh else ())
-        choice = self.policy.decide(frame, self.world, barred)
+        world = self.world if self.supervisor is None else self.supervisor.world(frame, self.world)
+        choice = self.policy.decide(frame, world, barred)
         read, waited = choice.decision.read, choice.waited
         refused = False
         while choice.callee not in barred and (found := self._in_vain(choice, stack, run)):
@@ -232,7 +233,7 @@ class Interpreter:
             if found is InVain.CIRCULAR:
                 run.rounds = True, run.rounds[1]
             barred |= {choice.callee}
-            choice = self.policy.decide(frame, self.world, barred)
+            choice = self.policy.decide(frame, world, barred)
             waited += choice.waited
         if choice.callee is None and refused:
             choice = replace(choice, done=False)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, cast
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.registry import Callable, Registry
 from ntp_dsl.policies.protocol import Choice, Frame
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
+from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.traces.phrases import format_argument
-from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome
+from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 
 FORCED = "forced"  # as a disturbance of a trace
 OUTCOMES = {"achieved": ACHIEVED, **{each.name.lower(): Outcome(False, each) for each in Failure}}
@@ -35,6 +36,9 @@ class Supervisor(Protocol):
 
     def outcome(self, callee: str, arguments: tuple[Argument, ...]) -> Outcome | None:
         """Return what a primitive comes to without being carried out; None to carry it out."""
+
+    def world(self, frame: Frame, world: World) -> World:
+        """Return the world that a program's decision is made by: as it is, or with facts that are forced."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,8 @@ class Injection:
         if not equals or outcome is None:
             hint = f"; did you mean '{near}'?" if equals and (near := nearest(name, OUTCOMES)) else ""
             expected = "--inject: expected CALL=OUTCOME, such as grasp(block_3)=object_dropped"
-            raise NtpError(f"{expected}, found '{text}'{hint}; outcomes are {', '.join(OUTCOMES)}")
+            known = f"outcomes are {', '.join(OUTCOMES)}; of a fact, true and false"
+            raise NtpError(f"{expected}, found '{text}'{hint}; {known}")
         call = CallPattern.parse(given, registry.apis)
         if call is None:
             api = given.partition("(")[0]
@@ -101,11 +106,99 @@ class Injection:
         return cls(call, outcome)
 
 
-class Injections:
-    """Forces each outcome on the first primitive that it fits."""
+@dataclass(frozen=True)
+class ForcedFact:
+    """A fact that is seen to hold, or not to, whatever is the case: in all decisions, or a program's."""
 
-    def __init__(self, injections: Sequence[Injection]) -> None:
-        self.waiting = [*injections]
+    text: str
+    fact: DeclaredFact
+    holds: bool
+    node: CallPattern | None = None
+
+    @classmethod
+    def parse(cls, text: str, registry: Registry) -> ForcedFact:
+        """Return what `clear(b)=false` or `pick(a): clear(b)=false` says. Raises `NtpError` for all else."""
+        given, _, value = (part.strip() for part in text.rpartition("="))
+        before, colon, fact = (part.strip() for part in given.rpartition(":"))
+        node = CallPattern.parse(before, registry.programs) if colon else None
+        if colon and node is None:
+            hint = _near(before.partition("(")[0], registry.programs)
+            what = f"'{before}' is no call of a program of library '{registry.name}'"
+            raise NtpError(f"--inject: {what}{hint}")
+        found = CALL.fullmatch(fact)
+        declared = registry.predicates.get(found[1]) if found else None
+        if found is None or declared is None or declared.result is not None:
+            hint = _near(fact.partition("(")[0], registry.predicates)
+            raise NtpError(f"--inject: '{fact}' is no fact of library '{registry.name}'{hint}")
+        arguments = tuple(each.strip() for each in (found[2] or "").split(",") if each.strip())
+        if len(arguments) != len(declared.parameters):
+            names = ", ".join(each.name for each in declared.parameters)
+            raise NtpError(f"'{text}': {found[1]} takes ({names}), found {len(arguments)} arguments")
+        return cls(text, DeclaredFact(found[1], arguments), value == "true", node)
+
+    def check(self, seen: Observation, registry: Registry) -> None:
+        """Raise `NtpError` where it is about an object that is not in the scene."""
+        members = {member for enum in registry.enums.values() for member in enum}
+        known = {*seen.by_name, *registry.constants, *members, ANY}
+        for name in self.fact.arguments:
+            if name not in known:
+                hint = _near(name, known)
+                raise NtpError(f"--inject: '{name}' in '{self.text}' is no object of the scene{hint}")
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    near = nearest(name, known)
+    return f"; did you mean '{near}'?" if near else ""
+
+
+@dataclass
+class _Misled:
+    """A world of which some facts are seen as they are forced to be; all else is the world's own."""
+
+    _world: World
+    _forced: Mapping[DeclaredFact, bool]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._world, name)
+
+    def observe(self) -> Observation:
+        return replace(self._world.observe(), forced=self._forced)
+
+    def truth(self) -> Observation:
+        return replace(self._world.truth(), forced=self._forced)
+
+
+class Injections:
+    """Forces each outcome on the first primitive that it fits, and facts on what is seen.
+
+    Raises `NtpError` for a text that says neither `CALL=OUTCOME` nor `FACT=true`.
+    """
+
+    def __init__(self, texts: Sequence[str], registry: Registry) -> None:
+        self._registry = registry
+        is_fact = [text.rpartition("=")[2].strip() in ("true", "false") for text in texts]
+        told = [*zip(texts, is_fact, strict=True)]
+        self.waiting = [Injection.parse(text, registry) for text, fact in told if not fact]
+        self._facts = [ForcedFact.parse(text, registry) for text, fact in told if fact]
+        self.unseen = [*self._facts]  # that no decision was made with
+
+    def __bool__(self) -> bool:
+        return bool(self.waiting or self._facts)
+
+    def world(self, frame: Frame, world: World) -> World:
+        """Return the world as a program is to see it."""
+        wanted = [
+            each
+            for each in self._facts
+            if each.node is None or each.node.matches(frame.program, frame.arguments)
+        ]
+        if not wanted:
+            return world
+        for each in wanted:
+            if each in self.unseen:
+                self.unseen.remove(each)
+                each.check(world.truth(), self._registry)
+        return cast(World, _Misled(world, {each.fact: each.holds for each in wanted}))
 
     def outcome(self, callee: str, arguments: tuple[Argument, ...]) -> Outcome | None:
         """Return the forced outcome of a primitive, marked as such, or None."""

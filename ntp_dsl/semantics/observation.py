@@ -121,6 +121,7 @@ class Observation:
     orientations: Mapping[str, Quaternion] = field(default_factory=dict)  # object to world; else unturned
     deviations: Mapping[str, float] = field(default_factory=dict)  # of positions, standard [m]; else 0
     facts: frozenset[DeclaredFact] = frozenset()  # that hold and are not geometry
+    forced: Mapping[DeclaredFact, bool] = field(default_factory=dict)  # whether they hold, in any case
 
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:

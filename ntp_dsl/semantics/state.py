@@ -117,6 +117,12 @@ class State:
             self._known[key] = self._ask(*key)
         return self._known[key]
 
+    def forced(self, predicate: str, arguments: tuple[Argument, ...]) -> bool | None:
+        """Return what somebody forces on a fact; None where nobody does."""
+        if not self.observation.forced:
+            return None
+        return self.observation.forced.get(DeclaredFact(predicate, tuple(map(str, arguments))))
+
     def objects(self, type_name: str) -> list[str]:
         """Return the names of the scene's objects of a type, in the observation's order."""
         is_a = self.registry.is_a
@@ -242,6 +248,8 @@ class State:
             yield from self._scopes(generators[1:], inner)
 
     def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
+        if (forced := self.forced(predicate, arguments)) is not None:
+            return forced
         declared = self.registry.predicates[predicate]
         ways = self.ways(declared, arguments)
         if ways is not None:

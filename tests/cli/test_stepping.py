@@ -175,6 +175,11 @@ def test_an_injection_that_fits_no_call_is_told(capsys: pytest.CaptureFixture[st
         ("gasp=no_path", "did you mean 'grasp'?"),
         ("grasp(block_3=no_path", "is no call of an api"),
         ("pick=no_path", "is no call of an api"),
+        ("claer(block_3)=true", "did you mean 'clear'?"),
+        ("clear(block_3, block_1)=true", "clear takes (item), found 2 arguments"),
+        ("clear(blck_3)=false", "is no object of the scene; did you mean 'block_3'?"),
+        ("grasp: clear(block_3)=false", "'grasp' is no call of a program"),
+        ("pikc: clear(block_3)=false", "did you mean 'pick'?"),
     ],
 )
 def test_an_injection_that_means_nothing_is_misuse(
@@ -182,6 +187,33 @@ def test_an_injection_that_means_nothing_is_misuse(
 ) -> None:
     assert run([*WORDS, "--inject", text]) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--expert"], []])
+def test_a_fact_is_seen_as_it_is_forced_by_the_program_that_is_named(
+    tmp_path: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    item = next(call for call in traced(tmp_path / "plain", *words).calls if call.name == "pick").arguments[0]
+    holds = f"pick({item}): holding({item})=true"
+    run([*WORDS, *words, "--inject", holds, "--out", str(tmp_path / "forced")])
+    trace = read_trace(next((tmp_path / "forced").glob("*.jsonl")))
+    assert trace.end is not None and not trace.end.success
+    assert not any(call.name == "grasp" and call.arguments == (item,) for call in trace.calls)
+    seen = [
+        (each.probability, each.truth)
+        for call in trace.calls
+        for each in call.decision.facts
+        if each.fact == f"holding({item})"
+    ]
+    assert (1.0, False) in seen or words
+    assert "nothing was forced" not in capsys.readouterr().err
+
+
+def test_a_fact_that_is_forced_on_a_program_that_never_runs_is_told(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run([*WORDS, "--inject", "pick(block_99): clear(block_1)=true"]) == 0
+    assert "no decision was made by pick(block_99): nothing was forced on it" in capsys.readouterr().err
 
 
 def test_every_outcome_can_be_forced_by_its_name() -> None:

@@ -75,7 +75,9 @@ class Believed(State):
             return self.likely(fact.expression, fact.scope)
         declared = self.registry.predicates[fact.predicate]
         ways = self.ways(declared, fact.arguments)
-        if ways is not None:
+        if (forced := self.forced(fact.predicate, fact.arguments)) is not None:
+            chance: Any = float(forced)
+        elif ways is not None:
             chance = max((self.probability(Literal(fact.predicate, way)) for way in ways), default=0.0)
         elif declared.body is not None:
             names = (parameter.name for parameter in declared.parameters)
