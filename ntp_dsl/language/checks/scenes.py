@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, unknown
 from ntp_dsl.language.names.signatures import (
@@ -54,6 +55,10 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may s
     "yaw": ("angle",),
 }
 TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
+TABLE = "table"
+# About how far to either side, at an x, the Panda gets from above, the one of the arms that gets farthest [m].
+REACH = ((0.23, 0.6), (0.5, 0.6), (0.65, 0.45), (0.77, 0.2))
+NEAREST = REACH[0]
 LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
@@ -94,6 +99,7 @@ def check_scene(task: TaskDeclaration, table: SymbolTable) -> Iterator[Diagnosti
         yield from _check_group(group, task, task.scene[:index], table)
         for number, detail in enumerate(group.details):
             yield from _check_detail(detail, group, group.details[:number], table)
+        yield from _check_reach(group)
 
 
 def _check_group(
@@ -152,6 +158,38 @@ def _check_detail(
             f" predicate {detail.name}(o: {group.type.name}) -> ..., with a number type or an enumeration"
         )
         yield unknown("E111", "objects have no property", detail.name, span, known, help)
+
+
+def _check_reach(group: SceneGroup) -> Iterator[Diagnostic]:
+    """Note places on the table that the arms that ship do not reach: the kinematic world gets anywhere."""
+    for detail in group.details:
+        places = [*_places(detail)] if group.place == TABLE else []
+        beyond = [(x, y) for x, y in places if not _is_within_reach(x, y)]
+        if beyond:
+            told = dict(zip("xy", (f"{100 * each:g} cm" for each in beyond[0]), strict=True))
+            where = ", ".join(f"{axis} {told[axis]}" for axis in (detail.name if detail.name in told else "xy"))
+            message = f"the arms do not reach {where} from above"
+            help = "the kinematic world does; with an arm, keep to what the reference says of its reach"
+            yield Diagnostic("N502", message, leading_span(detail.span, detail.name), help=help)
+
+
+def _places(detail: Detail) -> Iterator[tuple[float, float]]:
+    """Yield the places of `at`, and the far ends of `x` and `y` [m]."""
+    match detail.name, detail.settings:
+        case "at", settings:
+            numbers = [si(each) or 0.0 for each in settings if isinstance(each, Number)]
+            yield from zip(numbers[::2], numbers[1::2], strict=False)
+        case "x", (Interval(low, high),):
+            yield from ((si(bound) or 0.0, 0.0) for bound in (low, high))
+        case "y", (Interval(low, high),):
+            yield from ((NEAREST[0], si(bound) or 0.0) for bound in (low, high))
+
+
+def _is_within_reach(x: float, y: float) -> bool:
+    for (x0, side0), (x1, side1) in pairwise(REACH):
+        if x0 - 1e-9 <= x <= x1 + 1e-9:
+            return abs(y) <= side0 + (side1 - side0) * (x - x0) / (x1 - x0) + 1e-9
+    return False
 
 
 def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:

@@ -86,6 +86,7 @@ CODES: Mapping[str, str] = {
     "N404": "a list of which no demonstration can show anything",
     "N405": "a field of a list's elements that no contract mentions",
     "N501": "a success that the program does not promise",
+    "N502": "a place that the arms that ship do not reach",
     "E601": "an api does not achieve what it promises",
     "E602": "a goal holds before anything is done",
     "E603": "an expert does not reach its goal",
