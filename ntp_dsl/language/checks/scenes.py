@@ -56,7 +56,7 @@ PLACING: Mapping[str, tuple[str, ...]] = {  # where the objects of a group may s
 }
 TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
 TABLE = "table"
-# About how far to either side, at an x, the Panda gets from above, the one of the arms that gets farthest [m].
+# About how far to either side, at an x, the Panda gets from above: it gets farther than the others [m].
 REACH = ((0.23, 0.6), (0.5, 0.6), (0.65, 0.45), (0.77, 0.2))
 NEAREST = REACH[0]
 LARGEST = 2.0  # extent of an object in front of an arm [m]
@@ -167,7 +167,8 @@ def _check_reach(group: SceneGroup) -> Iterator[Diagnostic]:
         beyond = [(x, y) for x, y in places if not _is_within_reach(x, y)]
         if beyond:
             told = dict(zip("xy", (f"{100 * each:g} cm" for each in beyond[0]), strict=True))
-            where = ", ".join(f"{axis} {told[axis]}" for axis in (detail.name if detail.name in told else "xy"))
+            axes = detail.name if detail.name in told else "xy"
+            where = ", ".join(f"{axis} {told[axis]}" for axis in axes)
             message = f"the arms do not reach {where} from above"
             help = "the kinematic world does; with an arm, keep to what the reference says of its reach"
             yield Diagnostic("N502", message, leading_span(detail.span, detail.name), help=help)
