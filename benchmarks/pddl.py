@@ -64,7 +64,7 @@ DOMAINS = {
         "gripper_rooms",
         "bring_all(goal)",
         types={"room": "Room", "ball": "Ball"},
-        facts={"at-robby": "here({1})"},
+        facts={"at-robby": "here({1})", "carry": "carried({1})"},
         goal=DELIVERY,
         unsaid=("gripper", "free"),
     ),
@@ -116,15 +116,28 @@ class Problem:
 
 
 def read(path: Path) -> Problem:
-    """Read a problem; names become lower case, as PDDL does not tell the cases apart."""
-    parts = parts_of(read_problem(path))
+    """Read a problem; names become lower case, as PDDL does not tell the cases apart.
+
+    Raises `NtpError` for what is none, and for goals that are not facts joined by `and`.
+    """
+    try:
+        parts = parts_of(read_problem(path))
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise NtpError(f"{path}: expected a problem of PDDL, which is text: {error}") from error
+    for wanted in (":objects", ":init", ":goal"):
+        if not parts.get(wanted):
+            raise NtpError(f"{path}: expected a problem of PDDL with {wanted}, found none")
     initially = [_fact(each) for each in parts[":init"]]
     kinds = {name.lower(): [kind.lower()] for name, kind in typed(parts[":objects"])}
     for fact in initially:
         if len(fact) == 2:
             kinds[fact[1]].append(fact[0])
-    [goal] = parts[":goal"]
-    facts = goal[1:] if str(goal[0]).lower() == "and" else [goal]
+    goal = parts[":goal"][0]
+    facts = goal[1:] if goal and str(goal[0]).lower() == "and" else [goal]
+    if not all(
+        isinstance(fact, list) and fact and all(isinstance(word, str) for word in fact) for fact in facts
+    ):
+        raise NtpError(f"{path}: expected a goal of facts joined by 'and'; other goals are not said here")
     return Problem(kinds, initially, [_fact(each) for each in facts])
 
 
@@ -181,7 +194,10 @@ def _towers(problem: Problem) -> Iterator[str]:
 
 
 def _height(name: str, below: Mapping[str, str]) -> int:
-    return 1 + _height(below[name], below) if name in below else 0
+    height = 0
+    while name in below and height <= len(below):
+        name, height = below[name], height + 1
+    return height
 
 
 def main() -> None:
@@ -213,7 +229,12 @@ def main() -> None:
 
 def measure(path: Path, folder: Path, given: argparse.Namespace) -> Iterator[str]:
     """Yield how many objects a problem has, and how often the expert and the core do it."""
-    domain, problem = DOMAINS[path.parent.name], read(path)
+    domain = DOMAINS[path.parent.name]
+    try:
+        problem = read(path)
+    except NtpError as error:
+        yield f"cannot be read: {error}"
+        return
     yield str(len(objects(problem, domain)))
     task = f"problem_{re.sub(r'[^a-z0-9]', '_', path.stem.lower())}"
     library = folder / path.parent.name / task / f"{domain.library}.ntp"

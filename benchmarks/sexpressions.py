@@ -27,8 +27,8 @@ def _tree(tokens: Iterator[str]) -> list[Sexp]:
 
 
 def parts_of(problem: Sequence[Sexp]) -> dict[str, list[Sexp]]:
-    """Return the parts of a problem, such as `:objects`, by their first word."""
-    return {str(part[0]): part[1:] for part in problem if isinstance(part, list)}
+    """Return the parts of a problem, such as `:objects`, by their first word, in lower case."""
+    return {str(part[0]).lower(): part[1:] for part in problem if isinstance(part, list) and part}
 
 
 def flat(tree: Sequence[Sexp]) -> Iterator[str]:
@@ -43,7 +43,7 @@ def typed(words: Sequence[Sexp]) -> Iterator[tuple[str, str]]:
     rest = iter(map(str, words))
     for word in rest:
         if word == "-":
-            kind = next(rest)
+            kind = next(rest, "object")
             yield from ((name, kind) for name in waiting)
             waiting = []
         else:

@@ -73,7 +73,7 @@ class Task:
 
     def scene(self) -> Scene:
         """Return where everything starts."""
-        return episode_parts.starting_scene(self.instance, self.seed, FIRST)
+        return episode_parts.starting_scene(self.registry, self.instance, self.seed, FIRST)
 
     def showing(self, demonstration: Demonstration) -> Task:
         """Return the same task with the goal that a demonstration states; without any where it states none.

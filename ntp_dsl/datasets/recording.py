@@ -72,7 +72,7 @@ def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Sc
     """Return the placement from which a task is demonstrated.
 
     What holds from the start is not shown by bringing it about: of a few placements that is the first from
-    which all elements of the goal are shown, or else the one from which most are.
+    which all parts of the goal are shown, or else the one from which most are.
     """
     best, most = None, -1
     for attempt in range(PLACEMENTS):
@@ -86,7 +86,7 @@ def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Sc
         shown = instance.shown_by(registry, scene)
         if shown > most:
             best, most = scene, shown
-        if most == len(instance.goal):
+        if most == instance.parts(registry, scene):
             break
     assert best is not None
     return best
@@ -111,7 +111,7 @@ def demonstrate(
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
-    if run.done and not len(recorder):
+    if run.done and not run.primitives:
         run.ending, run.reason = (
             Ending.UNFINISHED,
             "the program did nothing, as all that it is to achieve held",

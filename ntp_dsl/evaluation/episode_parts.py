@@ -18,7 +18,7 @@ from ntp_dsl.execution.interpreter import Interpreter, Limits, Run, Watcher
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.language.syntax.nodes import TaskDeclaration
+from ntp_dsl.language.syntax.nodes import Sampler, TaskDeclaration
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.semantics.observation import Observation
@@ -70,14 +70,33 @@ def drawn_instance(
     for attempt in range(REDRAWS):
         again = (attempt,) if attempt else ()
         instance = draw(registry, task, np.random.default_rng((seed, number, 0, *again)), varied)
-        if not instance.holds_in(registry, starting_scene(instance, seed, number)):
+        is_drawn = isinstance(task.goal, Sampler)
+        scene = (
+            _scene(instance, seed, number, 0)
+            if is_drawn
+            else starting_scene(registry, instance, seed, number)
+        )
+        if not instance.holds_in(registry, scene):
             return instance
+        if not is_drawn:
+            raise NtpError(
+                f"the goal of '{task.name}' holds at the start of all {REDRAWS} scenes that were drawn"
+            )
     raise NtpError(f"all {REDRAWS} goals that were drawn for '{task.name}' hold at the start")
 
 
-def starting_scene(instance: Instance, seed: int, number: int) -> Scene:
-    """Return where everything starts."""
-    return instance.nominal_start(np.random.default_rng((seed, number, 1)))
+def starting_scene(registry: Registry, instance: Instance, seed: int, number: int) -> Scene:
+    """Return where everything starts: of the scenes that are drawn, the first in which something is to do."""
+    first = _scene(instance, seed, number, 0)
+    if not instance.holds_in(registry, first):
+        return first
+    others = (_scene(instance, seed, number, attempt) for attempt in range(1, REDRAWS))
+    return next((scene for scene in others if not instance.holds_in(registry, scene)), first)
+
+
+def _scene(instance: Instance, seed: int, number: int, attempt: int) -> Scene:
+    again = (attempt,) if attempt else ()
+    return instance.nominal_start(np.random.default_rng((seed, number, 1, *again)))
 
 
 def demonstration(
@@ -121,7 +140,7 @@ def carry_out(
     supervisor: Supervisor | None = None,
 ) -> CarriedOut:
     """Reset the world, run the task's program to its end, judge the result, and trace all of it."""
-    scene = starting_scene(instance, seed, number)
+    scene = starting_scene(registry, instance, seed, number)
     writer.header(header)
     started = perf_counter()
     world.reset(scene, derived(seed, number, 3), disturbances)

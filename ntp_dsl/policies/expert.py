@@ -53,6 +53,7 @@ class Instance:
     lacks: frozenset[Fact]
     names: frozenset[Fact]
     vain: NextCall | None = None  # of a loop: the first call that was passed over as it would return at once
+    hopeless: tuple[NextCall, frozenset[Fact]] | None = None  # of a loop: the first one, and what it lacks
 
 
 class Expert:
@@ -192,7 +193,8 @@ class Expert:
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
                 return Instance(element.call, False, provides, element.lacks, names)
         vain = next((each.call for each in pending if not each.lacks), None)
-        return Instance(None, False, provides, frozenset(), names, vain)
+        lacking = next(((each.call, each.lacks) for each in pending if each.call and each.lacks), None)
+        return Instance(None, False, provides, frozenset(), names, vain, lacking)
 
     def _provided_by(
         self, statements: tuple[nodes.Statement, ...], scope: Bindings, state: State

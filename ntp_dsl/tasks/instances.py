@@ -63,15 +63,29 @@ class Instance:
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
     def shown_by(self, registry: Registry, scene: Scene) -> int:
-        """Return how many elements of the goal a demonstration from a scene shows: they do not hold yet."""
+        """Return how many parts of the goal a demonstration from a scene shows: they do not hold yet.
+
+        Parts are the goal's elements; where there are none, the facts of which success consists.
+        """
         seen = _seen(scene)
         state = State(registry, seen)
-        others = set(state.literals(self.task.success, {**self.bindings, GOAL: ()}))
-        count = 0
-        for row in self.goal:
-            facts = state.literals(self.task.success, {**self.bindings, GOAL: (row,)})
-            count += any(not state.holds(fact) for fact in facts if fact not in others)
-        return count
+        if not self.goal:
+            return sum(not state.holds(fact) for fact in self.literals(registry, seen))
+        others = {*self._said_of((), registry, state)}
+        rows = (self._said_of((row,), registry, state) for row in self.goal)
+        return sum(any(not state.holds(fact) for fact in facts if fact not in others) for facts in rows)
+
+    def parts(self, registry: Registry, scene: Scene) -> int:
+        """Return how many parts of the goal there are."""
+        return len(self.goal) or len(self.literals(registry, _seen(scene)))
+
+    def _said_of(self, goal: Goal, registry: Registry, state: State) -> list[Fact]:
+        """Return what success says of a goal; where it is judged by name, what the program achieves of it."""
+        if self.task.success is not None and GOAL in free_names(self.task.success):
+            return state.literals(self.task.success, {**self.bindings, GOAL: goal})
+        program = registry.programs[self.program]
+        arguments = tuple(goal if each is self.goal else each for each in self.arguments)
+        return state.literals(program.achieves, program.bind(arguments))
 
     def with_goal(self, goal: Goal) -> Instance:
         """Return the same scene with another goal, which the root call gets as well."""

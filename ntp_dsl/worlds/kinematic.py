@@ -54,9 +54,10 @@ class KinematicWorld(RestingObjects):
         self._rng = np.random.default_rng(seed)
         self._noise_rng = np.random.default_rng((seed, 1))
         self._objects = scene.objects
-        self._by_name = scene.by_name
-        self._items: dict[str, SceneObject] = {obj.name: obj for obj in movable(scene.objects)}
-        self._solid = {t.name: t for t in scene.objects if t.size[0] <= TOO_WIDE}  # on the table
+        self._by_name = scene.lying
+        self._items: dict[str, SceneObject] = {t.name: scene.lying[t.name] for t in movable(scene.objects)}
+        on_table = (t for t in scene.objects if t.size[0] <= TOO_WIDE)
+        self._solid = {t.name: scene.lying[t.name] for t in on_table}
         self._regions = table_regions(scene)
         self._positions = dict(scene.positions)
         self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
@@ -215,6 +216,9 @@ class KinematicWorld(RestingObjects):
             turn = turned_by(start, angle * float(moment) / duration)
             self._orientations = {**self._orientations, item: turn}
             self._emit()
+        lying = self.truth().by_name[item]
+        self._by_name = {**self._by_name, item: lying}
+        self._items[item] = self._solid[item] = lying
         return ACHIEVED
 
     def _release(self) -> Outcome:

@@ -71,7 +71,7 @@ def piled_start(
 
 def with_in_hand(scene: Scene, held: str, gripper: Vector) -> Scene:
     """Return the scene with an object, and what lies in it, in the hand, raised until both are free."""
-    standing = Standing(scene.by_name, dict(scene.positions))
+    standing = Standing(scene.lying, dict(scene.positions))
     while (positions := _in_hand(standing, held, gripper)) is None:
         gripper = gripper[0], gripper[1], gripper[2] + RISE
     return replace(scene, positions=positions, gripper=gripper, held=held)
@@ -136,14 +136,14 @@ class Rebuilt:
         self, scene: Scene, starts: Mapping[str, Start], rng: np.random.Generator, straight: float
     ) -> None:
         self._nominal, self._starts, self.yaws = scene.positions, starts, scene.yaws
-        self._by_name = scene.by_name
+        self._by_name = scene.lying
         self._rng, self._straight = rng, straight
         names = [obj.name for obj in movable(scene.objects)]
         self._order = [names[index] for index in rng.permutation(len(names))]
         on_others = {name for name in names if self._support(name)}
         # Those on the table are in the way until it is their turn; those on others are put back only then.
         places = {name: place for name, place in scene.positions.items() if name not in on_others}
-        self.standing = Standing(scene.by_name, places)
+        self.standing = Standing(scene.lying, places)
         self.tops = [obj.name for obj in scene.objects if obj.fixed]  # on which the next may be put
         self._waiting: dict[str, list[str]] = {}  # objects that stay on another, until that has its place
 

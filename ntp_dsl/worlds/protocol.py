@@ -10,7 +10,7 @@ from math import inf
 from typing import Any, Protocol
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.geometry import Vector
+from ntp_dsl.semantics.geometry import Vector, about_vertical
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, SceneObject
 
 
@@ -28,6 +28,12 @@ class Scene:
     @cached_property
     def by_name(self) -> Mapping[str, SceneObject]:
         return {obj.name: obj for obj in self.objects}
+
+    @cached_property
+    def lying(self) -> Mapping[str, SceneObject]:
+        """Return each object as it lies: one that is turned has its extents exchanged."""
+        turns = {name: about_vertical(yaw) for name, yaw in self.yaws.items()}
+        return Observation(self.objects, {}, (0.0, 0.0, 0.0), closed=False, orientations=turns).by_name
 
 
 class Failure(StrEnum):

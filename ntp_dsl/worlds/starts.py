@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from math import cos, hypot, sin
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import cos, hypot, pi, remainder, sin
 
 import numpy as np
 
@@ -38,8 +38,11 @@ def nominal_start(
     Raises `NoRoom` where the objects of a group have no room for all of them.
     """
     starts = starts or {}
+    told = {name: _yaw(obj, starts[name], rng) for name, obj in _turned(objects, starts)}
+    lying = Scene(objects, {}, told).lying
     items = sorted(
-        (obj for obj in objects if obj.size[0] <= TOO_WIDE), key=lambda obj: height_of(obj.name, starts)
+        (lying[obj.name] for obj in objects if obj.size[0] <= TOO_WIDE),
+        key=lambda obj: height_of(obj.name, starts),
     )
     _check_shared_places(items, starts)
     plain = all(start == NOWHERE for start in starts.values()) and all(
@@ -48,13 +51,18 @@ def nominal_start(
     spots = _on_grid(items, starts, rng) if plain and items else _spread(items, starts, rng)
     standing = _stacked(items, starts, spots)
     yaws = {obj.name: float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0 for obj in items}
-    yaws |= {obj.name: _yaw(obj, starts[obj.name], rng) for obj in items if obj.name in turned_ones(starts)}
-    scene = Scene(objects, furniture_positions(objects) | standing.positions, yaws)
+    scene = Scene(objects, furniture_positions(objects) | standing.positions, yaws | told)
     return turned_where_free(scene, turned_ones(starts))
 
 
+def _turned(objects: Iterable[SceneObject], starts: Mapping[str, Start]) -> Iterator[tuple[str, SceneObject]]:
+    """Yield the objects of which it is declared how they are turned."""
+    names = turned_ones(starts)
+    return ((obj.name, obj) for obj in objects if obj.name in names)
+
+
 def turned_ones(starts: Mapping[str, Start]) -> set[str]:
-    """Return the objects of which it is declared how they are turned."""
+    """Return the names of the objects of which it is declared how they are turned."""
     return {name for name, start in starts.items() if start.yaw is not None}
 
 
@@ -197,13 +205,18 @@ def _with_loads(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> Si
 
 
 def _seen_from_above(obj: SceneObject, start: Start) -> tuple[float, float]:
-    """Return an object's extents along x and y, as far as it may be turned [m]."""
+    """Return the extents along x and y of an object as it lies, with what it is turned beyond that [m]."""
     length, width = obj.size[:2]
     if start.yaw is None:
         return length, width
-    if start.yaw[0] != start.yaw[1]:
+    low, high = start.yaw
+    turns = [remainder(angle, pi / 2) for angle in (low, high)]
+    is_square = low == high and abs(turns[0]) < 1e-3
+    if is_square:
+        return length, width
+    if low != high:
         return (hypot(length, width),) * 2
-    across, along = abs(sin(start.yaw[0])), abs(cos(start.yaw[0]))
+    across, along = abs(sin(turns[0])), abs(cos(turns[0]))
     return along * length + across * width, across * length + along * width
 
 
@@ -335,6 +348,11 @@ def _stack_up(
     return next((name for name in stacked if not standing.is_free(name, standing.positions[name])), None)
 
 
+def _fits_on(surface: SceneObject, size: Sequence[float]) -> bool:
+    inner = surface.cavity or (surface.size[0] / 2, surface.size[1] / 2)
+    return all(extent <= 2 * half for extent, half in zip(size, inner[:2], strict=False))
+
+
 def _is_spread_over(start: Start, surface: str) -> bool:
     return start.surface == surface and start.offset is None
 
@@ -348,10 +366,13 @@ def _beside_each_other(
 ) -> dict[str, Spot] | None:
     """Place objects on a tray or in a container: at free points, or in a grid; None without room."""
     found: dict[str, Spot] = {}
-    sizes = {obj.name: (obj.size[0], obj.size[1]) for obj in items}
+    sizes = {obj.name: _seen_from_above(obj, starts[obj.name]) for obj in items}
     for obj in items:
-        region = region_within(surface, at, obj.size)
-        spot = _free_spot(obj.size, region, starts[obj.name].spacing, found, sizes, starts, rng)
+        size = sizes[obj.name]
+        if starts[obj.name].yaw is not None and not _fits_on(surface, size):
+            return None
+        region = region_within(surface, at, size)
+        spot = _free_spot(size, region, starts[obj.name].spacing, found, sizes, starts, rng)
         if spot is None:
             break
         found[obj.name] = spot

@@ -50,7 +50,7 @@ def test_a_goal_that_holds_from_the_start_is_drawn_again(library: Path) -> None:
     for number in range(20):
         instance = evaluator.instance(number)
         assert not instance.holds_in(
-            evaluator.registry, starting_scene(instance, evaluator.plan.seed, number)
+            evaluator.registry, starting_scene(evaluator.registry, instance, evaluator.plan.seed, number)
         )
         assert instance.goal == evaluator.instance(number).goal
         assert evaluator.episode(number).success

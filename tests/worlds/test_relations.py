@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from kinematics.shapes.bodies import PLAIN_FRICTION
 from ntp_dsl.core.one_core import load_one_core, shipped_core
 from ntp_dsl.core.perception.perceived import Perceived
+from ntp_dsl.datasets.recording import demonstration_start
+from ntp_dsl.evaluation.episode_parts import starting_scene
+from ntp_dsl.evaluation.episodes import Evaluator, Plan, run_all
 from ntp_dsl.language.loader import diagnose_text, load
-from ntp_dsl.semantics.geometry import about_vertical, turned_by
+from ntp_dsl.semantics.geometry import CLEARLY, about_vertical, extents_as_it_lies, turned_by
 from ntp_dsl.semantics.layout import (
     SIDES,
     aligned,
@@ -32,6 +35,7 @@ from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Failure, Outcome, Scene, World
+from ntp_dsl.worlds.scenes import NoRoom
 
 ANGLES = st.floats(-pi, pi)
 TABLE = SceneObject("table", "Table", (1.5, 1.5, 0.04))
@@ -208,3 +212,111 @@ def test_mass_and_friction_of_a_scene_are_those_of_the_simulated_bodies() -> Non
     mug, plate = bodies_of(Scene((heavy, PLATE), PLACES))
     assert (mug.mass, mug.friction) == (0.7, 0.4)
     assert (plate.mass, plate.friction) == (0.0, PLAIN_FRICTION)
+
+
+MUGS = """library l
+use layout
+
+type Mug is Movable
+type Plate is Place
+record Beside(mug: Mug, plate: Plate, side: Side)
+
+program set_mugs(goal: list[Beside]):
+    achieves all beside(g.mug, g.plate, g.side) for g in goal
+    for g in goal: put_beside(g.mug, g.plate, g.side)
+
+task by_name:
+    scene:
+        plate: Plate on table with {plate}
+        a: Mug on table with {mug}
+        b: Mug on table
+    goal: (a, plate, {side})
+    run: set_mugs(goal)
+    success: beside(a, plate, {side})
+"""
+
+
+def library_with(folder: Path, plate: str, mug: str = "cube(5 cm)", side: str = "left") -> Path:
+    path = folder / "l.ntp"
+    path.write_text(MUGS.format(plate=plate, mug=mug, side=side))
+    return path
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_goal_judged_by_name_is_shown_from_where_it_does_not_hold(tmp_path: Path, seed: int) -> None:
+    registry = load(library_with(tmp_path, "box(8 cm, 8 cm, 2 cm), at(50 cm, 0 cm)"))
+    instance = draw(registry, find_task(registry, "by_name"), np.random.default_rng(seed))
+    for number in range(20):
+        scene = demonstration_start(registry, instance, 1000 * seed + number)
+        assert not instance.holds_in(registry, scene)
+
+
+@pytest.mark.parametrize("turn", [45, -45, 135, 90, 60])
+def test_the_core_does_beside_turned_objects_what_an_expert_shows(tmp_path: Path, turn: int) -> None:
+    plate = f"box(14 cm, 5 cm, 2 cm), at(50 cm, 0 cm), yaw({turn} deg)"
+    path = library_with(tmp_path, plate, f"box(12 cm, 3 cm, 3 cm), yaw({-turn} deg)", "behind")
+    for model in (None, shipped_core()):
+        for episode in run_all(Plan(path, "by_name", model, seed=5), 3, workers=1):
+            assert episode.success, episode.reason
+
+
+@given(st.floats(-pi, pi), st.floats(-1e-6, 1e-6))
+def test_extents_do_not_hang_on_how_an_orientation_is_rounded(angle: float, off: float) -> None:
+    for near in (angle, pi / 4, -pi / 4, 3 * pi / 4):
+        exact, rounded = about_vertical(near), tuple(map(float, np.float32(about_vertical(near + off))))
+        if abs(abs(np.sin(near)) - abs(np.cos(near)) - CLEARLY) > 1e-4:
+            assert extents_as_it_lies(ROD.size, exact) == extents_as_it_lies(ROD.size, rounded)
+
+
+@pytest.mark.parametrize(
+    "support, fits", [("bin(20 cm, 8 cm, 6 cm)", False), ("bin(8 cm, 20 cm, 6 cm)", True)]
+)
+def test_what_starts_turned_in_a_bin_has_room_for_its_length(
+    tmp_path: Path, support: str, fits: bool
+) -> None:
+    text = MUGS.format(plate=support, mug="box(16 cm, 2 cm, 2 cm), yaw(90 deg)", side="left")
+    path = tmp_path / "l.ntp"
+    path.write_text(text.replace("a: Mug on table", "a: Mug on plate"))
+    registry = load(path)
+    rng = np.random.default_rng(0)
+    instance = draw(registry, find_task(registry, "by_name"), rng)
+    if fits:
+        x, y, _ = instance.nominal_start(rng).positions["a"]
+        assert np.isfinite([x, y]).all()
+    else:
+        with pytest.raises(NoRoom, match="do not fit on plate"):
+            instance.nominal_start(rng)
+
+
+def test_a_scene_in_which_a_given_goal_holds_is_drawn_again(tmp_path: Path) -> None:
+    path = library_with(tmp_path, "box(20 cm, 5 cm, 2 cm), at(50 cm, 0 cm), yaw(90 deg)")
+    evaluator = Evaluator(Plan(path, "by_name", None, seed=5))
+    for number in range(30):
+        instance = evaluator.instance(number)
+        scene = starting_scene(evaluator.registry, instance, 5, number)
+        assert not instance.holds_in(evaluator.registry, scene)
+
+
+@pytest.mark.parametrize(
+    "detail, told",
+    [
+        ("yaw(30)", "30 rad is more than a turn"),
+        ("mass(0 kg)", "the mass of an object is above zero"),
+        ("friction(-1)", "the friction of an object is above zero"),
+        ("weight(2 cm)", ""),
+    ],
+)
+def test_what_no_object_can_be_is_explained(detail: str, told: str) -> None:
+    readings = "predicate mass(o: Object) -> mass\npredicate friction(o: Object) -> number\n"
+    readings += "predicate weight(o: Object) -> length\n"
+    text = TASK.format(red=detail).replace("program p", f"{readings}\nprogram p")
+    errors = [each.message for each in diagnose_text(text).diagnostics if each.code == "E504"]
+    assert errors == ([told] if told else [])
+
+
+def test_a_mass_that_is_measured_in_something_else_is_explained() -> None:
+    text = TASK.format(red="mass(3 cm)").replace(
+        "program p", "predicate mass(o: Object) -> length\n\nprogram p"
+    )
+    errors = [each.message for each in diagnose_text(text).diagnostics if each.code == "E504"]
+    assert errors == ["'mass' is that of the simulated object, and a mass; this is a length"]

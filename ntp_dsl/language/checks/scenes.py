@@ -59,6 +59,8 @@ TABLE = "table"
 # About how far to either side, at an x, the Panda gets from above: it gets farther than the others [m].
 REACH = ((0.23, 0.6), (0.5, 0.6), (0.65, 0.45), (0.77, 0.2))
 NEAREST = REACH[0]
+TURN = 6.3  # [rad]
+PHYSICAL = {"mass": "mass", "friction": "number"}  # readings that the arm's simulation heeds, and their types
 LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
 
@@ -271,6 +273,12 @@ def _check_angle(setting: Setting, table: SymbolTable) -> Iterator[Diagnostic]:
         if not isinstance(bound, Number) or (found is not None and not fits(table, found, ANGLE)):
             message = "'yaw' takes an angle about the vertical, or a range of angles"
             yield Diagnostic("E504", message, bound.span, help="for example: yaw(-45 .. 45 deg)")
+        elif not bound.unit and abs(bound.value) > TURN:
+            meant = format_expression(replace(bound, unit="deg"))
+            message = f"{bound.value:g} rad is more than a turn"
+            yield Diagnostic(
+                "E504", message, bound.span, help=f"did you mean {meant}?", fix=Fix(bound.span, meant)
+            )
     if isinstance(setting, Interval):
         yield from check_order(setting.low, setting.high, setting.span)
 
@@ -293,6 +301,24 @@ def _check_interval(interval: Interval, table: SymbolTable) -> Iterator[Diagnost
     yield from check_order(interval.low, interval.high, interval.span)
 
 
+def _check_physical(detail: Detail, result: TypeName) -> Iterator[Diagnostic]:
+    """Check what the arm's simulation makes of a reading: an object's mass, or its friction."""
+    wanted = PHYSICAL.get(detail.name)
+    if wanted is None:
+        return
+    span = leading_span(detail.span, detail.name)
+    if result.name != wanted:
+        message = (
+            f"'{detail.name}' is that of the simulated object, and a {wanted}; this is {with_article(result)}"
+        )
+        yield Diagnostic("E504", message, span, help=f"declare it '-> {wanted}', or call it something else")
+        return
+    for setting in detail.settings:
+        if isinstance(setting, Number) and setting.value <= 0:
+            message = f"the {detail.name} of an object is above zero"
+            yield Diagnostic("E504", message, setting.span)
+
+
 def _check_reading(detail: Detail, group: SceneGroup, table: SymbolTable) -> Iterator[Diagnostic]:
     """Check `category(cup, plate)`: the objects take these values in turn."""
     declared = table.predicates[detail.name]
@@ -309,6 +335,7 @@ def _check_reading(detail: Detail, group: SceneGroup, table: SymbolTable) -> Ite
         yield Diagnostic("E201", f"'{detail.name}' takes at least one value", span)
     if declared.result.name not in table.type_names():
         return  # reported where the predicate is declared
+    yield from _check_physical(detail, declared.result)
     enum = table.enums.get(declared.result.name)
     for setting in detail.settings:
         if enum is not None:

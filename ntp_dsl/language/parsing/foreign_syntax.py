@@ -67,6 +67,14 @@ def _looped(match: re.Match[str]) -> str:
     return " ".join(f"for {each} in {match['list']}" for each in re.split(r"\s*,\s*", match["names"]))
 
 
+def _at_most(match: re.Match[str]) -> str:
+    return f"not (at least {int(match['count']) + 1} {match['rest']}){match['colon']}"
+
+
+def _more_than(match: re.Match[str]) -> str:
+    return f"at least {int(match['count']) + 1}"
+
+
 def _membered(match: re.Match[str]) -> str:
     return f"enum {match['name']}: {re.sub(r'[ ]*[|;/][ ]*', ', ', match['rest'])}"
 
@@ -87,6 +95,10 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (r"^(predicate\s.*\))\s*->\s*(?:bool|boolean|Bool)\b", r"\1"),
     (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})(?:\s+(?:in|of)\b|\s*(?::|<-|=))\s*({NAME})\s*\)?"
      r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
+    (r"^(\s*)else\s+(?:when|if)\b\s*(.+?)\s*$", r"\1when \2"),
+    (r"\bat_least\b|\b[Aa]t [Ll]east\b", "at least"),
+    (r"\bat most (?P<count>\d+) (?P<rest>[^:]+?)(?P<colon>\s*:?)$", _at_most),
+    (r"\b(?:more than|over) (?P<count>\d+)\b", _more_than),
     (r"^(\s*)unless\b\s*(.+?)\s*:?$", r"\1when not (\2):"),
     (r"^(.*?)\b(all|some)\s*\((.+\bfor\b.+)\)(\s*:?)$", r"\1\2 \3\4"),
     (rf"^(.*?)({VALUE}(?: \w+)?)\s*([<>]=?)\s*({VALUE}(?:\([^()]*\))?)\s*([<>]=?)\s*(.+)$",

@@ -98,10 +98,10 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
 
 
 def foreign(word: str, span: Span, fix: Fix | None = None) -> Diagnostic:
-    """Report a word such as `return` or `else`."""
+    """Report a word such as `return` or `elif`."""
     help = "a body consists of calls, 'for' and 'when'"
-    if word in {"else", "elif"}:
-        help = "write another 'when' with the opposite condition: when not ..."
+    if word == "elif":
+        help = "write another 'when'; for the opposite of the one before, 'else:'"
     return Diagnostic("E001", f"there is no '{word}' in the language", span, help=help, fix=fix)
 
 
