@@ -85,6 +85,8 @@ class Told:
 class Shown:
     """A demonstration: each program that takes lists reads them from its own scope of it.
 
+    Where the list that its caller has read, and calls it with, explains as much of that scope, it is that one.
+
     Args:
         whole_scopes: from all of it instead, to measure what scopes are good for.
     """
@@ -102,6 +104,7 @@ class Shown:
         self._states = steadied(demonstration)
         self._moments = Moments(self._states, (0, len(demonstration)), self._perceive_all)
         self._readings: dict[tuple[str, Arguments, Scope], Reading] = {}
+        self._handed: dict[tuple[str, Arguments, Scope], Arguments] = {}  # as their callers have read them
         self._answers: dict[tuple[int, frozenset[Element]], Element] = {}  # to doubts, by frame and offer
         self._told: set[tuple[str, Arguments, Scope]] = set()  # readings that a trace has
 
@@ -138,7 +141,10 @@ class Shown:
         caller = self._call(frame)
         declared = self.registry.programs.get(callee)
         if caller is not None and declared is not None and declared.takes_list:
-            return hull(caller, callee, arguments) or frame.scope  # where its own call is not made out
+            scope = hull(caller, callee, arguments) or frame.scope  # where its own call is not made out
+            if scope is not None:
+                self._handed[callee, without_list_values(arguments), scope] = arguments
+            return scope
         call = counterpart(caller, callee, arguments)
         return call.scope if call is not None else None
 
@@ -181,6 +187,8 @@ class Shown:
         key = program, without_list_values(arguments), scope
         if key not in self._readings:
             reader, found, self._moments = self._read(program, arguments, scope)
+            if key in self._handed:
+                found = reader.agreeing(found, self._handed[key])
             said = {doubt: answer for doubt in found.doubts if (answer := self._answer(doubt)) is not None}
             self._readings[key] = reader.settled(found, said) if said else found
         return self._readings[key]

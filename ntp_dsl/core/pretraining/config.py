@@ -16,9 +16,9 @@ class PretrainingConfig:
     seed: Count = 0
     scenes: Count = 9000  # that are made up, for the grounding
     iterations: Count = 12000  # of the grounding
-    programs: Count = 12000  # nameless ones, for the dispatcher
-    libraries: Count = 250  # random ones, for the dispatcher
-    dispatch_iterations: Count = 5000
+    programs: Count = 60000  # nameless ones, for the dispatcher
+    libraries: Count = 500  # random ones, for the dispatcher
+    dispatch_iterations: Count = 12000
 
 
 FEWER = 0.5  # of the usual number, below which it is told

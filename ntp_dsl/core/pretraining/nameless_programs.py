@@ -19,15 +19,19 @@ NEGATIVE = 0.25  # of the literals
 DOUBTFUL = 0.3  # of the facts
 
 
-def nameless(rng: np.random.Generator) -> Sample | None:
-    """Return a decision of a random program: what is right by the truth, told by probabilities alone."""
-    registry = _library(rng)
-    sure = {name: float(rng.random() < 0.5) for name in registry.predicates}
+def nameless(rng: np.random.Generator, sure: bool = False) -> Sample | None:
+    """Return a decision of a random program: what is right by the truth, told by probabilities alone.
+
+    Args:
+        sure: what is more probable than not is true, and hardly in doubt.
+    """
+    registry, doubtful = _library(rng), 0.0 if sure else DOUBTFUL
+    likely = {name: float(rng.random() < 0.5) for name in registry.predicates}
     probabilities = {
-        name: float(rng.random()) if rng.random() < DOUBTFUL else abs(value - float(rng.uniform(0, 0.05)))
-        for name, value in sure.items()
+        name: float(rng.random()) if rng.random() < doubtful else abs(value - float(rng.uniform(0, 0.05)))
+        for name, value in likely.items()
     }
-    truth = {name: float(rng.random() < p) for name, p in probabilities.items()}
+    truth = likely if sure else {name: float(rng.random() < p) for name, p in probabilities.items()}
     believed, true = (
         Believed(registry, NOWHERE, {name: _constant(value) for name, value in each.items()})
         for each in (probabilities, truth)

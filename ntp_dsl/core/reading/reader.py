@@ -114,6 +114,17 @@ class Reader:
         kept = tuple(each for each in reading.measures if (each.parameter, each.number) not in said)
         return self._finished(chosen, self._told(chosen), doubts, kept)
 
+    def agreeing(self, reading: Reading, arguments: Sequence[Argument]) -> Reading:
+        """Return the reading with the lists that a caller has read, where they explain as many acts."""
+        chosen = [
+            Candidate(parameter.name, element, 0)
+            for parameter, value in zip(self.program.parameters, arguments, strict=True)
+            if isinstance(value, tuple)
+            for element in value
+        ]
+        other = self._told(chosen)
+        return self._finished(chosen, other, (), ()) if other.explained >= reading.explained else reading
+
     def _finished(
         self,
         chosen: Sequence[Candidate],
