@@ -85,7 +85,7 @@ class Told:
 class Shown:
     """A demonstration: each program that takes lists reads them from its own scope of it.
 
-    Where the list that its caller has read, and calls it with, explains as much of that scope, it is that one.
+    Where the list that its caller has read explains as much of that scope, it is that one.
 
     Args:
         whole_scopes: from all of it instead, to measure what scopes are good for.
