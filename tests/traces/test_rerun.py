@@ -56,6 +56,23 @@ def test_a_run_that_was_cut_off_anywhere_goes_on_to_the_same_end(
     assert ntp_dsl.compare(read_trace(whole), read_trace(tmp_path / TRACE)).first is None
 
 
+def test_a_run_to_a_goal_that_was_told_goes_as_it_went(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["block_stacking", "few_placements", "--seed", "4"]
+    capsys.readouterr()
+    assert run(["read", *words]) == 0
+    goal = tmp_path / "goal.txt"
+    goal.write_text(capsys.readouterr().out)
+    told = tmp_path / "told"
+    assert run(["run", *words, "--world", "kinematic", "--goal", str(goal), "--out", str(told)]) == 0
+    goal.unlink()
+    capsys.readouterr()
+    trace = str(told / "episode_00000.trace.jsonl")
+    assert run(["trace", "rerun", trace, "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"same": True, "first": None}
+
+
 def test_what_is_forced_makes_it_another_run(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
