@@ -127,18 +127,22 @@ def read(path: Path) -> Problem:
     for wanted in (":objects", ":init", ":goal"):
         if not parts.get(wanted):
             raise NtpError(f"{path}: expected a problem of PDDL with {wanted}, found none")
+    if not all(map(_is_fact, parts[":init"])):
+        raise NtpError(f"{path}: expected facts in :init, such as (on a b)")
     initially = [_fact(each) for each in parts[":init"]]
     kinds = {name.lower(): [kind.lower()] for name, kind in typed(parts[":objects"])}
     for fact in initially:
-        if len(fact) == 2:
+        if len(fact) == 2 and fact[1] in kinds:
             kinds[fact[1]].append(fact[0])
     goal = parts[":goal"][0]
     facts = goal[1:] if goal and str(goal[0]).lower() == "and" else [goal]
-    if not all(
-        isinstance(fact, list) and fact and all(isinstance(word, str) for word in fact) for fact in facts
-    ):
+    if not all(map(_is_fact, facts)):
         raise NtpError(f"{path}: expected a goal of facts joined by 'and'; other goals are not said here")
     return Problem(kinds, initially, [_fact(each) for each in facts])
+
+
+def _is_fact(part: Sexp) -> bool:
+    return isinstance(part, list) and bool(part) and all(isinstance(word, str) for word in part)
 
 
 def _fact(words: Sexp) -> Fact:

@@ -189,7 +189,7 @@ def placement_approaches(
 
 
 def turned_approaches(arm: Arm, snapshot: CellSnapshot, angle: float, seed: int) -> Iterator[Approach]:
-    """Yield the postures that turn the held body where it is, by an angle [rad] or a half turn more.
+    """Yield the postures that turn the held body where it is, by an angle [rad] or a half turn less.
 
     The one with the smallest change of any joint comes first.
     """

@@ -140,7 +140,7 @@ def move_above_place(
 
 
 def turn_held(cell: Workcell, angle: float, seed: int, slip_at: float | None = None) -> Motion:
-    """Turn the held body about the vertical through its middle, where it is, by an angle or a half turn more.
+    """Turn the held body about the vertical through its middle, by an angle or a half turn less.
 
     Args:
         angle: seen from above, counter-clockwise [rad].

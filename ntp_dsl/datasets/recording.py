@@ -86,7 +86,7 @@ def demonstration_start(registry: Registry, instance: Instance, seed: int) -> Sc
         shown = instance.shown_by(registry, scene)
         if shown > most:
             best, most = scene, shown
-        if most == instance.parts(registry, scene):
+        if most == instance.parts:
             break
     assert best is not None
     return best
@@ -116,7 +116,7 @@ def demonstrate(
             Ending.UNFINISHED,
             "the program did nothing, as all that it is to achieve held",
         )
-    may_fail = reads_failures(registry) and all(each.is_attempt for each in run.failures)
+    may_fail = reads_failures(registry) and all(each.is_failed_attempt for each in run.failures)
     if not run.done or (run.failures and not may_fail):
         end = world.truth()
         state = State(registry, end)

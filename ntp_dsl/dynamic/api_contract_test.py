@@ -112,7 +112,7 @@ def _violates(
 ) -> bool:
     """Call an api, and return whether it does not achieve what it promises."""
     outcome = world.call(api.name, arguments)
-    if outcome.is_attempt and reads_failures(registry):
+    if outcome.is_failed_attempt and reads_failures(registry):
         return False
     after = State(registry, world.truth())
     unmet = [fact for fact in after.literals(api.achieves, api.bind(arguments)) if not after.holds(fact)]

@@ -94,9 +94,9 @@ def _reason(each: BodyStatement, is_deadlock: bool) -> str:
         return f"skipped: {call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
     if is_deadlock or each.status is Status.VAIN:
         text = f"skipped: every call of {called} would return at once, or lacks what it requires"
-        if each.instance is None or each.instance.hopeless is None:
+        if each.instance is None or each.instance.lacking is None:
             return text
-        first, lacks = each.instance.hopeless
+        first, lacks = each.instance.lacking
         return f"{text}: {called}({given(first.arguments)}) lacks {listed([*lacks], FEW)}"
     return f"due: {call}"
 

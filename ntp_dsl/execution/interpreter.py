@@ -16,11 +16,13 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.evidence import evidence, weighed
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
+from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import NO_DECISION, Decision, Status
 from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.worlds.attempts import note_attempt
 from ntp_dsl.worlds.protocol import Failure, Outcome, World
 
 MAX_DEPTH = 48
@@ -248,7 +250,7 @@ class Interpreter:
         self._check(choice)
         source = choice.decision.source or self._source(frame.program, choice)
         explains = self.writer.is_open or self.supervisor is not None
-        decision = self._with_truth(frame, choice) if explains else choice.decision
+        decision = self._with_truth(frame, choice, world) if explains else choice.decision
         return replace(
             choice,
             decision=with_fields(
@@ -269,8 +271,12 @@ class Interpreter:
                 return f"{row.span.path.name}:{each.line}"
         return row.line(choice.callee)
 
-    def _with_truth(self, frame: Frame, choice: Choice) -> Decision:
-        """Return a decision with the truth of its facts; a script's has those that its program names."""
+    def _with_truth(self, frame: Frame, choice: Choice, shown: World) -> Decision:
+        """Return a decision with the truth of its facts; a script's has those that its program names.
+
+        Args:
+            shown: the world as the policy saw it.
+        """
         decision = choice.decision
         state = State(self.registry, self.world.truth())
         if choice.grounds:
@@ -281,10 +287,10 @@ class Interpreter:
         if decision.facts or decision.probability is not None:
             return decision
         row = self.registry.programs[frame.program]
-        grounds, statements = evidence(self._expert, row, frame.arguments, state)
-        facts = tuple(
-            with_fields(each, truth=each.probability > 0.5) for each in weighed(grounds, state.holds)
-        )
+        seen = state if shown is self.world else State(self.registry, shown.truth())
+        grounds, statements = evidence(self._expert, row, frame.arguments, seen)
+        pairs = zip(weighed(grounds, seen.holds), grounds, strict=True)
+        facts = tuple(with_fields(each, truth=state.holds(fact)) for each, fact in pairs)
         return with_fields(decision, facts=facts, statements=statements, scripted=row.in_python)
 
     def _check(self, choice: Choice) -> None:
@@ -395,7 +401,10 @@ class Interpreter:
         """Return the outcome that is forced on a primitive, if one is."""
         if self.supervisor is None or choice.callee is None:
             return None
-        return self.supervisor.outcome(choice.callee, choice.arguments)
+        outcome = self.supervisor.outcome(choice.callee, choice.arguments)
+        if outcome is not None and reads_failures(self.registry):
+            note_attempt(self.world, choice.callee, choice.arguments, outcome)
+        return outcome
 
     def _unmet(self, choice: Choice, after: Observation) -> tuple[str, ...]:
         """Return what a primitive is to achieve and what does not hold after it, where a trace is written."""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
-from math import dist
+from math import acos, dist
 
+from ntp_dsl.semantics.geometry import Quaternion
 from ntp_dsl.semantics.observation import Argument, Observation
 
 TRIES = 4  # of a call that fails by chance, in one state
 ROUNDS = 8  # of a call that changes something, but comes back to one state
 UNCHANGED = 0.002  # [m] nothing has moved farther
+UNTURNED = 0.05  # [rad] nothing has turned farther
 
 Call = tuple[str | None, tuple[Argument, ...]]
 
@@ -66,7 +68,7 @@ class Refusals:
 
 
 def differ(a: Observation, b: Observation) -> bool:
-    """Return whether the hand or any object has moved, or a fact of the state has changed."""
+    """Return whether the hand or any object has moved or turned, or a fact of the state has changed."""
     if (
         a.facts != b.facts
         or a.closed != b.closed
@@ -74,5 +76,14 @@ def differ(a: Observation, b: Observation) -> bool:
         or a.positions.keys() != b.positions.keys()
     ):
         return True
+    if any(_turned(a.orientation(name), b.orientation(name)) for name in a.positions):
+        return True
     moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)
     return max(dist(a.gripper, b.gripper), *moved) > UNCHANGED
+
+
+def _turned(a: Quaternion, b: Quaternion) -> bool:
+    if a == b:
+        return False
+    same = abs(sum(x * y for x, y in zip(a, b, strict=True)))
+    return 2 * acos(min(1.0, same)) > UNTURNED

@@ -53,7 +53,7 @@ class Instance:
     lacks: frozenset[Fact]
     names: frozenset[Fact]
     vain: NextCall | None = None  # of a loop: the first call that was passed over as it would return at once
-    hopeless: tuple[NextCall, frozenset[Fact]] | None = None  # of a loop: the first one, and what it lacks
+    lacking: tuple[NextCall, frozenset[Fact]] | None = None  # of a loop: the first call that lacks something
 
 
 class Expert:

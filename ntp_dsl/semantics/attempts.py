@@ -14,7 +14,10 @@ Facts = frozenset[DeclaredFact]
 
 def reads_failures(registry: Registry) -> bool:
     """Return whether a library asks how often something has failed: then it may."""
-    return any(declared.provider == FAILURES for declared in registry.predicates.values())
+    declared = (
+        each for each in registry.predicates.values() if each.body is None and each.result is not None
+    )
+    return any(each.provider == FAILURES for each in declared)
 
 
 def failures(observation: Observation, item: str) -> float:

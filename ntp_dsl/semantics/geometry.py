@@ -31,6 +31,12 @@ def turned_by(orientation: Quaternion, angle: float) -> Quaternion:
     return c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z
 
 
+def turned_about(middle: Vector, at: Vector, angle: float) -> Vector:
+    """Return a point after a turn about the vertical through another [m] [rad]."""
+    dx, dy = at[0] - middle[0], at[1] - middle[1]
+    return middle[0] + cos(angle) * dx - sin(angle) * dy, middle[1] + sin(angle) * dx + cos(angle) * dy, at[2]
+
+
 def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
     """Return an object's extents along the world's axes, to the nearest quarter turn [m].
 

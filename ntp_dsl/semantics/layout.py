@@ -18,7 +18,7 @@ LEVEL = 0.015  # difference of two bottoms, up to which two objects lie at the s
 GAPS = (0.03, 0.045, 0.06, 0.075, 0.09, 0.105)  # from an object's side, at which there may be room
 ALONG = (0.0, 0.3, -0.3, 0.6, -0.6, 0.85, -0.85)  # of half of both widths: how far off the middle of a side
 
-# From the robot: x and y of the way from an object to what lies at that side of it.
+# From the robot: the signs of x and y of the way from an object to what lies at that side of it.
 SIDES: Mapping[str, tuple[int, int]] = {"left": (0, 1), "right": (0, -1), "front": (-1, 0), "behind": (1, 0)}
 
 Places = list[tuple[float, float]]
@@ -35,7 +35,7 @@ def yaw(orientation: Quaternion) -> float:
     return atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
 
 
-def half_turns_apart(some: float, other: float) -> float:
+def angle_between_lines(some: float, other: float) -> float:
     """Return the angle from one direction to another [rad], -pi/2 .. pi/2: each may point either way."""
     return remainder(some - other, pi)
 
@@ -44,7 +44,7 @@ def turned(observation: Observation, item: str, to: float) -> bool:
     """Return whether the length of `item` lies at that angle to the x axis; half a turn is no difference."""
     if item not in observation.positions:
         return False
-    return abs(half_turns_apart(yaw(observation.orientation(item)), to)) < TURNED
+    return abs(angle_between_lines(yaw(observation.orientation(item)), to)) < TURNED
 
 
 def aligned(observation: Observation, item: str, other: str) -> bool:
@@ -58,8 +58,8 @@ def beside(observation: Observation, item: str, other: str, side: str) -> bool:
     both = item in observation.positions and other in observation.positions and item != other
     if not both or observation.held in (item, other):
         return False
-    low = _bottom(observation, item)
-    return abs(low - _bottom(observation, other)) < LEVEL and _is_at_side(
+    low = bottom_of(observation, item)
+    return abs(low - bottom_of(observation, other)) < LEVEL and _is_at_side(
         observation, observation.positions[item], item, other, side
     )
 
@@ -97,12 +97,8 @@ def places_beside(observation: Observation, item: str, other: str, side: str) ->
     return [(x, y) for x, y in free.tolist()]
 
 
-def level_of(observation: Observation, other: str) -> float:
-    """Return the height of what an object rests on [m]."""
-    return _bottom(observation, other)
-
-
-def _bottom(observation: Observation, name: str) -> float:
+def bottom_of(observation: Observation, name: str) -> float:
+    """Return the height of an object's lowest point [m]."""
     return observation.positions[name][2] - observation.by_name[name].size[2] / 2
 
 
@@ -121,17 +117,24 @@ def _room(observation: Observation, places: ArrayLike, item: str, other: str) ->
     """
     at = np.asarray(places)
     size = observation.by_name[item].size
-    below = [obj for obj in observation.objects if obj.flat and _carries(observation, obj, other)]
-    if not below:
+    below = _surface_below(observation, other)
+    if below is None:
         return np.full(at.shape[:-1], -np.inf)
-    others = footprints(observation, {item, *load(observation, item), *(obj.name for obj in below)})
-    region = np.array(region_within(below[0], observation.positions[below[0].name], size))
+    others = footprints(observation, {item, *load(observation, item), below.name})
+    region = np.array(region_within(below, observation.positions[below.name], size))
     is_inside = ((at >= region[:, 0]) & (at <= region[:, 1])).all(axis=-1)
     return np.where(is_inside, clearance(at, size, others), -np.inf)
 
 
-def _carries(observation: Observation, surface: SceneObject, name: str) -> bool:
-    x, y, z = observation.positions[surface.name]
-    item = observation.positions[name]
-    within = abs(item[0] - x) < surface.size[0] / 2 and abs(item[1] - y) < surface.size[1] / 2
-    return within and abs(_bottom(observation, name) - z - surface.size[2] / 2) < LEVEL
+def _surface_below(observation: Observation, name: str) -> SceneObject | None:
+    """Return the table or tray that an object lies on: of those whose top is that high, the nearest."""
+    x, y, _ = observation.positions[name]
+    found: list[tuple[float, str]] = []
+    for surface in observation.objects:
+        if not surface.flat or surface.name not in observation.positions:
+            continue
+        at = observation.positions[surface.name]
+        gap = abs(bottom_of(observation, name) - at[2] - surface.size[2] / 2)
+        if gap < LEVEL and abs(x - at[0]) < surface.size[0] / 2 and abs(y - at[1]) < surface.size[1] / 2:
+            found.append((gap, surface.name))
+    return observation.by_name[min(found)[1]] if found else None

@@ -16,7 +16,6 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
 from ntp_dsl.language.syntax.nodes import Atom, Expression, GivenGoal, Name, Number, TaskDeclaration
 from ntp_dsl.language.syntax.visitors import free_names
-from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, Record, SceneObject
 from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.semantics.value_checks import misfit, strays
@@ -30,7 +29,6 @@ from ntp_dsl.worlds.starts import nominal_start
 
 Configuration = frozenset[tuple[str, str]]
 PLACEMENT = "Placement"  # the record of the standard library: an item, and what it goes on
-OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
 
 
 @dataclass(frozen=True)
@@ -58,38 +56,42 @@ class Instance:
 
     def holds_in(self, registry: Registry, scene: Scene) -> bool:
         """Return whether the goal holds in a scene, with an open hand that is out of the way."""
-        seen = _seen(scene)
+        seen = scene.seen
         state = State(registry, seen)
         return all(state.holds(fact) for fact in self.literals(registry, seen))
 
     def shown_by(self, registry: Registry, scene: Scene) -> int:
         """Return how many parts of the goal a demonstration from a scene shows: they do not hold yet.
 
-        Parts are the goal's elements; where there are none, the facts of which success consists.
+        Parts are the goal's elements; where there are none, it is one part.
         """
-        seen = _seen(scene)
+        seen = scene.seen
         state = State(registry, seen)
         if not self.goal:
-            return sum(not state.holds(fact) for fact in self.literals(registry, seen))
+            return int(not self.holds_in(registry, scene))
         others = {*self._said_of((), registry, state)}
         rows = (self._said_of((row,), registry, state) for row in self.goal)
         return sum(any(not state.holds(fact) for fact in facts if fact not in others) for facts in rows)
 
-    def parts(self, registry: Registry, scene: Scene) -> int:
+    @property
+    def parts(self) -> int:
         """Return how many parts of the goal there are."""
-        return len(self.goal) or len(self.literals(registry, _seen(scene)))
+        return len(self.goal) or 1
 
     def _said_of(self, goal: Goal, registry: Registry, state: State) -> list[Fact]:
         """Return what success says of a goal; where it is judged by name, what the program achieves of it."""
         if self.task.success is not None and GOAL in free_names(self.task.success):
             return state.literals(self.task.success, {**self.bindings, GOAL: goal})
         program = registry.programs[self.program]
-        arguments = tuple(goal if each is self.goal else each for each in self.arguments)
-        return state.literals(program.achieves, program.bind(arguments))
+        return state.literals(program.achieves, program.bind(self._called_with(goal)))
+
+    def _called_with(self, goal: Goal) -> tuple[Argument, ...]:
+        """Return the root's arguments with another list in the place of the goal."""
+        return tuple(goal if each is self.goal else each for each in self.arguments)
 
     def with_goal(self, goal: Goal) -> Instance:
         """Return the same scene with another goal, which the root call gets as well."""
-        arguments = tuple(goal if each is self.goal else each for each in self.arguments)
+        arguments = self._called_with(goal)
         bindings = {**self.bindings, GOAL: goal}
         return replace(self, goal=goal, arguments=arguments, bindings=bindings)
 
@@ -106,10 +108,6 @@ class Instance:
     def in_state(self, scene: Scene) -> Scene:
         """Return a scene in which those facts of the state hold that hold at the start."""
         return replace(scene, facts=self.facts)
-
-
-def _seen(scene: Scene) -> Observation:
-    return Observation(scene.objects, scene.positions, OUT_OF_THE_WAY, closed=False, facts=scene.facts)
 
 
 def enough_primitives(instance: Instance) -> int:

@@ -26,7 +26,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.layout import half_turns_apart, level_of, places_beside, yaw
+from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
 from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.places import table_regions
@@ -191,13 +191,13 @@ class BulletWorld:
             return Outcome(False, Failure.MISSING_OBJECT, {"other": other})
         if self._cell.held() != item:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._cell.held() or "nothing"})
-        places, level = places_beside(seen, item, other, side), level_of(seen, other)
+        places, level = places_beside(seen, item, other, side), bottom_of(seen, other)
         return self._go(lambda seed, slip: skills.move_above_places(self._cell, places, level, seed, slip))
 
     def _turn_held(self, item: str, to: float) -> Outcome:
         if self._cell.held() != item:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._cell.held() or "nothing"})
-        by = half_turns_apart(to, yaw(self.truth().orientation(item)))
+        by = angle_between_lines(to, yaw(self.truth().orientation(item)))
         return self._go(lambda seed, slip: skills.turn_held(self._cell, by, seed, slip))
 
     def _align_held(self, item: str, other: str) -> Outcome:

@@ -10,16 +10,19 @@ from inspect import Parameter, signature
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import PYTHON, PredicateDeclaration, Span
-from ntp_dsl.semantics.attempts import after_attempt, reads_failures
+from ntp_dsl.semantics.attempts import reads_failures
+from ntp_dsl.semantics.layout import SIDES
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import BUILT_IN, READINGS
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.state_changes import changed_by, says_of_state
 from ntp_dsl.semantics.value_checks import out_of_range
+from ntp_dsl.worlds.attempts import note_attempt
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 from ntp_dsl.worlds.skill_context import SkillContext
 
 WORLDS = ("kinematic", "bullet")
+SIDED = frozenset({"beside", "over_side", "room_beside"})  # predicates whose last argument is a side
 ACT = 1.0  # of an act that changes nothing but the state [s]
 
 
@@ -128,9 +131,7 @@ def _change_state(
 def _count_failure(api: Api, world: World, skill: Callable[..., Outcome], *arguments: Argument) -> Outcome:
     """Call a skill; count where it fails with the objects that it is given."""
     outcome = skill(*arguments)
-    objects = {each for each in arguments if isinstance(each, str)} & world.truth().by_name.keys()
-    if outcome.achieved or outcome.is_attempt:
-        world.facts = after_attempt(world.facts, api.name, objects, outcome.achieved)
+    note_attempt(world, api.name, arguments, outcome)
     return outcome
 
 
@@ -165,12 +166,24 @@ def misdeclared(world: World, registry: Registry) -> Iterator[tuple[str, Span]]:
             )
     for name, declared in registry.predicates.items():
         provider = declared.provider
-        if declared.body is not None or provider not in BUILT_IN | READINGS:
+        is_read = declared.result is not None and declared.by is None  # of the scene, where no world tells it
+        if declared.body is not None or provider not in (READINGS if is_read else BUILT_IN | READINGS):
             continue
         test = partial((BUILT_IN | READINGS)[provider], None)  # all but the observation
         yield from _misfit(f"predicate '{name}'", declared.parameters, test, provider, declared.name_span)
+        if provider in SIDED and (odd := _no_sides(declared, registry)):
+            yield (
+                f"predicate '{name}' takes {', '.join(SIDES)}, and '{odd}' is none of these",
+                declared.name_span,
+            )
         if declared.result is not None and provider not in READINGS:
             yield f"predicate '{name}' is a reading, and '{provider}' is true or false", declared.name_span
+
+
+def _no_sides(declared: PredicateDeclaration, registry: Registry) -> str:
+    """Return a member of the last parameter's enumeration that is no side; empty where all are."""
+    members = registry.enums.get(declared.parameters[-1].type.name, ("any value",))
+    return next((each for each in members if each not in SIDES), "")
 
 
 def _misfit(
@@ -188,7 +201,7 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
     """Return whether the world, Python, or (for a reading of one object) the scene provides a predicate."""
     provider = declared.provider
     by_scene = declared.result is not None and declared.by is None and len(declared.parameters) == 1
-    return declared.is_state or provider in {PYTHON, *BUILT_IN} or by_scene
+    return declared.is_state or provider in {PYTHON, *BUILT_IN, *READINGS} or by_scene
 
 
 def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:

@@ -11,8 +11,8 @@ import numpy as np
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import free_places, height_below, place_in
-from ntp_dsl.semantics.geometry import Vector, about_vertical, moved, turned_by
-from ntp_dsl.semantics.layout import half_turns_apart, level_of, places_beside, yaw
+from ntp_dsl.semantics.geometry import Vector, moved, turned_about, turned_by
+from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, SceneObject
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
@@ -60,7 +60,7 @@ class KinematicWorld(RestingObjects):
         self._solid = {t.name: scene.lying[t.name] for t in on_table}
         self._regions = table_regions(scene)
         self._positions = dict(scene.positions)
-        self._orientations = {name: about_vertical(yaw) for name, yaw in scene.yaws.items()}
+        self._orientations = dict(scene.orientations)
         self._disturbances = disturbances
         self.facts = scene.facts
         self._gripper = scene.gripper or HOME
@@ -139,7 +139,7 @@ class KinematicWorld(RestingObjects):
         places = places_beside(seen, item, other, side)
         if not places:
             return Outcome(False, Failure.NO_PATH, {"no free place beside": other, "side": side})
-        return self._go(self._above(*places[0], level_of(seen, other)))
+        return self._go(self._above(*places[0], bottom_of(seen, other)))
 
     def move_over(self, x: float, y: float) -> Outcome:
         outcome = self._go(self._over_point(x, y))
@@ -157,9 +157,13 @@ class KinematicWorld(RestingObjects):
             self._travel(goal)
             return ACHIEVED
         self._travel(between(self._gripper, goal, float(self._rng.uniform(0.1, 0.95))))
+        return self._slip(lost)
+
+    def _slip(self, item: str) -> Outcome:
+        """Lose what is held, where it is."""
         self._drop_held(spread=0.03)
-        self.disturbed.add(lost)
-        return Outcome(False, Failure.OBJECT_DROPPED, {"dropped": lost}, disturbances=(f"slip {lost}",))
+        self.disturbed.add(item)
+        return Outcome(False, Failure.OBJECT_DROPPED, {"dropped": item}, disturbances=(f"slip {item}",))
 
     def _grasp(self, target: str) -> Outcome:
         if target not in self._positions:
@@ -208,13 +212,19 @@ class KinematicWorld(RestingObjects):
         """Turn the hand, and what it holds, about the vertical through the middle of that."""
         if self._held != item:
             return Outcome(False, Failure.NOT_READY, {"in hand": self._held or "nothing"})
-        start = self.truth().orientation(item)
-        angle, began = half_turns_apart(to, yaw(start)), self._time
+        if self._disturbances.slips and self._rng.random() < self._disturbances.slips:
+            return self._slip(item)
+        start, places = self.truth().orientation(item), {name: self._positions[name] for name in self._load}
+        middle, gripper = self._positions[item], self._gripper
+        angle, began = angle_between_lines(to, yaw(start)), self._time
         duration = 0.15 + abs(angle) / TURNING
         for moment in (*np.arange(self.frame_seconds, duration, self.frame_seconds), duration):
             self._time = began + float(moment)
             turn = turned_by(start, angle * float(moment) / duration)
             self._orientations = {**self._orientations, item: turn}
+            done = angle * float(moment) / duration
+            self._gripper = turned_about(middle, gripper, done)
+            self._positions |= {name: turned_about(middle, at, done) for name, at in places.items()}
             self._emit()
         lying = self.truth().by_name[item]
         self._by_name = {**self._by_name, item: lying}

@@ -10,8 +10,10 @@ from math import inf
 from typing import Any, Protocol
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.semantics.geometry import Vector, about_vertical
+from ntp_dsl.semantics.geometry import Quaternion, Vector, about_vertical
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, SceneObject
+
+OUT_OF_THE_WAY: Vector = (0.0, 0.0, 1.0)  # above the robot's base [m]
 
 
 @dataclass(frozen=True)
@@ -30,10 +32,26 @@ class Scene:
         return {obj.name: obj for obj in self.objects}
 
     @cached_property
+    def orientations(self) -> Mapping[str, Quaternion]:
+        """Return how objects are turned about the vertical at the start."""
+        return {name: about_vertical(yaw) for name, yaw in self.yaws.items()}
+
+    @property
     def lying(self) -> Mapping[str, SceneObject]:
         """Return each object as it lies: one that is turned has its extents exchanged."""
-        turns = {name: about_vertical(yaw) for name, yaw in self.yaws.items()}
-        return Observation(self.objects, {}, (0.0, 0.0, 0.0), closed=False, orientations=turns).by_name
+        return self.seen.by_name
+
+    @cached_property
+    def seen(self) -> Observation:
+        """Return what is observed at the start, with an open hand that is out of the way."""
+        return Observation(
+            self.objects,
+            self.positions,
+            OUT_OF_THE_WAY,
+            closed=False,
+            orientations=self.orientations,
+            facts=self.facts,
+        )
 
 
 class Failure(StrEnum):
@@ -51,7 +69,7 @@ class Failure(StrEnum):
     TIME_OUT = "time-out"
 
 
-NO_ATTEMPT = {Failure.NOT_READY, Failure.MISSING_OBJECT, Failure.OBJECT_DROPPED}
+NO_ATTEMPT = frozenset({Failure.NOT_READY, Failure.MISSING_OBJECT, Failure.OBJECT_DROPPED})
 
 
 @dataclass(frozen=True)
@@ -71,8 +89,8 @@ class Outcome:
         return self.achieved
 
     @property
-    def is_attempt(self) -> bool:
-        """Return whether it failed, and not as something was missing, dropped or not ready."""
+    def is_failed_attempt(self) -> bool:
+        """Return whether it failed at what it was given: other reasons are in `NO_ATTEMPT`."""
         return not self.achieved and self.failure not in NO_ATTEMPT
 
 

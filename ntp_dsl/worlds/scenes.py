@@ -35,7 +35,7 @@ class Start:
     y: Interval | None = None
     spacing: float | None = None  # between centres, seen from above
     yaw: Interval | None = None  # from the x axis to the object's [rad]
-    offset: tuple[float, float] | None = None  # along x and y from the middle of its support
+    offset: tuple[float, float] | None = None  # from the middle of its support, along that one's own x and y
     group: str = field(default="", compare=False)  # of the scene
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import cos, hypot, pi, remainder, sin
 
 import numpy as np
@@ -38,7 +38,8 @@ def nominal_start(
     Raises `NoRoom` where the objects of a group have no room for all of them.
     """
     starts = starts or {}
-    told = {name: _yaw(obj, starts[name], rng) for name, obj in _turned(objects, starts)}
+    turned = turned_ones(starts)
+    told = {obj.name: _yaw(obj, starts[obj.name], rng) for obj in objects if obj.name in turned}
     lying = Scene(objects, {}, told).lying
     items = sorted(
         (lying[obj.name] for obj in objects if obj.size[0] <= TOO_WIDE),
@@ -48,17 +49,11 @@ def nominal_start(
     plain = all(start == NOWHERE for start in starts.values()) and all(
         obj.movable and obj.size == (CUBE, CUBE, CUBE) for obj in items
     )
-    spots = _on_grid(items, starts, rng) if plain and items else _spread(items, starts, rng)
+    spots = _on_grid(items, starts, rng) if plain and items else _spread(items, starts, told, rng)
     standing = _stacked(items, starts, spots)
     yaws = {obj.name: float(rng.uniform(-np.pi / 4, np.pi / 4)) if obj.movable else 0.0 for obj in items}
     scene = Scene(objects, furniture_positions(objects) | standing.positions, yaws | told)
-    return turned_where_free(scene, turned_ones(starts))
-
-
-def _turned(objects: Iterable[SceneObject], starts: Mapping[str, Start]) -> Iterator[tuple[str, SceneObject]]:
-    """Yield the objects of which it is declared how they are turned."""
-    names = turned_ones(starts)
-    return ((obj.name, obj) for obj in objects if obj.name in names)
+    return turned_where_free(scene, turned)
 
 
 def turned_ones(starts: Mapping[str, Start]) -> set[str]:
@@ -138,9 +133,16 @@ def _largest_group(items: Iterable[SceneObject], starts: Mapping[str, Start]) ->
 
 
 def _spread(
-    items: Sequence[SceneObject], starts: Mapping[str, Start], rng: np.random.Generator
+    items: Sequence[SceneObject],
+    starts: Mapping[str, Start],
+    yaws: Mapping[str, float],
+    rng: np.random.Generator,
 ) -> dict[str, Spot]:
-    """Place objects of any size: those with exact places, then the largest, each at a free point."""
+    """Place objects of any size: those with exact places, then the largest, each at a free point.
+
+    Args:
+        yaws: of objects of which they are declared [rad].
+    """
     by_name = {obj.name: obj for obj in items}
     sizes = _with_loads(items, starts)
     given = _aside(items, starts)
@@ -166,7 +168,7 @@ def _spread(
                 break
             spots[obj.name] = spot
         else:
-            stuck = _stack_up(items, starts, spots, by_name, rng)
+            stuck = _stack_up(items, starts, spots, by_name, yaws, rng)
             if stuck is None:
                 return spots
             failed[stuck] += 1
@@ -200,6 +202,8 @@ def _with_loads(items: Sequence[SceneObject], starts: Mapping[str, Start]) -> Si
         if surface in by_name and not shares(by_name[surface], obj):
             (x, y), (its_x, its_y) = sizes[surface], sizes[obj.name]
             dx, dy = starts[obj.name].offset or (0.0, 0.0)
+            if starts.get(surface, NOWHERE).yaw is not None:
+                dx = dy = hypot(dx, dy)
             sizes[surface] = max(x, its_x + 2 * abs(dx)), max(y, its_y + 2 * abs(dy))
     return sizes
 
@@ -210,13 +214,10 @@ def _seen_from_above(obj: SceneObject, start: Start) -> tuple[float, float]:
     if start.yaw is None:
         return length, width
     low, high = start.yaw
-    turns = [remainder(angle, pi / 2) for angle in (low, high)]
-    is_square = low == high and abs(turns[0]) < 1e-3
-    if is_square:
-        return length, width
     if low != high:
         return (hypot(length, width),) * 2
-    across, along = abs(sin(turns[0])), abs(cos(turns[0]))
+    beyond = remainder(low, pi / 2)  # what it is turned beyond quarter turns, by which it lies already
+    across, along = abs(sin(beyond)), abs(cos(beyond))
     return along * length + across * width, across * length + along * width
 
 
@@ -326,17 +327,24 @@ def _stack_up(
     starts: Mapping[str, Start],
     spots: dict[str, Spot],
     by_name: Mapping[str, SceneObject],
+    yaws: Mapping[str, float],
     rng: np.random.Generator,
 ) -> str | None:
-    """Add the spots of objects that start on others, from the bottom up; return one without room, if any."""
+    """Add the spots of objects that start on others, from the bottom up; return one without room, if any.
+
+    Args:
+        yaws: of objects of which they are declared [rad].
+    """
     for obj in items:
         surface = starts.get(obj.name, NOWHERE).surface
         if surface not in by_name or obj.name in spots:
             continue
         offset = starts[obj.name].offset
         if offset is not None or not shares(by_name[surface], obj):
-            (x, y), (dx, dy) = spots[surface], offset or (0.0, 0.0)
-            spots[obj.name] = x + dx, y + dy
+            dx, dy = _turned_by(offset, yaws.get(surface, 0.0)) if offset else (0.0, 0.0)
+            if offset is not None:
+                _check_is_part(obj, by_name[surface], (dx, dy), starts[obj.name])
+            spots[obj.name] = spots[surface][0] + dx, spots[surface][1] + dy
             continue
         there = [t for t in items if _is_spread_over(starts.get(t.name, NOWHERE), surface)]
         found = _beside_each_other(there, by_name[surface], starts, spots[surface], rng)
@@ -351,6 +359,24 @@ def _stack_up(
 def _fits_on(surface: SceneObject, size: Sequence[float]) -> bool:
     inner = surface.cavity or (surface.size[0] / 2, surface.size[1] / 2)
     return all(extent <= 2 * half for extent, half in zip(size, inner[:2], strict=False))
+
+
+def _turned_by(offset: Spot, yaw: float) -> Spot:
+    x, y = offset
+    return cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
+
+
+def _check_is_part(obj: SceneObject, below: SceneObject, offset: Spot, start: Start) -> None:
+    """Raise `NoRoom` for an offset from something that moves, or to beyond its edge."""
+    if below.movable:
+        raise NoRoom(
+            f"{obj.name} has an offset from {below.name}, which moves; parts are of something fixed",
+            start.group,
+        )
+    if any(abs(way) > extent / 2 for way, extent in zip(offset, below.size, strict=False)):
+        raise NoRoom(
+            f"the offset of {obj.name} is beyond the edge of {below.name} ({_in_cm(below.size)})", start.group
+        )
 
 
 def _is_spread_over(start: Start, surface: str) -> bool:

@@ -79,7 +79,7 @@ def test_pygments_finds_the_lexer_by_its_name() -> None:
 def grammar_words() -> set[str]:
     """Every word that the grammar itself spells, and every two that belong together."""
     patterns = [str(terminal.pattern.value) for terminal in _lark().terminals]
-    words = [each.removesuffix(r"\b") for each in patterns]
+    words = [each.replace("[ \t]+", " ").removesuffix(r"\b") for each in patterns]
     return {word for word in words if re.fullmatch(r"[a-z]+( [a-z]+)?", word)}
 
 

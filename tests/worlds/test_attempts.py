@@ -14,8 +14,9 @@ from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.core.perception.steadied import steadied
 from ntp_dsl.datasets.recording import RecordedDemonstration, demonstrate
 from ntp_dsl.evaluation.episodes import Plan, run_all
+from ntp_dsl.language.loader import load_text
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.semantics.attempts import after_attempt, failures, without_attempts
+from ntp_dsl.semantics.attempts import after_attempt, failures, reads_failures, without_attempts
 from ntp_dsl.semantics.observation import DeclaredFact, Observation
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.traces.reader import read_trace
@@ -49,8 +50,8 @@ def test_failures_in_a_row_are_counted_for_each_object_and_api(tries: list[tuple
 @pytest.mark.parametrize("failure", Failure)
 def test_what_was_missing_dropped_or_not_ready_is_no_attempt(failure: Failure) -> None:
     none = {Failure.NOT_READY, Failure.MISSING_OBJECT, Failure.OBJECT_DROPPED}
-    assert Outcome(False, failure).is_attempt is (failure not in none)
-    assert not ACHIEVED.is_attempt
+    assert Outcome(False, failure).is_failed_attempt is (failure not in none)
+    assert not ACHIEVED.is_failed_attempt
 
 
 @pytest.mark.parametrize("world", ["kinematic", "bullet"])
@@ -64,7 +65,7 @@ def test_a_world_counts_what_fails_where_a_library_asks(world: str) -> None:
         assert there.call("move_to", (stuck,))
         assert not there.call("pull", (stuck,))
         assert failures(there.truth(), stuck) == count and failures(there.truth(), free) == 0
-    assert not there.call("pull", (free,)).is_attempt  # the hand is not there: nothing is counted
+    assert not there.call("pull", (free,)).is_failed_attempt  # the hand is not there: nothing is counted
     assert failures(there.truth(), free) == 0
     assert there.call("pry", (stuck,)) and failures(there.truth(), stuck) == 3
 
@@ -97,3 +98,10 @@ def test_what_is_stuck_is_tried_twice_and_then_done_otherwise(model: Path | None
         stuck = {"drawer_1", "drawer_3"}
         assert set(calls["pry"]) <= stuck and all(calls["pull"].count(name) == 2 for name in calls["pry"])
         assert all(calls["pull"].count(name) <= 1 for name in {*calls["pull"]} - stuck)
+
+
+def test_failures_are_counted_by_whatever_name_and_only_where_they_are_read() -> None:
+    head = "library l\nuse tabletop\n"
+    assert reads_failures(load_text(head + "predicate tries(o: Object) -> number by failures\n"))
+    assert not reads_failures(load_text(head + "predicate failures(o: Object): not clear(o)\n"))
+    make_world("kinematic", load_text(head + "predicate tries(o: Object) -> number by failures\n"))

@@ -136,3 +136,29 @@ def test_a_scene_is_brought_to_a_count(task: str) -> None:
     for seed in range(3):
         episode = Evaluator(Plan(library, task, None, seed=seed)).episode(0)
         assert episode.success, episode.reason
+
+
+def test_what_is_wrong_with_a_condition_is_told_once_where_an_else_follows() -> None:
+    text = with_statements("when claer(a): pick(a)", "else: pick(b)")
+    found = diagnose_text(text).diagnostics
+    assert [each.code for each in found].count("E102") == 1
+    always = diagnose_text(with_statements("when present(a): pick(a)", "else: pick(b)")).diagnostics
+    assert [(each.code, each.fix) for each in always if each.code == "W402"] == [("W402", None)]
+
+
+def test_a_count_of_facts_of_the_state_needs_no_api_that_ends_them() -> None:
+    text = """library l
+use tabletop
+type Drawer is Place
+predicate open(d: Drawer) by state
+api pull(d: Drawer)
+    achieves open(d)
+program p():
+    achieves at least 2 open(d) for d in Drawer
+    for d in Drawer: pull(d)
+task t:
+    scene: drawers: 3 Drawer on table
+    run: p()
+    success: at least 2 open(d) for d in Drawer
+"""
+    assert [str(each) for each in diagnose_text(text).diagnostics] == []

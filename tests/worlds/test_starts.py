@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import diagnose_text, load
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 from ntp_dsl.semantics.predicates import inside, on
@@ -154,3 +155,33 @@ def test_an_offset_from_the_table_is_explained() -> None:
     scene = "pads: 1 Pad on table with offset(3 cm, 3 cm)"
     found = diagnose_text(LIBRARY.replace("{scene}", scene)).diagnostics
     assert any("an offset is from the middle of an object of the scene" in each.message for each in found)
+
+
+@pytest.mark.parametrize("turn", [0, 30, 90])
+def test_parts_are_turned_with_what_they_are_parts_of(tmp_path: Path, turn: int) -> None:
+    path = tmp_path / "mine.ntp"
+    scene = f"""
+        boards: 1 Pad on table with box(24 cm, 11 cm, 2 cm), at(50 cm, 0 cm), yaw({turn} deg)
+        pads:   2 Pad on boards with box(4 cm, 4 cm, 1 cm), offset(-9 cm, 0 cm, 9 cm, 0 cm)
+        blocks: 1 Block on table"""
+    path.write_text(LIBRARY.replace("{scene}", scene))
+    registry = load(path)
+    rng = np.random.default_rng(0)
+    made = draw(registry, find_task(registry, "filling"), rng).nominal_start(rng)
+    angle = np.radians(turn)
+    way = np.array([np.cos(angle), np.sin(angle)]) * 0.09
+    assert np.allclose(made.positions["pad_2"][:2], np.array([0.5, 0.0]) + way)
+    assert np.allclose(made.positions["pad_1"][:2], np.array([0.5, 0.0]) - way)
+
+
+def test_a_part_beyond_the_edge_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.ntp"
+    scene = """
+        boards: 1 Pad on table with box(24 cm, 11 cm, 2 cm)
+        pads:   1 Pad on boards with box(4 cm, 4 cm, 1 cm), offset(30 cm, 0 cm)
+        blocks: 1 Block on table"""
+    path.write_text(LIBRARY.replace("{scene}", scene))
+    registry = load(path)
+    rng = np.random.default_rng(0)
+    with pytest.raises(NtpError, match="beyond the edge of pad_0"):
+        draw(registry, find_task(registry, "filling"), rng).nominal_start(rng)

@@ -39,8 +39,12 @@ class Steadied:
     @cached_property
     def events(self) -> tuple[int, ...]:
         """Return the first frames after the hand has opened or closed, or a fact of the state has changed."""
-        facts = [without_attempts(each) for each in self.demonstration.facts or ()]
-        changes = {k for k, (a, b) in enumerate(pairwise(facts), start=1) if a != b}
+        facts = self.demonstration.facts or ()
+        changes = {
+            k
+            for k, (a, b) in enumerate(pairwise(facts), start=1)
+            if a != b and without_attempts(a) != without_attempts(b)
+        }
         return tuple(sorted(changes.union((np.flatnonzero(np.diff(self.closed.astype(int))) + 1).tolist())))
 
     def phases(self, scope: Scope) -> list[Scope]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Sequence
+from itertools import zip_longest
 
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Fix, Note
 from ntp_dsl.language.logic.facts import ANY, EVERY, compare_values, contradicts, facts, implies, value_of
@@ -36,7 +37,8 @@ def _conditions(declaration: nodes.Declaration) -> Iterator[Expression]:
             found = [declaration.requires, declaration.achieves]
         case ProgramDeclaration():
             found = [declaration.requires, declaration.achieves]
-            found += [guard for statement in declaration.body for guard in guards(statement)]
+            written = (each for each in declaration.body if not _is_else(each))
+            found += [guard for statement in written for guard in guards(statement)]
         case nodes.TaskDeclaration():
             found = [declaration.success]
         case _:
@@ -92,8 +94,9 @@ def check_program(contracts: Contracts, program: ProgramDeclaration) -> Iterator
     if contracts.has_error(program):
         return
     yield from _check_requirement(program, contracts)
-    for statement in program.body:
-        yield from _check_guards(statement, program, contracts)
+    for statement, after in zip_longest(program.body, program.body[1:]):
+        if not _is_else(statement):
+            yield from _check_guards(statement, program, contracts, is_alone=not _is_else(after))
         yield from _check_irreflexive(statement, contracts)
     yield from _check_promise(program, contracts)
 
@@ -121,9 +124,18 @@ def _check_requirement(program: ProgramDeclaration, contracts: Contracts) -> Ite
         yield Diagnostic("W403", message, program.name_span, (note,))
 
 
+def _is_else(statement: Statement | None) -> bool:
+    return isinstance(statement, nodes.When) and statement.is_else
+
+
 def _check_guards(
-    statement: Statement, program: ProgramDeclaration, contracts: Contracts
+    statement: Statement, program: ProgramDeclaration, contracts: Contracts, is_alone: bool
 ) -> Iterator[Diagnostic]:
+    """Check that each condition around a call may hold, and may not.
+
+    Args:
+        is_alone: no `else` follows, so that a `when` may be left out.
+    """
     members = contracts.members
     known = _definite_facts(program.requires)
     while not isinstance(statement, nodes.Call):
@@ -141,7 +153,8 @@ def _check_guards(
             yield Diagnostic("W402", message, condition.span)
         elif _follows(condition, known, members):
             message = "this always holds here: an earlier condition implies it"
-            yield Diagnostic("W402", message, condition.span, fix=_without_when(statement))
+            fix = _without_when(statement) if is_alone else None
+            yield Diagnostic("W402", message, condition.span, fix=fix)
         known += stated
         statement = statement.body
 

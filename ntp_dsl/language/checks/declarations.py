@@ -104,8 +104,9 @@ def _check_statement(
         case nodes.For(generator, body):
             inner = yield from typing.generator(generator, names, statement)
             yield from _check_statement(body, inner, table, typing)
-        case nodes.When(condition, body):
-            yield from typing.condition(condition, names)
+        case nodes.When(condition, body, is_else):
+            if not is_else:  # else it is checked where it is written
+                yield from typing.condition(condition, names)
             yield from _check_statement(body, names, table, typing)
         case nodes.Call():
             yield from typing.call(statement, names)

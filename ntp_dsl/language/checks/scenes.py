@@ -148,6 +148,9 @@ def _check_detail(
         last, end = before[-1].span, detail.span
         rest = Span(end.path, last.end_line, last.end_column, end.end_line, end.end_column)
         yield Diagnostic("E305", message, span, help="one of the two is enough", fix=Fix(rest, ""))
+    elif clashes := [other.name for other in before if _exclude_each_other(detail.name, other.name)]:
+        message = f"'{detail.name}' and '{clashes[0]}' both say where or how '{group.name}' start"
+        yield Diagnostic("E504", message, span, help="one of the two is enough")
     elif detail.name in SHAPES or detail.name in PLACING:
         yield from _check_settings(detail, group, {**SHAPES, **PLACING}[detail.name], table)
     elif detail.name in table.predicates:
@@ -160,6 +163,14 @@ def _check_detail(
             f" predicate {detail.name}(o: {group.type.name}) -> ..., with a number type or an enumeration"
         )
         yield unknown("E111", "objects have no property", detail.name, span, known, help)
+
+
+def _exclude_each_other(one: str, other: str) -> bool:
+    """Return whether two details cannot be heeded together: places twice, or a bowl or bin that is turned."""
+    pair = {one, other}
+    return any(pair <= {"offset", place} for place in ("at", "x", "y", "spacing")) or any(
+        pair <= {"yaw", shape} for shape in ("bowl", "bin")
+    )
 
 
 def _check_reach(group: SceneGroup) -> Iterator[Diagnostic]:

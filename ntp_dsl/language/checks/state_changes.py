@@ -90,7 +90,7 @@ def _signed(
         case nodes.And(values) | nodes.Or(values):
             for value in values:
                 yield from _signed(value, table, holds, within)
-        case nodes.Quantified(body=body, count=count):
+        case nodes.Quantified(quantifier=quantifier, body=body):
             yield from _signed(body, table, holds, within)
-            if count is not None:  # with more of them it may no longer be so
+            if quantifier == "exactly":  # with more of them it is no longer so
                 yield from _signed(body, table, not holds, within)

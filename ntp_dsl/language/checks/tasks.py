@@ -89,8 +89,8 @@ def _check_goal_is_judged(task: TaskDeclaration, table: SymbolTable) -> Iterator
         return
     is_run = any(GOAL in free_names(argument) for argument in task.run.arguments)
     if isinstance(task.goal, GivenGoal):
-        given = {name for row in task.goal.rows for each in row.terms for name in free_names(each)}
-        is_run = is_run and not given & free_names(task.success)
+        judged = free_names(task.success)
+        is_run = is_run and not all(free_names(row.terms[0]) <= judged for row in task.goal.rows)
     if is_run and GOAL not in free_names(task.success):
         meant = promised(task, table)
         fix = Fix(task.success.span, format_expression(meant)) if meant else None

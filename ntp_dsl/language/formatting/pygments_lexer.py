@@ -57,6 +57,7 @@ class NtpLexer(RegexLexer):  # type: ignore[misc]  # Pygments has no type annota
             ),
             (words(CLAUSES, prefix=r"\b", suffix=r"\b"), Keyword),
             (words(LOGIC, prefix=r"\b", suffix=r"\b"), Operator.Word),
+            (rf"\bat{BLANK}+least\b", Operator.Word),
             (rf"\b(by)({BLANK}+)(python)\b", bygroups(Keyword, Whitespace, Keyword.Pseudo)),
             (r"\blist(?=\[)", Keyword.Type),
             (words(NUMBER_TYPES, prefix=r"(?<=: )", suffix=r"\b"), Keyword.Type),

@@ -95,7 +95,6 @@ CERTAIN: Sequence[tuple[str, Rewrite]] = (
     (r"^(predicate\s.*\))\s*->\s*(?:bool|boolean|Bool)\b", r"\1"),
     (rf"^(\s*)for(?:each)?\s*(?:each\b|every\b|var\b)?\s*\(?\s*({NAME})(?:\s+(?:in|of)\b|\s*(?::|<-|=))\s*({NAME})\s*\)?"
      r"\s*(?:do\b|\{)?\s*:?$", r"\1for \2 in \3:"),
-    (r"^(\s*)else\s+(?:when|if)\b\s*(.+?)\s*$", r"\1when \2"),
     (r"\bat_least\b|\b[Aa]t [Ll]east\b", "at least"),
     (r"\bat most (?P<count>\d+) (?P<rest>[^:]+?)(?P<colon>\s*:?)$", _at_most),
     (r"\b(?:more than|over) (?P<count>\d+)\b", _more_than),
