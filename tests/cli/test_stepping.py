@@ -202,7 +202,8 @@ def test_a_fact_is_seen_as_it_is_forced_by_the_program_that_is_named(
     seen = [
         (each.probability, each.truth)
         for call in trace.calls
-        for each in (*call.decision.facts, *call.return_decision.facts)
+        for decision in (call.decision, call.return_decision)
+        for each in (decision.facts if decision is not None else ())
         if each.fact == f"holding({item})"
     ]
     assert (1.0, False) in seen
