@@ -87,7 +87,8 @@ class Finding:
             *self._stuck(trial.end, trial.unmet),
             *self._trace,
         )
-        if all(each.run.failures and not each.run.gave_up for each in failed):
+        fails_always = len(failed) == tried  # then it is no start's fault
+        if not fails_always and all(each.run.failures and not each.run.gave_up for each in failed):
             named = [name for each in trial.policy.refused for name in each[1][1]]
             return Diagnostic("W603", message, self.places.scene(trial.instance, named), notes)
         return Diagnostic("E603", message, self.home, notes)

@@ -18,8 +18,8 @@ from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
-from ntp_dsl.semantics.state import State
-from ntp_dsl.traces.decision import NO_DECISION, Decision, Status
+from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.traces.decision import NO_DECISION, Decision, FactProbability, Status
 from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.attempts import note_attempt
@@ -279,18 +279,19 @@ class Interpreter:
         """
         decision = choice.decision
         state = State(self.registry, self.world.truth())
+        seen = state if shown is self.world else State(self.registry, shown.truth())
+
+        def told(each: FactProbability, fact: Fact) -> FactProbability:
+            forced = isinstance(fact, Literal) and seen.forced(fact.predicate, fact.arguments) is not None
+            return with_fields(each, truth=state.holds(fact), forced=forced)
+
         if choice.grounds:
-            pairs = zip(decision.facts, choice.grounds, strict=True)
-            return with_fields(
-                decision, facts=tuple(with_fields(each, truth=state.holds(fact)) for each, fact in pairs)
-            )
+            return with_fields(decision, facts=tuple(map(told, decision.facts, choice.grounds)))
         if decision.facts or decision.probability is not None:
             return decision
         row = self.registry.programs[frame.program]
-        seen = state if shown is self.world else State(self.registry, shown.truth())
         grounds, statements = evidence(self._expert, row, frame.arguments, seen)
-        pairs = zip(weighed(grounds, seen.holds), grounds, strict=True)
-        facts = tuple(with_fields(each, truth=state.holds(fact)) for each, fact in pairs)
+        facts = tuple(map(told, weighed(grounds, seen.holds), grounds))
         return with_fields(decision, facts=facts, statements=statements, scripted=row.in_python)
 
     def _check(self, choice: Choice) -> None:

@@ -34,6 +34,7 @@ class FactProbability(Struct, frozen=True, omit_defaults=True):
     fact: str
     probability: Probability
     truth: bool | None = None  # None where unknown
+    forced: bool = False  # by whoever supervised the run, whatever was the case
 
 
 class Dispatch(StrEnum):

@@ -163,7 +163,8 @@ def _seen(decision: Decision) -> Iterator[str]:
     if surely:
         yield f"It was seen that {_facts(surely)} held."
     for each in wrong[:MOST]:
-        yield f"That was wrong: {each.fact} {'held' if each.truth else 'did not hold'} in truth."
+        why = "forced" if each.forced else "wrong"
+        yield f"That was {why}: {each.fact} {'held' if each.truth else 'did not hold'} in truth."
 
 
 def _is_negated(fact: str) -> bool:

@@ -130,13 +130,14 @@ def _disturbed(trace: Trace) -> Iterator[str]:
 
 
 def _mistaken(trace: Trace) -> Iterator[str]:
-    """Yield how many decisions rest on a fact that was seen wrongly."""
+    """Yield how many decisions rest on a fact that was seen wrongly, or as it was forced to be seen."""
     decisions = [*trace.decisions()]
-    wrong = [(each, found) for each in decisions if (found := each.mistaken)]
-    if wrong:
-        kinds = Counter(fact.fact.partition("(")[0] for _, facts in wrong for fact in facts)
-        most = " and ".join(f"{name} ({count})" for name, count in kinds.most_common(2))
-        yield f"{len(wrong)} of {len(decisions)} decisions rest on a fact seen wrongly, most often {most}."
+    for forced, how in ((True, "as it was forced to be seen"), (False, "seen wrongly")):
+        wrong = [facts for each in decisions if (facts := [f for f in each.mistaken if f.forced is forced])]
+        if wrong:
+            kinds = Counter(f.fact if forced else f.fact.partition("(")[0] for facts in wrong for f in facts)
+            most = " and ".join(f"{name} ({count})" for name, count in kinds.most_common(2))
+            yield f"{len(wrong)} of {len(decisions)} decisions rest on a fact {how}, most often {most}."
 
 
 def _misread(trace: Trace) -> Iterator[str]:

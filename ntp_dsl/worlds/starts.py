@@ -63,7 +63,13 @@ def turned_ones(starts: Mapping[str, Start]) -> set[str]:
 
 def _yaw(obj: SceneObject, start: Start, rng: np.random.Generator) -> float:
     if obj.roomy or obj.cavity is not None:
-        raise NoRoom(f"{obj.name} is a tray, a bin or a bowl, and those are never turned", start.group)
+        kind = obj.shape if obj.cavity is not None else "tray, as both its sides are wider than 12 cm"
+        help = (
+            ""
+            if obj.cavity is not None
+            else "; what is narrower may be turned, with parts of its own by offset(...)"
+        )
+        raise NoRoom(f"{obj.name} is a {kind}, and those are never turned{help}", start.group)
     assert start.yaw is not None
     return float(rng.uniform(*start.yaw))
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice, permutations, product, takewhile
 from math import hypot
+from typing import TypeVar
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
@@ -29,6 +30,7 @@ TRIES = 300  # of other lists, between two improvements
 
 
 Longer = Callable[[Sequence[Candidate], Candidate], list[Candidate]]
+Uncertain = TypeVar("Uncertain", Doubt, Measure)
 
 
 class Reader:
@@ -115,15 +117,25 @@ class Reader:
         return self._finished(chosen, self._told(chosen), doubts, kept)
 
     def agreeing(self, reading: Reading, arguments: Sequence[Argument]) -> Reading:
-        """Return the reading with the lists that a caller has read, where they explain as many acts."""
-        chosen = [
-            Candidate(parameter.name, element, 0)
+        """Return the reading with the lists that a caller has read, where they explain as many acts.
+
+        What is in doubt of elements that both have read stays so.
+        """
+        lists = {
+            parameter.name: value
             for parameter, value in zip(self.program.parameters, arguments, strict=True)
             if isinstance(value, tuple)
-            for element in value
-        ]
+        }
+        pairs = zip(self.program.parameters, reading.arguments, strict=True)
+        if lists == {parameter.name: value for parameter, value in pairs if isinstance(value, tuple)}:
+            return reading
+        chosen = [Candidate(name, element, 0) for name, value in lists.items() for element in value]
         other = self._told(chosen)
-        return self._finished(chosen, other, (), ()) if other.explained >= reading.explained else reading
+        if other.explained < reading.explained:
+            return reading
+        return self._finished(
+            chosen, other, tuple(_within(reading.doubts, lists)), tuple(_within(reading.measures, lists))
+        )
 
     def _finished(
         self,
@@ -427,3 +439,11 @@ def _close(call: DemonstratedCall) -> None:
         if not child.done:
             child.scope = child.scope[0], max(child.scope[1], end)
         _close(child)
+
+
+def _within(some: Sequence[Uncertain], lists: Mapping[str, tuple[Argument, ...]]) -> Iterator[Uncertain]:
+    """Yield what is uncertain of elements that are in lists, with their numbers there."""
+    for each in some:
+        elements = lists.get(each.parameter, ())
+        if each.element in elements:
+            yield replace(each, number=elements.index(each.element))

@@ -10,9 +10,10 @@ from ntp_dsl.language.checks.scenes import GOAL, named_objects
 from ntp_dsl.language.checks.type_checker import TypeChecker
 from ntp_dsl.language.diagnostics.checked import Checked
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
-from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, with_article
+from ntp_dsl.language.names.signatures import are_given, counted, fits, leading_span, si, with_article
 from ntp_dsl.language.names.symbol_table import SymbolTable
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.nodes import STATE, GivenGoal, RecordDeclaration, Row, TaskDeclaration
 
 
@@ -69,10 +70,23 @@ def _check_row(
             yield Diagnostic("E205", message, term.span)
             continue
         found = yield from typing.value(term, names, expected)
+        if fields and isinstance(term, nodes.Number):
+            yield from _check_range(term, fields[index])
         if found is None or expected is None or fits(table, found, expected):
             continue
         message = f"'{fields[index].name}' is {with_article(expected)}, and this is {with_article(found)}"
         yield Diagnostic("E202", message, term.span)
+
+
+def _check_range(number: nodes.Number, field: nodes.Parameter) -> Iterator[Diagnostic]:
+    """Check that a number is in the range that its field declares."""
+    value, low, high = (si(each) for each in (number, field.low, field.high))
+    if value is None or low is None or high is None or low <= value <= high:
+        return
+    assert field.low is not None and field.high is not None
+    bounds = f"{format_expression(field.low)} .. {format_expression(field.high)}"
+    message = f"'{field.name}' is in {bounds}, and this is {format_expression(number)}"
+    yield Diagnostic("E504", message, number.span, (Note("declared here", field.span),))
 
 
 def check_initially(task: TaskDeclaration, table: SymbolTable, typing: TypeChecker) -> Iterator[Diagnostic]:

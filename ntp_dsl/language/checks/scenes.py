@@ -60,6 +60,7 @@ TABLE = "table"
 REACH = ((0.23, 0.6), (0.5, 0.6), (0.65, 0.45), (0.77, 0.2))
 NEAREST = REACH[0]
 TURN = 6.3  # [rad]
+EXAMPLES = {"at": "0.4 m, -0.2 m, 0.4 m, 0.2 m", "offset": "-8 cm, 0 cm, 8 cm, 0 cm"}
 PHYSICAL = {"mass": "mass", "friction": "number"}  # readings that the arm's simulation heeds, and their types
 LARGEST = 2.0  # extent of an object in front of an arm [m]
 FILES = {"mesh", "urdf"}  # with the extents of what they describe
@@ -215,9 +216,7 @@ def _check_positions(detail: Detail, group: SceneGroup, table: SymbolTable) -> I
         yield Diagnostic("E504", message, span, help="each takes an x and a y")
     if not detail.settings or len(detail.settings) % 2:
         message = f"'{detail.name}' takes pairs of x and y, and {are_given(len(detail.settings))}"
-        yield Diagnostic(
-            "E201", message, span, help=f"for example: {detail.name}(0.4 m, -0.2 m, 0.4 m, 0.2 m)"
-        )
+        yield Diagnostic("E201", message, span, help=f"for example: {detail.name}({EXAMPLES[detail.name]})")
     if detail.name == "offset" and group.place in table.constants:
         message = f"an offset is from the middle of an object of the scene, and '{group.name}' start on"
         help = "on a constant, such as the table, say where: at(0.4 m, -0.2 m)"
@@ -234,6 +233,10 @@ def _check_position(number: Number, table: SymbolTable) -> Iterator[Diagnostic]:
     if found is not None and not fits(table, found, LENGTH):
         message = f"a position is a length, and this is {with_article(found)}"
         yield Diagnostic("E204", message, number.span)
+    elif number.unit in ("", *UNITS) and (at := si(number)) is not None and abs(at) > LARGEST:
+        meant = format_expression(replace(number, unit="cm"))
+        help = f"did you mean {meant}?" if number.unit in ("", "m") and abs(at) <= 100 else ""
+        yield Diagnostic("E504", f"{at:g} m is no place in front of an arm", number.span, help=help)
 
 
 def _check_settings(
