@@ -19,11 +19,9 @@ from pathlib import Path
 
 import torch
 from sexpressions import flat, parts_of, read_problem, typed
+from shares import shares
 
 from ntp_dsl.common.resources import examples_folder
-from ntp_dsl.core.one_core import shipped_core
-from ntp_dsl.evaluation.episodes import Plan, run_all
-from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 SHAPES = {  # of what is moved, as long as it fits the hand in one direction
     "akita_black_bowl": "cylinder(7 cm, 5 cm)",
@@ -275,16 +273,8 @@ def measure(path: Path, head: str, folder: Path, given: argparse.Namespace) -> I
     library = folder / _identifier(path.stem) / "libero.ntp"
     library.parent.mkdir(parents=True, exist_ok=True)
     library.write_text(f"{head}\n{text}", encoding="utf-8")
-    for model in (None,) if given.expert else (None, shipped_core()):
-        plan = Plan(library.parent, _identifier(path.stem), model, given.world, seed=given.seed)
-        try:
-            episodes = list(run_all(plan, given.episodes, workers=1))
-        except NtpError as error:
-            yield f"cannot be run: {str(error).splitlines()[0]}"
-            return
-        won = sum(bool(each.success) for each in episodes)
-        reason = next((each.reason for each in episodes if not each.success), "")
-        yield f"{won / given.episodes:g}" + (f" ({reason[:70]})" if reason else "")
+    task = _identifier(path.stem)
+    yield from shares(library.parent, task, given.episodes, given.seed, given.world, not given.expert)
 
 
 if __name__ == "__main__":

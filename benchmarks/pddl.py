@@ -18,9 +18,8 @@ from pathlib import Path
 
 import torch
 from sexpressions import Sexp, parts_of, read_problem, typed
+from shares import shares
 
-from ntp_dsl.core.one_core import shipped_core
-from ntp_dsl.evaluation.episodes import Plan, run_all
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
 LIBRARIES = Path(__file__).parents[1] / "tests" / "evaluation" / "domains"
@@ -246,17 +245,7 @@ def measure(path: Path, folder: Path, given: argparse.Namespace) -> Iterator[str
     source = (LIBRARIES / domain.library / library.name).read_text(encoding="utf-8")
     head = source.partition("\ntask ")[0]
     library.write_text(f"{head}\n{said(task, problem, domain)}", encoding="utf-8")
-    for model in (None,) if given.expert else (None, shipped_core()):
-        try:
-            episodes = list(
-                run_all(Plan(library.parent, task, model, seed=given.seed), given.episodes, workers=1)
-            )
-        except NtpError as error:
-            yield f"cannot be run: {str(error).splitlines()[0]}"
-            return
-        won = sum(bool(each.success) for each in episodes)
-        reason = next((each.reason for each in episodes if not each.success), "")
-        yield f"{won / given.episodes:g}" + (f" ({reason[:70]})" if reason else "")
+    yield from shares(library.parent, task, given.episodes, given.seed, core=not given.expert)
 
 
 if __name__ == "__main__":
