@@ -149,8 +149,7 @@ def _misspelt_line(block: Block, line: int, column: int, expected: Set[str]) -> 
     message = f"'{first.group()}' is not a word of the language; did you mean '{meant}'?"
     is_clause = meant in {"requires", "achieves"} and row[end - 1 : end] == ":"
     taken = block.span(line, start, len(first.group()) + is_clause)
-    help = "there is no 'else': write another 'when not ...'" if word.lower() == "if" else ""
-    return Diagnostic("E001", message, span, help=help, fix=Fix(taken, meant, certain=certain))
+    return Diagnostic("E001", message, span, fix=Fix(taken, meant, certain=certain))
 
 
 def unreadable(block: Block, line: int, column: int, letter: str) -> Diagnostic:

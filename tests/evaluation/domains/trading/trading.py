@@ -2,8 +2,8 @@ from ntp_dsl.authoring import sampler
 
 
 @sampler
-def trades(rng, lockers, parcels, starts, length):
-    """Parcels of different lockers, each in one trade."""
+def trades(rng, parcels, starts, length):
+    """Parcels of different trays, each in one trade."""
     free, found = [str(each) for each in rng.permutation(parcels)], []
     while len(found) < length:
         one = free.pop()
