@@ -125,7 +125,7 @@ class Shown:
         return 0, len(self.demonstration)
 
     def passed_on(self, arguments: Arguments) -> Arguments:
-        """Return the arguments without what their lists hold: no list reaches a program but by reading."""
+        """Return the arguments without what their lists hold: programs read those, or what callers read."""
         return without_list_values(arguments)
 
     def arguments(self, frame: Frame) -> Arguments | None:

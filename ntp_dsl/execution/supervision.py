@@ -94,14 +94,13 @@ class Injection:
         given, equals, name = (part.strip() for part in text.rpartition("="))
         outcome = OUTCOMES.get(name)
         if not equals or outcome is None:
-            hint = f"; did you mean '{near}'?" if equals and (near := nearest(name, OUTCOMES)) else ""
+            hint = _near(name, OUTCOMES) if equals else ""
             expected = "--inject: expected CALL=OUTCOME, such as grasp(block_3)=object_dropped"
             known = f"outcomes are {', '.join(OUTCOMES)}; of a fact, true and false"
             raise NtpError(f"{expected}, found '{text}'{hint}; {known}")
         call = CallPattern.parse(given, registry.apis)
         if call is None:
-            api = given.partition("(")[0]
-            hint = f"; did you mean '{near}'?" if (near := nearest(api, registry.apis)) else ""
+            hint = _near(given.partition("(")[0], registry.apis)
             raise NtpError(f"--inject: '{given}' is no call of an api of library '{registry.name}'{hint}")
         return cls(call, outcome)
 

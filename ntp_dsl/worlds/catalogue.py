@@ -49,7 +49,8 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
     Raises `NtpError` for an api or predicate that neither the world nor Python provides, or that takes
     something else than what provides it.
     """
-    has_state = reads_failures(registry) or any(each.is_state for each in registry.predicates.values())
+    counts_failures = reads_failures(registry)
+    has_state = counts_failures or any(each.is_state for each in registry.predicates.values())
     needed = [name for name in _members(World) if has_state or name != "facts"]
     if missing := [name for name in needed if not hasattr(world, name)]:
         kind = type(world).__name__
@@ -59,13 +60,12 @@ def equip(world: World, registry: Registry, name: str = "given") -> None:
         known = sorted(world.skills)
         raise NtpError(
             f"the {name} world has nothing for {', '.join(lacks)} of library '{registry.name}'; its `skills` "
-            f"are {', '.join(known)}, and the predicates {', '.join(BUILT_IN)}; "
+            f"are {', '.join(known)}, and the predicates {', '.join(BUILT_IN | READINGS)}; "
             f"others are left to Python: api {lacks[0]}(...) by python"
         )
     for message, _ in misdeclared(world, registry):
         raise NtpError(message)
     skills = own_skills(world)
-    counts_failures = reads_failures(registry)
     for api in registry.apis.values():
         if api.skill == PYTHON:
             skill: Callable[..., Outcome] = partial(_by_python, registry, api, world)

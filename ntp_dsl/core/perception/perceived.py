@@ -29,7 +29,7 @@ class Believed(State):
     Predicates and readings in Python are part of the declaration: they run on the observation.
 
     Args:
-        chances: the probability of each predicate that is neither composed nor in Python, by name.
+        chances: the probability of each predicate that a network perceives, by name; functions tell others.
     """
 
     def __init__(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -19,19 +19,27 @@ NEGATIVE = 0.25  # of the literals
 DOUBTFUL = 0.3  # of the facts
 
 
-def nameless(rng: np.random.Generator, sure: bool = False) -> Sample | None:
-    """Return a decision of a random program: what is right by the truth, told by probabilities alone.
-
-    Args:
-        sure: what is more probable than not is true, and hardly in doubt.
-    """
-    registry, doubtful = _library(rng), 0.0 if sure else DOUBTFUL
+def nameless(rng: np.random.Generator) -> Sample | None:
+    """Return a decision of a random program: what is right by the truth, told by probabilities alone."""
+    registry = random_program(rng)
     likely = {name: float(rng.random() < 0.5) for name in registry.predicates}
     probabilities = {
-        name: float(rng.random()) if rng.random() < doubtful else abs(value - float(rng.uniform(0, 0.05)))
+        name: float(rng.random()) if rng.random() < DOUBTFUL else abs(value - float(rng.uniform(0, 0.05)))
         for name, value in likely.items()
     }
-    truth = likely if sure else {name: float(rng.random() < p) for name, p in probabilities.items()}
+    truth = {name: float(rng.random() < p) for name, p in probabilities.items()}
+    return decision(registry, probabilities, truth)
+
+
+def decision(
+    registry: Registry, probabilities: Mapping[str, float], truth: Mapping[str, float]
+) -> Sample | None:
+    """Return the decision of a random program; None where its row does not tell it.
+
+    Args:
+        probabilities: of the facts, by name, as they are perceived.
+        truth: of the same facts: 1 where they hold, else 0.
+    """
     believed, true = (
         Believed(registry, NOWHERE, {name: _constant(value) for name, value in each.items()})
         for each in (probabilities, truth)
@@ -43,7 +51,8 @@ def _constant(value: float) -> Callable[[], float]:
     return lambda: value
 
 
-def _library(rng: np.random.Generator) -> Registry:
+def random_program(rng: np.random.Generator) -> Registry:
+    """Return a library of one program, called `p`, over random facts and apis."""
     names = [f"f{index}" for index in range(int(rng.integers(4, 13)))]
     apis = {}
     for index in range(int(rng.integers(1, 8))):

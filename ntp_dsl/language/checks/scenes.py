@@ -58,7 +58,6 @@ TOGETHER = {"E101", "E305"}  # codes of what depends on all groups of a scene
 TABLE = "table"
 # About how far to either side, at an x, the Panda gets from above: it gets farther than the others [m].
 REACH = ((0.23, 0.6), (0.5, 0.6), (0.65, 0.45), (0.77, 0.2))
-NEAREST = REACH[0]
 TURN = 6.3  # [rad]
 EXAMPLES = {"at": "0.4 m, -0.2 m, 0.4 m, 0.2 m", "offset": "-8 cm, 0 cm, 8 cm, 0 cm"}
 PHYSICAL = {"mass": "mass", "friction": "number"}  # readings that the arm's simulation heeds, and their types
@@ -197,7 +196,7 @@ def _places(detail: Detail) -> Iterator[tuple[float, float]]:
         case "x", (Interval(low, high),):
             yield from ((si(bound) or 0.0, 0.0) for bound in (low, high))
         case "y", (Interval(low, high),):
-            yield from ((NEAREST[0], si(bound) or 0.0) for bound in (low, high))
+            yield from ((REACH[0][0], si(bound) or 0.0) for bound in (low, high))
 
 
 def _is_within_reach(x: float, y: float) -> bool:

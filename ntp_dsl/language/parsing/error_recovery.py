@@ -18,7 +18,8 @@ from ntp_dsl.language.parsing.parsed import Parsed
 from ntp_dsl.language.parsing.syntax_repairs import replaces_word, with_fix
 from ntp_dsl.language.parsing.tree_builder import Item
 
-Attempt = Callable[[Block], tuple[Item | None, Sequence[Diagnostic]]]
+Attempted = tuple[Item | None, Sequence[Diagnostic]]
+Attempt = Callable[[Block], Attempted]
 
 MAX_ROUNDS = 20
 MAX_TRIES = 20
@@ -26,9 +27,13 @@ MAX_CHARACTERS = 40_000  # read in all rounds together, so that a long text is a
 STUB = '"""."""'  # a placeholder for a body of which nothing is left
 
 
-def recover(block: Block, attempt: Attempt) -> Parsed:
-    """Read a block, and find all its mistakes that do not follow from one another."""
-    item, found = attempt(block)
+def recover(block: Block, attempt: Attempt, first: Attempted) -> Parsed:
+    """Read a block, and find all its mistakes that do not follow from one another.
+
+    Args:
+        first: what was attempted of the block as it is.
+    """
+    item, found = first
     text = _BlockText(block, attempt)
     diagnostics = dict.fromkeys(block.diagnostics)
     rounds = min(MAX_ROUNDS, MAX_CHARACTERS // len(block.text))

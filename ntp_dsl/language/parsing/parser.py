@@ -74,26 +74,13 @@ def parse_block(block: Block) -> Parsed:
 
     What explains mistakes is imported where there is one: that takes longer than to read a sound text.
     """
-    try:
-        item, found = _built(block) if _is_plain(block) else (None, ())
-    except (UnexpectedInput, DedentError):
-        item = None
-    if item is not None and not found:
+    first = _attempt(block)
+    item, found = first
+    if item is not None and not found and not block.diagnostics:
         return Parsed(block, item)
     from ntp_dsl.language.parsing.error_recovery import recover
 
-    return recover(block, _attempt)
-
-
-def _is_plain(block: Block) -> bool:
-    return not block.diagnostics and block.keyword in KEYWORDS and not [*blocks.unbalanced(block)]
-
-
-def _built(block: Block) -> tuple[tree_builder.Item, Sequence[Diagnostic]]:
-    """Return what a block says, and what is wrong beyond the grammar. Raises what the parser raises."""
-    tree = _lark().parse(block.text, start=block.keyword)
-    builder = tree_builder.Builder()
-    return _Transformer(builder, block).transform(tree), builder.diagnostics
+    return recover(block, _attempt, first)
 
 
 def _attempt(block: Block) -> tuple[tree_builder.Item | None, Sequence[Diagnostic]]:
@@ -102,9 +89,11 @@ def _attempt(block: Block) -> tuple[tree_builder.Item | None, Sequence[Diagnosti
     if diagnostics:
         return None, diagnostics
     try:
-        return _built(block)
+        tree = _lark().parse(block.text, start=block.keyword)
     except (UnexpectedInput, DedentError) as unexpected:
         return None, [_explain(unexpected, block)]
+    builder = tree_builder.Builder()
+    return _Transformer(builder, block).transform(tree), builder.diagnostics
 
 
 def _explain(unexpected: UnexpectedInput | DedentError, block: Block) -> Diagnostic:
