@@ -89,6 +89,13 @@ Inject = Annotated[
 Watch = Annotated[
     bool, typer.Option("--watch", help="Show the run on a local page of a browser as it happens.")
 ]
+Viewer = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Show the run in a rerun viewer as it happens: its port on this machine (9876), or its address.",
+    ),
+]
 Noise = Annotated[
     float, typer.Option(min=0, max=0.1, callback=number, help="Standard deviation of observed positions [m].")
 ]

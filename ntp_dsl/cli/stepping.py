@@ -159,7 +159,13 @@ class Stepper:
 
 @contextmanager
 def supervised(
-    evaluator: Evaluator, number: int, step: bool, stop_at: Sequence[str], inject: Sequence[str], watch: bool
+    evaluator: Evaluator,
+    number: int,
+    step: bool,
+    stop_at: Sequence[str],
+    inject: Sequence[str],
+    watch: bool,
+    viewer: str | None,
 ) -> Iterator[Supervisor | None]:
     """Give the supervisor that a command's options ask for; at the end say which of them fitted nothing."""
     registry, traces = evaluator.registry, evaluator.plan.traces
@@ -173,6 +179,11 @@ def supervised(
             assert traces is not None
             page = stack.enter_context(live(episode_files(traces, number)[0]))
             page.begin()
+        if viewer is not None:
+            from ntp_dsl.cli.live_viewer import streamed
+
+            assert traces is not None
+            stack.enter_context(streamed(episode_files(traces, number)[0], viewer))
         if not step and not breakpoints and not injections:
             yield None
             return

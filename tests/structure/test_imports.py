@@ -60,7 +60,7 @@ HOMES = {
     "safetensors": ["ntp_dsl.core"],
     "lark": ["ntp_dsl.language.parsing.parser", "ntp_dsl.language.parsing.parser_tables"],
     "pygments": ["ntp_dsl.language.formatting.pygments_lexer"],
-    "rerun": ["ntp_dsl.traces.export.rerun_file", "kinematics.simulation.rerun_recording"],
+    "rerun": ["ntp_dsl.traces.export.rerun_recording", "kinematics.simulation.rerun_recording"],
     "jinja2": ["ntp_dsl.traces.report.report_page"],
     "typer": ["ntp_dsl.cli"],
     "rich": ["ntp_dsl.cli"],

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from browsing import browser
 from PIL import Image
+from reading_rerun import read_by_rerun
 from trees import headed
 
 from ntp_dsl.cli.app import run
@@ -171,19 +172,6 @@ def test_identities_are_hexadecimal(files: tuple[Path, Path], tmp_path: Path) ->
 
 
 # rerun ------------------------------------------------------------------------------------------
-
-
-def read_by_rerun(path: Path) -> dict[str, dict[str, list[Any]]]:
-    """Return entity -> column -> values over all chunks, by rerun's own reader."""
-    chunks = pytest.importorskip("rerun.chunk", reason="rerun is not here: pip install 'ntp_dsl[viz]'")
-    found: dict[str, dict[str, list[Any]]] = {}
-    for chunk in chunks.RrdReader(str(path)).stream():
-        columns = found.setdefault(str(chunk.entity_path), {})
-        batch = chunk.to_record_batch()
-        for name in batch.schema.names:
-            if ":" in name:  # a component; the others are times and numbers of rows
-                columns.setdefault(name, []).extend(batch.column(name).to_pylist())
-    return found
 
 
 def test_rerun_finds_scene_and_calls_of_both_traces(files: tuple[Path, Path], tmp_path: Path) -> None:

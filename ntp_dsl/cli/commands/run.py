@@ -34,6 +34,7 @@ from ntp_dsl.cli.options import (
     Step,
     Task,
     Topology,
+    Viewer,
     Watch,
     WorldName,
     optional_number,
@@ -101,6 +102,7 @@ def command(
     stop_at: BreakAt = None,
     inject: Inject = None,
     watch: Watch = False,
+    viewer: Viewer = None,
     arm: Arm = None,
     gui: Gui = False,
     out: Annotated[Path | None, typer.Option(help="Folder for the trace and pictures.")] = None,
@@ -112,8 +114,8 @@ def command(
     """Run a task: learned from one demonstration, or by the scripted expert.
 
     Any sound library runs, without training. With --demo the goal is that of the demonstration, with --goal
-    that of a file, else one drawn from the seed. With --step, --break and --watch it can be followed and
-    stopped. Exit status: 0 done, 1 the task failed, 2 misuse.
+    that of a file, else one drawn from the seed. With --step and --break it can be stopped, with --watch and
+    --viewer followed. Exit status: 0 done, 1 the task failed, 2 misuse.
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
@@ -135,7 +137,7 @@ def command(
     if goal and demo:
         raise NtpError("--goal says what --demo shows: choose one")
     path = model_or_expert(model, expert, dispatch)
-    scratch = TemporaryDirectory(prefix="ntp_run_") if watch and out is None else None
+    scratch = TemporaryDirectory(prefix="ntp_run_") if (watch or viewer) and out is None else None
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(slips, pushes, noise)
     plan = Plan(
@@ -176,7 +178,7 @@ def command(
     if policy is not None and recorded is not None:
         _look_through(evaluator, policy)
     try:
-        with supervised(evaluator, 0, step, stop_at or [], inject or [], watch) as supervisor:
+        with supervised(evaluator, 0, step, stop_at or [], inject or [], watch, viewer) as supervisor:
             run_episode(evaluator, recorded, out, json, policy, supervisor)
     finally:
         if scratch is not None:

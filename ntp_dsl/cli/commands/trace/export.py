@@ -14,7 +14,7 @@ from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.traces.export import chrome, otlp
-from ntp_dsl.traces.export.rerun_file import write_recording
+from ntp_dsl.traces.export.rerun_recording import write_recording
 from ntp_dsl.traces.reader import read_trace
 
 

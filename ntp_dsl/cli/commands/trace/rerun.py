@@ -11,7 +11,7 @@ import typer
 from ntp_dsl.cli.commands.trace.diff import DIFFERENT, SAME, as_json, report
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live import LiveTree
-from ntp_dsl.cli.options import BreakAt, Inject, Json, Step, Watch
+from ntp_dsl.cli.options import BreakAt, Inject, Json, Step, Viewer, Watch
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.cli.recorded_runs import heed_answers, registry_of, registry_path
 from ntp_dsl.cli.shown_beside import demonstration_file
@@ -45,6 +45,7 @@ def command(
     stop_at: BreakAt = None,
     inject: Inject = None,
     watch: Watch = False,
+    viewer: Viewer = None,
     json: Json = False,
 ) -> int:
     """Run again what a trace records: the same task, seed, disturbances and demonstration.
@@ -65,7 +66,7 @@ def command(
         recorded = _recorded(trace, shown)
         policy = evaluator.policy(recorded)
         heed_answers(trace, policy)
-        with supervised(evaluator, number, step, stop_at or [], inject or [], watch) as supervisor:
+        with supervised(evaluator, number, step, stop_at or [], inject or [], watch, viewer) as supervisor:
             evaluator.episode(
                 number,
                 recorded,
