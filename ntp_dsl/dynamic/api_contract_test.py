@@ -6,11 +6,14 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from ntp_dsl.dynamic.call_traces import CallTrace
 from ntp_dsl.dynamic.places import Places
-from ntp_dsl.dynamic.starts import positions_text
+from ntp_dsl.dynamic.starts import places_text
+from ntp_dsl.dynamic.trial_traces import TrialTraces
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
@@ -26,35 +29,49 @@ WALKS, STEPS = 40, 14  # random walks from perturbed starts, and calls of each
 TRIES = 12  # at random arguments for which an api is ready
 MIN_CALLS = 5  # before an api is judged
 MAX_VIOLATIONS = 0.15  # share of calls; single awkward states are tolerated
+MOST_TRACES = 3  # of an api's calls that violate its contract
 
 
 @dataclass
 class _Record:
     calls: int = 0
     violations: int = 0
-    example: str = ""  # of a violation
+    example: str = ""  # the first violation
     in_python: tuple[str, ...] = ()  # functions that the example rests on
     numbers: defaultdict[tuple[str, bool], list[float]] = field(  # parameter, whether kept -> its arguments
         default_factory=lambda: defaultdict(list)
     )
     scene: Span = NOWHERE  # the line that declares an object of it
+    traces: list[str] = field(default_factory=list)  # of violations
 
 
 def check_contracts(
-    registry: Registry, world: World, instances: Sequence[Instance], seed: int, places: Places
+    registry: Registry,
+    world: World,
+    instances: Sequence[Instance],
+    seed: int,
+    places: Places,
+    traces: TrialTraces,
 ) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each api that violates its contract, or was never ready in a random walk."""
+    """Yield a diagnostic for each api that violates its contract, or was never ready in a random walk.
+
+    Args:
+        traces: where to write those of calls that violate one.
+    """
     records = {name: _Record() for name in registry.apis}
+    is_traced = traces.folder is not None
     for walk in range(WALKS):
         rng = np.random.default_rng((seed, walk))
         instance = instances[walk % len(instances)]
         world.reset(instance.perturbed_start(rng, straight=1.0), walk)
         for _ in range(STEPS):
-            _step(registry, world, records, rng, partial(places.scene, instance))
+            trace = partial(CallTrace, registry, world, instance) if is_traced else None
+            _step(registry, world, records, rng, partial(places.scene, instance), trace)
     for name, record in records.items():
         api = registry.apis[name]
         if record.calls >= MIN_CALLS and record.violations > MAX_VIOLATIONS * record.calls:
-            yield _violation(api, record, places)
+            files = [traces.write(registry.name, name, text) for text in record.traces]
+            yield _violation(api, record, places, next(filter(None, files), None))
         elif record.calls == 0 and api.achieves is not None:
             message = f"'{name}' was never ready in {WALKS * STEPS} random states, so it was not tested"
             yield Diagnostic("N603", message, api.span)
@@ -66,11 +83,13 @@ def _step(
     records: dict[str, _Record],
     rng: np.random.Generator,
     scene: Callable[[Collection[object]], Span],
+    trace: Callable[[Api, tuple[Argument, ...]], CallTrace] | None,
 ) -> None:
     """Call an api that is ready; the least tested come first, so that none is left out by chance.
 
     Args:
         scene: returns the line of the scene that declares one of some objects.
+        trace: begins the trace of a call.
     """
     state = State(registry, world.truth())
     order = sorted(registry.apis.values(), key=lambda api: (records[api.name].calls, rng.random()))
@@ -78,8 +97,9 @@ def _step(
         for _ in range(TRIES):
             arguments = random_arguments(api.parameters, state, rng)
             if arguments is not None and _is_ready(api, arguments, state):
-                if _violates(registry, world, api, arguments, records[api.name]):
-                    records[api.name].scene = scene(without_lists(arguments))
+                record = records[api.name]
+                if _violates(registry, world, api, arguments, record, trace) and record.violations == 1:
+                    record.scene = scene(without_lists(arguments))
                 return
 
 
@@ -108,10 +128,19 @@ def _says_held(fact: Fact, held: str, state: State) -> bool:
 
 
 def _violates(
-    registry: Registry, world: World, api: Api, arguments: tuple[Argument, ...], record: _Record
+    registry: Registry,
+    world: World,
+    api: Api,
+    arguments: tuple[Argument, ...],
+    record: _Record,
+    trace: Callable[[Api, tuple[Argument, ...]], CallTrace] | None,
 ) -> bool:
     """Call an api, and return whether it does not achieve what it promises."""
-    outcome = world.call(api.name, arguments)
+    begun = trace(api, arguments) if trace is not None and len(record.traces) < MOST_TRACES else None
+    try:
+        outcome = world.call(api.name, arguments)
+    finally:
+        world.on_frame = None
     if outcome.is_failed_attempt and reads_failures(registry):
         return False
     after = State(registry, world.truth())
@@ -122,9 +151,12 @@ def _violates(
             record.numbers[parameter.name, not unmet].append(value)
     if unmet:
         record.violations += 1
+        if begun is not None:
+            record.traces.append(begun.end(outcome, unmet))
+    if record.violations == 1 and unmet:
         failure = f"; it failed: {outcome.failure}" if outcome.failure else ""
         given = ", ".join(map(format_argument, arguments))
-        where = positions_text(after.observation, without_lists(arguments))
+        where = places_text(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"
         record.example += f"; afterwards: {where}" if where else ""
         functions = [("skill", api.name)]
@@ -136,8 +168,12 @@ def _violates(
     return bool(unmet)
 
 
-def _violation(api: Api, record: _Record, places: Places) -> Diagnostic:
-    """Return the error at what the api achieves; where that is not the user's, at the scene."""
+def _violation(api: Api, record: _Record, places: Places, file: Path | None) -> Diagnostic:
+    """Return the error at what the api achieves; where that is not the user's, at the scene.
+
+    Args:
+        file: the trace of a call that violates the contract.
+    """
     assert api.achieves is not None
     message = (
         f"'{api.name}' violates its contract: in {record.violations} of {record.calls} calls its 'requires' "
@@ -146,10 +182,11 @@ def _violation(api: Api, record: _Record, places: Places) -> Diagnostic:
     help = "require more, or achieve less"
     if record.in_python:
         help += f"; or mend {' or '.join(record.in_python)}, in Python"
-    notes: tuple[Note, ...] = (Note(record.example, api.span), *map(Note, _ranges(api, record)))
+    seen = () if file is None else (Note(f"its trace: {file}"),)
+    notes: tuple[Note, ...] = (Note(record.example, api.span), *map(Note, _ranges(api, record)), *seen)
     if not places.is_own(api.span):
         help = "declare objects that it can handle, and leave them more room"
-        notes = (Note(record.example), Note("it promises this", api.achieves.span))
+        notes = (Note(record.example), Note("it promises this", api.achieves.span), *seen)
         return Diagnostic("E601", message, record.scene, notes, help)
     return Diagnostic("E601", message, api.achieves.span, notes, help)
 

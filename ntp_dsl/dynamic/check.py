@@ -115,7 +115,7 @@ class _Check:
         self.on_step("apis")
         scene = self.places.scene(instances[0])
         try:
-            found = list(check_contracts(registry, world, instances, self.seed, self.places))
+            found = list(check_contracts(registry, world, instances, self.seed, self.places, self.traces))
         except NtpError as error:  # a skill or predicate in Python failed, or a start has no room
             failed = self._failed(error, instances[0].task.name_span, [each.task for each in instances])
             yield self.places.owned(failed, scene)

@@ -96,7 +96,7 @@ def state_text(seen: Observation, names: Iterable[str]) -> str:
     near = [item for item, rows in below.items() if any(other in named for _, other in rows)]
     placed = [_place(seen, name, below.get(name)) for name in dict.fromkeys([*named, *near])]
     hand = f"{seen.held} in the hand" if seen.held else "nothing in the hand"
-    parts = [part for part in placed if part]
+    parts = [*filter(None, placed), *seen.facts_about(named)]
     more = f"and {len(parts) - MOST} more; " if len(parts) > MOST else ""
     return "; ".join([", ".join(parts[:MOST]), more + hand] if parts else [hand])
 
@@ -128,11 +128,12 @@ def _below(seen: Observation, item: str) -> list[tuple[str, str]]:
     return []
 
 
-def positions_text(seen: Observation, names: Iterable[object]) -> str:
-    """Return the positions of objects as text [m]."""
+def places_text(seen: Observation, names: Iterable[object]) -> str:
+    """Return the positions of objects [m], and what holds of their state, as text."""
     known = [name for name in dict.fromkeys(names) if isinstance(name, str) and name in seen.positions]
     places = (", ".join(f"{value:.3f}" for value in seen.positions[name]) for name in known)
-    return "; ".join(f"{name} at ({place}) m" for name, place in zip(known, places, strict=True))
+    told = [f"{name} at ({place}) m" for name, place in zip(known, places, strict=True)]
+    return "; ".join([*told, *seen.facts_about(known)])
 
 
 STARTS: Mapping[str, tuple[Start, int]] = {  # kind -> function, and number of trials

@@ -150,12 +150,24 @@ def _near(name: str, known: Iterable[str]) -> str:
     return f"; did you mean '{near}'?" if near else ""
 
 
+class _Forced(dict[DeclaredFact, bool]):
+    """Facts as they are forced to be, which note what is asked about."""
+
+    def __init__(self, facts: Mapping[DeclaredFact, bool], asked: set[DeclaredFact]) -> None:
+        super().__init__(facts)
+        self._asked = asked
+
+    def get(self, fact: DeclaredFact, default: Any = None) -> Any:
+        self._asked.add(fact)
+        return super().get(fact, default)
+
+
 @dataclass
 class _Misled:
     """A world of which some facts are seen as they are forced to be; all else is the world's own."""
 
     _world: World
-    _forced: Mapping[DeclaredFact, bool]
+    _forced: _Forced
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._world, name)
@@ -180,6 +192,7 @@ class Injections:
         self.waiting = [Injection.parse(text, registry) for text, fact in told if not fact]
         self._facts = [ForcedFact.parse(text, registry) for text, fact in told if fact]
         self.unseen = [*self._facts]  # that no decision was made with
+        self._asked: set[DeclaredFact] = set()  # about which decisions asked
 
     def __bool__(self) -> bool:
         return bool(self.waiting or self._facts)
@@ -197,7 +210,13 @@ class Injections:
             if each in self.unseen:
                 self.unseen.remove(each)
                 each.check(world.truth(), self._registry)
-        return cast(World, _Misled(world, {each.fact: each.holds for each in wanted}))
+        forced = _Forced({each.fact: each.holds for each in wanted}, self._asked)
+        return cast(World, _Misled(world, forced))
+
+    @property
+    def unread(self) -> list[ForcedFact]:
+        """The facts that decisions were made with, and about which none asked."""
+        return [each for each in self._facts if each not in self.unseen and each.fact not in self._asked]
 
     def outcome(self, callee: str, arguments: tuple[Argument, ...]) -> Outcome | None:
         """Return the forced outcome of a primitive, marked as such, or None."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import hypot, inf, sqrt
@@ -53,6 +53,9 @@ class DeclaredFact(NamedTuple):
 
     predicate: str
     arguments: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.predicate}({', '.join(self.arguments)})"
 
 
 class Cavity(NamedTuple):
@@ -139,6 +142,11 @@ class Observation:
             return obj
         size = extents_as_it_lies(obj.size, turn)
         return obj if size == obj.size else replace(obj, size=size)
+
+    def facts_about(self, names: Collection[object]) -> list[str]:
+        """Return the facts of the state that hold of some objects, as text."""
+        about = [each for each in self.facts if not set(names).isdisjoint(each.arguments)]
+        return sorted(map(str, about))
 
     @cached_property
     def held(self) -> str | None:

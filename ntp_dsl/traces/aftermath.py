@@ -42,8 +42,8 @@ def seen_after(trace: Trace, call: Call) -> Observation | None:
     """Return the state of the next decision; None where the run ended with the call."""
     number = call.end_state
     if not call.is_program and call.parent != ROOT:
-        later = (each.state for each in trace.children(call.parent) if each.id > call.id)
-        number = next(later, trace.calls[call.parent].end_state)
+        later = trace.next_of(call)
+        number = trace.calls[call.parent].end_state if later is None else later.state
     return None if number is None else trace.states[number]
 
 
@@ -54,6 +54,7 @@ def _places(seen: Observation, call: Call) -> Iterator[str]:
         at = {"the gripper": seen.gripper, **at}
     for name, place in at.items():
         yield f"{name} at {_vector(place)}"
+    yield from seen.facts_about(at)
     if len(at) < 2:
         return
     (first, to), (second, base) = list(at.items())[:2]

@@ -97,7 +97,7 @@ def _went_wrong(trace: Trace, call: Call) -> bool:
 def _head(trace: Trace, call: Call) -> str:
     number = f"call {call.id}, {format_call(call)},"
     if call.parent == ROOT:
-        return f"{number} is the task's own program."
+        return f"{number} is the task's own program." if call.is_program else f"{number} was tried by itself."
     caller = trace.calls[call.parent]
     place = call.decision.source
     text = statement(trace, place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -42,6 +43,12 @@ class Trace:
     def children(self, parent: int) -> list[Call]:
         """Return the calls that a call made, or the root calls for `ROOT`."""
         return [self.calls[number] for number in self._children[parent]]
+
+    def next_of(self, call: Call) -> Call | None:
+        """Return the call that its caller made next; None where that was the last."""
+        siblings = self._children[call.parent]
+        place = bisect_right(siblings, call.id)
+        return self.calls[siblings[place]] if place < len(siblings) else None
 
     def ancestors(self, number: int) -> Iterator[Call]:
         """Yield the call, its caller, and so on to the root."""

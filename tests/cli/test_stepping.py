@@ -10,7 +10,7 @@ import pytest
 
 import ntp_dsl
 from ntp_dsl.cli.app import run
-from ntp_dsl.cli.stepping import Breakpoint
+from ntp_dsl.cli.live_runs.stepping import Breakpoint
 from ntp_dsl.execution.supervision import OUTCOMES, CallPattern, Injection
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.reader import read_trace
@@ -208,6 +208,14 @@ def test_a_fact_is_seen_as_it_is_forced_by_the_program_that_is_named(
     ]
     assert (1.0, False) in seen
     assert "nothing was forced" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("policy", [["--expert"], []])
+def test_a_fact_that_is_forced_and_that_nobody_asks_about_is_told(
+    policy: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*WORDS, *policy, "--inject", "on(block_0, gripper)=true"]) == 0
+    assert "on(block_0, gripper)=true changed nothing: no decision asked" in capsys.readouterr().err
 
 
 def test_a_fact_that_is_forced_on_a_program_that_never_runs_is_told(

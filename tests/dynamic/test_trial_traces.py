@@ -150,3 +150,43 @@ def test_a_check_with_traces_finds_what_one_without_finds(tmp_path: Path) -> Non
     path = written(tmp_path, CROWDED)
     traced = check_dynamically(load(path), path, traces=TrialTraces(tmp_path / "out"))
     assert [each.message for each in traced] == [each.message for each in diagnostics(path)]
+
+
+LETTING_GO = """library mine
+
+use tabletop
+
+api drop(item: Movable) by python
+    requires holding(item)
+    achieves empty(gripper)
+
+program lift(item: Movable):
+    requires present(item) and reachable(item)
+    achieves holding(item)
+    pick(item)
+"""
+FORGETFUL_SKILL = """from ntp_dsl.authoring import ACHIEVED, skill
+
+
+@skill
+def drop(world, item):
+    return ACHIEVED
+"""
+
+
+def test_a_call_that_breaks_its_contract_leaves_a_trace_that_tells_what_it_lacked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = tmp_path / "mine.ntp", tmp_path / "out"
+    path.write_text(LETTING_GO)
+    path.with_suffix(".py").write_text(FORGETFUL_SKILL)
+    status, text, _ = check(capsys, "--execute", path, "--out", out)
+    traces = sorted(out.iterdir())
+    assert status == 1 and "E601" in text and f"its trace: {traces[0]}" in text
+    assert [file.name for file in traces] == [f"mine.drop_{n:05d}.trace.jsonl" for n in range(3)]
+    (call,) = read_trace(traces[0]).calls
+    assert (call.name, len(call.execution.unmet)) == ("drop", 1)
+    assert run(["trace", "explain", str(traces[0])]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "drop reported success 1 time, and what it is to achieve did not hold" in told
+    assert "was tried by itself" in told

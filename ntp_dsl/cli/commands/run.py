@@ -10,7 +10,8 @@ import typer
 
 from ntp_dsl.cli.asking import Interview
 from ntp_dsl.cli.display import answers, messages, print_json
-from ntp_dsl.cli.live import LiveTree
+from ntp_dsl.cli.live_runs.call_tree import LiveTree
+from ntp_dsl.cli.live_runs.stepping import supervised
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
@@ -41,7 +42,6 @@ from ntp_dsl.cli.options import (
     shown_at,
     varied,
 )
-from ntp_dsl.cli.stepping import supervised
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration

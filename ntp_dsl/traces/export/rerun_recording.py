@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,6 +19,7 @@ from ntp_dsl.traces.trace import Trace
 APPLICATION = "ntp_dsl"
 FRAME, TIME = "frame", "time"  # timelines: a number, and seconds of the robot's clock
 SIDES = ("A", "B")
+PATIENCE = 10.0  # [s] that a viewer has for taking what is sent
 
 
 def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path) -> None:
@@ -30,6 +32,36 @@ def write_recording(traces: Sequence[Trace], folders: Sequence[Path], path: Path
         Entities(rerun, recording, side).send(trace, folder)
     recording.flush()
     recording.disconnect()
+
+
+class Viewer:
+    """A viewer that is sent a trace while that grows. Raises `ConnectionError` where none answers."""
+
+    def __init__(self, address: str) -> None:
+        os.environ.setdefault("RUST_LOG", "off")  # else it writes to the terminal while it looks for one
+        import rerun  # of an extra, and slow to import
+
+        self._recording = rerun.RecordingStream(APPLICATION)
+        try:
+            self._recording.connect_grpc(address)
+            self._recording.flush(timeout_sec=PATIENCE)
+        except RuntimeError as error:
+            raise ConnectionError(str(error)) from error
+        self._entities = Entities(rerun, self._recording, SIDES[0])
+
+    def send(self, trace: Trace, folder: Path) -> None:
+        """Send what has been added to the trace; its pictures lie in the folder."""
+        self._entities.send(trace, folder)
+
+    def close(self) -> bool:
+        """Return whether the viewer has taken all that was sent."""
+        try:
+            self._recording.flush(timeout_sec=PATIENCE)
+        except RuntimeError:
+            return False
+        finally:
+            self._recording.disconnect()
+        return True
 
 
 class Entities:

@@ -79,6 +79,8 @@ class PageCall(Struct, frozen=True):
     disturbances: Sequence[str]
     unmet: Sequence[str]
     evidence: str
+    holds: Sequence[Text]  # facts of the state, when it was called
+    became: Sequence[str]  # what of that state had changed when it had ended
     made: PageDecision  # by its caller
     returned: PageDecision | None  # by itself
 

@@ -9,6 +9,7 @@ from typing import Any
 from ntp_dsl.common.text import printable
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces import decision as traced
+from ntp_dsl.traces.aftermath import seen_after
 from ntp_dsl.traces.decision import Answer, Decision
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.page.document import PageCall, PageDecision, PageFact, PageStatement, Ranking, Text
@@ -58,9 +59,19 @@ def page_call(trace: Trace, call: Call, times: Times, texts: Texts) -> PageCall:
         disturbances=call.execution.disturbances,
         unmet=call.execution.unmet,
         evidence=_evidence(call.execution.evidence),
+        holds=[texts.number(fact) for fact in sorted(map(str, trace.states[call.state].facts))],
+        became=[*_became(trace, call)],
         made=_decision(call.decision, [*_made(call.decision)], texts),
         returned=_returned(call.return_decision, texts),
     )
+
+
+def _became(trace: Trace, call: Call) -> Iterator[str]:
+    """Yield the facts of the state that came about during a call, and those that ceased to hold."""
+    before, after = trace.states[call.state].facts, seen_after(trace, call)
+    if after is not None:
+        yield from sorted(map(str, after.facts - before))
+        yield from sorted(f"not {fact}" for fact in before - after.facts)
 
 
 def _evidence(measurements: Mapping[str, Any]) -> str:

@@ -10,12 +10,12 @@ import typer
 
 from ntp_dsl.cli.commands.trace.diff import DIFFERENT, SAME, as_json, report
 from ntp_dsl.cli.display import answers, messages, print_json
-from ntp_dsl.cli.live import LiveTree
+from ntp_dsl.cli.live_runs.call_tree import LiveTree
+from ntp_dsl.cli.live_runs.stepping import supervised
 from ntp_dsl.cli.options import BreakAt, Inject, Json, Step, Viewer, Watch
 from ntp_dsl.cli.outputs import check_no_input
 from ntp_dsl.cli.recorded_runs import heed_answers, registry_of, registry_path
 from ntp_dsl.cli.shown_beside import demonstration_file
-from ntp_dsl.cli.stepping import supervised
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration

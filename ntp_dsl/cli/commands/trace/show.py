@@ -204,7 +204,8 @@ def _ending(trace: Trace) -> Text:
         return Text("cut off: the trace ends here", style="yellow")
     succeeded = end.ending is Ending.DONE if end.success is None else end.success
     reason = f": {end.reason}" if end.reason and not end.verdict else ""  # a verdict says it as well
-    failed = f"; failed ({end.attributed_to}): {end.verdict}" if end.verdict else ""
+    cause = f" ({end.attributed_to})" if end.attributed_to else ""
+    failed = f"; failed{cause}: {end.verdict}" if end.verdict else ""
     sure = f", confidence {end.confidence:.0%}" if end.confidence is not None else ""
-    text = printable(f"{end.ending}{reason} ({end.primitives} primitives{sure}){failed}")
+    text = printable(f"{end.ending}{reason} ({counted(end.primitives, 'primitive')}{sure}){failed}")
     return Text(text, style="green" if succeeded else "red")

@@ -41,14 +41,21 @@ function card(side, callData) {
     frames: `${callData.frame} – ${callData.end_frame ?? ""}`,
     time: timeText(callData.times),
     measured: callData.evidence,
+    changed: callData.became.join(", "),
   };
   const list = element("dl", { class: "facts" });
   for (const [name, value] of Object.entries(facts)) {
     if (value) list.append(element("dt", {}, name), element("dd", {}, value));
   }
-  const parts = [decision("why it was called", callData.made, side)];
+  const parts = [...state(callData), decision("why it was called", callData.made, side)];
   if (callData.returned) parts.push(decision("why it returned", callData.returned, side));
   return element("article", { class: "card" }, title, list, ...parts);
+}
+
+// The facts of the state in which a call was made; nothing where a library has no state.
+function state(callData) {
+  const holds = callData.holds.map((each) => element("div", {}, page.texts[each]));
+  return holds.length ? [element("details", {}, element("summary", {}, `state: ${holds.length} ${holds.length === 1 ? "fact" : "facts"}`), ...holds)] : [];
 }
 
 // What a decision rested on; an empty element where the trace says nothing.

@@ -28,7 +28,7 @@ from ntp_dsl.traces.phrases import format_invocation
 from ntp_dsl.worlds.protocol import Outcome, World
 
 if TYPE_CHECKING:
-    from ntp_dsl.cli.live_page import LiveRun
+    from ntp_dsl.cli.live_runs.live_page import LiveRun
 
 HELP = "Enter: to the next decision; o: over the call; c: to the next breakpoint; w: why; q: quit"
 PLACE = re.compile(r"(?:([\w.-]+\.ntp):)?(\d{1,6})")
@@ -174,13 +174,13 @@ def supervised(
     with ExitStack() as stack:
         page: LiveRun | None = None
         if watch:
-            from ntp_dsl.cli.live_page import live  # and with it a server
+            from ntp_dsl.cli.live_runs.live_page import live  # and with it a server
 
             assert traces is not None
             page = stack.enter_context(live(episode_files(traces, number)[0]))
             page.begin()
         if viewer is not None:
-            from ntp_dsl.cli.live_viewer import streamed
+            from ntp_dsl.cli.live_runs.live_viewer import streamed
 
             assert traces is not None
             stack.enter_context(streamed(episode_files(traces, number)[0], viewer))
@@ -199,6 +199,9 @@ def supervised(
                 messages.print(f"no primitive was {injection.call}: nothing was forced on it", style="yellow")
             for fact in injections.unseen:
                 text = f"no decision was made by {fact.node}: nothing was forced on it"
+                messages.print(text, style="yellow")
+            for fact in injections.unread:
+                text = f"{fact.text} changed nothing: no decision asked whether it holds"
                 messages.print(text, style="yellow")
 
 
