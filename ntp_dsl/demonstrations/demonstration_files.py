@@ -257,7 +257,10 @@ def _fixed(rows: NDArray[Any], kind: Any) -> Any:
 
 
 def _rows(table: Any, column: str, length: int) -> NDArray[np.float64]:
-    """Return a column of lists as (T, length)."""
+    """Return a column of lists as (T, length). Raises `Unreadable` where a frame has no value."""
+    if table[column].null_count:
+        missing = table[column].is_null().to_pylist().index(True)
+        raise Unreadable(f"there is no value in '{column}' at frame {missing}")
     flat = np.asarray(table[column].combine_chunks().flatten(), dtype=np.float64)
     return flat.reshape(-1, length)
 

@@ -72,7 +72,7 @@ def check_contracts(
         if record.calls >= MIN_CALLS and record.violations > MAX_VIOLATIONS * record.calls:
             files = [traces.write(registry.name, name, text) for text in record.traces]
             yield _violation(api, record, places, next(filter(None, files), None))
-        elif record.calls == 0 and api.achieves is not None:
+        elif record.calls == 0 and api.achieves is not None and places.is_own(api.span):
             message = f"'{name}' was never ready in {WALKS * STEPS} random states, so it was not tested"
             yield Diagnostic("N603", message, api.span)
 

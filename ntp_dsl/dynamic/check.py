@@ -102,14 +102,25 @@ class _Check:
                 sound.append(task)
         if not self.registry.tasks:
             instances = [_sample_of_all_types(runnable)]
-        instances = [each for each in instances if each.objects]  # nothing can be tested without objects
-        instances = _covering(sorted(instances, key=lambda instance: len(instance.objects)), runnable)
+        every = [each for each in instances if each.objects]  # nothing can be tested without objects
+        every.sort(key=lambda instance: len(instance.objects))
+        instances = _covering(every, runnable)
         if instances:
-            yield from self._simulate(runnable, sound, instances)
+            yield from self._simulate(runnable, sound, instances, every)
 
     def _simulate(
-        self, registry: Registry, tasks: Sequence[TaskDeclaration], instances: Sequence[Instance]
+        self,
+        registry: Registry,
+        tasks: Sequence[TaskDeclaration],
+        instances: Sequence[Instance],
+        every: Sequence[Instance],
     ) -> Iterator[Diagnostic]:
+        """Yield what is wrong with apis, tasks and programs.
+
+        Args:
+            instances: in which apis are tested, and programs that no task calls.
+            every: in which programs are tested, each in those whose task calls it.
+        """
         world = make_world("kinematic", registry, exact=True)
         rollouts = ExpertRollouts(registry, world, self.seed, self.places, self.traces)
         self.on_step("apis")
@@ -120,12 +131,20 @@ class _Check:
             failed = self._failed(error, instances[0].task.name_span, [each.task for each in instances])
             yield self.places.owned(failed, scene)
             return
-        yield from (self.places.owned(each, scene) for each in found)
+        untested = [each for each in found if each.code == "N603"]
+        yield from (self.places.owned(each, scene) for each in found if each not in untested)
         if any(each.severity == "error" for each in found):
+            yield from untested
             return  # the tests below rely on the apis' contracts
         steps = [(task.name, _home(task), partial(rollouts.check_task, task)) for task in tasks]
         steps += [
-            (program.name, program.span, partial(rollouts.check_program, program, instances))
+            (
+                program.name,
+                program.span,
+                partial(
+                    rollouts.check_program, program, _calling(program.name, every, registry) or instances
+                ),
+            )
             for program in registry.programs.values()
             if not program.takes_list and self.path in (None, program.span.path)
         ]
@@ -137,6 +156,8 @@ class _Check:
             except NtpError as error:
                 failed = self._failed(error, self.reach.place(name) or NOWHERE, own or tasks)
                 yield self.places.owned(failed, home)
+        tried = {registry.apis[name].span for name in rollouts.called & registry.apis.keys()}
+        yield from (each for each in untested if each.span not in tried)
 
     def _failed(self, error: NtpError, place: Span, tasks: Sequence[TaskDeclaration]) -> Diagnostic:
         """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown.
@@ -156,6 +177,22 @@ class _Check:
             location = error.span
         notes = tuple(map(Note, getattr(error, "__notes__", ())))
         return Diagnostic("E607", str(error), location or place, notes)
+
+
+def _calling(name: str, instances: Sequence[Instance], registry: Registry) -> list[Instance]:
+    """Return a few instances whose program calls another one, directly or not."""
+    return [each for each in instances if name in _called_by(each.program, registry)][:SCENES]
+
+
+def _called_by(program: str, registry: Registry) -> set[str]:
+    """Return a program, and all that it calls, directly or not."""
+    found, waiting = {program}, [program]
+    while waiting:
+        row = registry.programs.get(waiting.pop())
+        new = {*(row.callees if row is not None else ())} - found
+        found |= new
+        waiting += new
+    return found
 
 
 def _covering(instances: Sequence[Instance], registry: Registry) -> list[Instance]:

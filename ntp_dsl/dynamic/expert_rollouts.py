@@ -42,6 +42,11 @@ class ExpertRollouts:
         self._places, self._traces = places, traces
         self._trials = Trials(registry, world, seed, traced=traces.folder is not None)
 
+    @property
+    def called(self) -> set[str]:
+        """The programs and apis that were called in any trial."""
+        return self._trials.called
+
     # Tasks --------------------------------------------------------------------------------------
 
     def check_task(self, task: TaskDeclaration) -> Iterator[Diagnostic]:

@@ -8,17 +8,18 @@ from pathlib import Path
 
 from ntp_dsl.common.text import counted
 from ntp_dsl.dynamic.places import Places
-from ntp_dsl.dynamic.starts import scene_text, state_text
-from ntp_dsl.dynamic.stuck import FEW, MOST, Stuck, given, listed
+from ntp_dsl.dynamic.starts import places_text, scene_text, state_text
+from ntp_dsl.dynamic.steps import Undoing, undoing
+from ntp_dsl.dynamic.stuck import FEW, MOST, SKIPPED, Stuck, given, listed, stuck
 from ntp_dsl.dynamic.trials import Trial
-from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, source_lines
+from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, Unfinished, source_lines
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
 from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Decision, NextCall
 from ntp_dsl.semantics.observation import without_lists
-from ntp_dsl.semantics.state import Fact
+from ntp_dsl.semantics.state import Fact, Literal, State
 
 STEPS = 8  # of a cycle that are listed
 
@@ -50,16 +51,38 @@ class Finding:
         first = next((n for n, (_, place) in enumerate(lines) if self.places.is_own(place)), 0)
         lines = lines[first:] + lines[:first]
         notes = list(_steps(lines, self._registry))
-        for program, arguments, reason in list(dict.fromkeys(livelock.unfinished))[:FEW]:
-            notes.append(Note(f"{program}({given(arguments)}) returns unfinished: {reason}"))
+        unfinished = list({each.what: each for each in livelock.unfinished}.values())
+        for ended in unfinished[:FEW]:
+            notes += self._unfinished(ended)
+        undone = None if unfinished else undoing(self._registry, livelock.steps)
+        if undone is not None:
+            notes.append(Note(str(undone)))
         told = {note.span for note in notes if note.span.line}
         notes += [note for note in self._stuck(self.trial.end) if note.span not in told]
         message = f"'{self.name}' is in a livelock ({self.trial.start} start): the same states recur"
-        help = (
-            "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "
-        )
-        help += "or an api does not bring about what is asked for, or the goals contradict each other"
+        help = f"{_advice(unfinished, undone)}; or the goals contradict each other"
         return Diagnostic(code, message, self._cause(livelock), (*notes, *self._trace), help)
+
+    def _unfinished(self, found: Unfinished) -> Iterator[Note]:
+        """Yield why a program returned unfinished, and which statements it skipped at its last call."""
+        program, arguments = found.frame.program, found.frame.arguments
+        yield Note(f"{program}({given(arguments)}) returns unfinished: {found.reason}")
+        end = stuck(self.trial.expert, program, arguments, State(self._registry, found.seen))
+        for fact in end.unmet[:1]:
+            told = f"; {name} is told by a function in Python" if (name := self._in_python(fact)) else ""
+            yield Note(f"then {fact} does not hold: {places_text(found.seen, sorted(fact.names))}{told}")
+        if found.last is None:
+            return
+        before = stuck(self.trial.expert, program, arguments, State(self._registry, found.last.seen))
+        for span, reason in before.reasons:
+            if reason.startswith(SKIPPED):
+                yield Note(reason, span)
+
+    def _in_python(self, fact: Fact) -> str:
+        """Return the name of a fact's predicate where that is in Python, or else nothing."""
+        if isinstance(fact, Literal) and ("predicate", fact.predicate) in self._registry.python.functions:
+            return fact.predicate
+        return ""
 
     def deadlock(self, deadlock: Stuck, code: str = "E605") -> Diagnostic:
         """Return the diagnostic of a program that has not achieved its contract, but has nothing to do."""
@@ -160,6 +183,26 @@ class Finding:
         yield from (Note(reason, span) for span, reason in reasons[:MOST])
         if len(reasons) > MOST:
             yield Note(f"and {counted(len(reasons) - MOST, 'more statement')}")
+
+
+def _advice(unfinished: Sequence[Unfinished], undone: Undoing | None) -> str:
+    """Return what to do about a livelock, as the beginning of a sentence."""
+    if unfinished:
+        name = unfinished[0].frame.program
+        return (
+            f"'{name}' ends without what it achieves: a statement is missing, or is skipped and should not "
+            "be; or an api, or a predicate, does not do what it says"
+        )
+    if undone is not None and undone.is_in_order:
+        first, second = undone.achieved_by.callee, undone.ended_by.callee
+        return (
+            f"let '{second}' require what '{first}' achieves: then '{first}' is due only until then; or let "
+            f"'{second}' leave it as it is"
+        )
+    return (
+        "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "
+        "or an api does not bring about what is asked for"
+    )
 
 
 def _steps(lines: Sequence[tuple[NextCall, Span]], registry: Registry) -> Iterator[Note]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ntp_dsl.language.registry import Api, Program
-from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
@@ -17,6 +16,7 @@ from ntp_dsl.traces.decision import Status
 from ntp_dsl.traces.phrases import format_argument
 
 FEW, MOST = 3, 6  # items that a part of a note lists, and a note
+SKIPPED = "skipped: "  # with which the reason begins why a statement is not called
 
 
 @dataclass(frozen=True)
@@ -82,18 +82,16 @@ def _reason(each: BodyStatement, is_deadlock: bool) -> str:
     call = f"{called}({given(each.call.arguments)})" if each.call else called
     match each.status:
         case Status.ABSENT:
-            return "skipped: its condition does not hold"
+            about = "no element meets the conditions of the loop"
+            return f"{SKIPPED}{about if each.is_about_nothing else 'its condition does not hold'}"
         case Status.PASSED:
-            return "skipped: nothing that it achieves is needed"
+            return f"{SKIPPED}nothing that it achieves is needed"
         case Status.ACHIEVED:
-            loops = isinstance(each.statement, nodes.For)
-            if loops and each.instance is not None and not each.instance.provides:
-                return "skipped: no element meets the conditions of the loop"
-            return "skipped: what it achieves already holds"
+            return f"{SKIPPED}what it achieves already holds"
     if each.lacks:
-        return f"skipped: {call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
+        return f"{SKIPPED}{call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
     if is_deadlock or each.status is Status.VAIN:
-        text = f"skipped: every call of {called} would return at once, or lacks what it requires"
+        text = f"{SKIPPED}every call of {called} would return at once, or lacks what it requires"
         if each.instance is None or each.instance.lacking is None:
             return text
         first, lacks = each.instance.lacking

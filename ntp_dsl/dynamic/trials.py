@@ -91,6 +91,7 @@ class Trials:
     def __init__(self, registry: Registry, world: World, seed: int, traced: bool = False) -> None:
         self.registry, self.world, self.seed = registry, world, seed
         self.expert = Expert(registry)
+        self.called: set[str] = set()  # programs and apis, in all trials so far
         self._traced = traced
 
     def run(self, instance: Instance, start: str, number: int, limit: int | None = None) -> Trial:
@@ -120,6 +121,7 @@ class Trials:
             fault = error
         finally:
             self.world.on_frame = None
+        self.called |= {each.callee for each in policy.decisions}
         last = self.world.truth()
         trial = Trial(self.expert, instance, start, number, first, last, policy, run, fault)
         if not self._traced or not trial.is_failed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from ntp_dsl.dynamic.steps import Step
 from ntp_dsl.dynamic.stuck import Stuck, find_deadlock
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.expert import Decision, Expert, NextCall, Return
@@ -23,24 +24,44 @@ Key = tuple[object, ...]
 Failed = tuple[str, tuple[Argument, ...], str]
 
 
-class Livelock(Exception):
-    """The expert repeats a cycle of states; `cycle` has its decisions, with the statements that made them.
+@dataclass(frozen=True)
+class Unfinished:
+    """A program that returned unfinished: why, in which state, and its last call, if it made one."""
 
-    `unfinished` has the programs that returned unfinished in the cycle, and `refused` the apis that failed:
-    name, arguments and reason. `deadlocks` has the programs in which no statement was due. `way` has the
-    statements of the calls that are open, the outermost first.
+    frame: Frame
+    reason: str
+    seen: Observation
+    last: Step | None
+
+    @property
+    def what(self) -> Failed:
+        """Return what makes two the same."""
+        return self.frame.program, self.frame.arguments, self.reason
+
+
+class Livelock(Exception):
+    """The expert repeats a cycle of states.
+
+    Args:
+        cycle: its decisions, with the statements that made them.
+        unfinished: the programs that returned unfinished in the cycle.
+        refused: the apis that failed: name, arguments and reason.
+        deadlocks: the programs in which no statement was due.
+        way: the statements of the calls that are open, the outermost first.
+        steps: all decisions of the run.
     """
 
     def __init__(
         self,
         cycle: Sequence[NextCall],
-        unfinished: Sequence[Failed] = (),
+        unfinished: Sequence[Unfinished] = (),
         refused: Sequence[Failed] = (),
         deadlocks: Sequence[Stuck] = (),
         way: Sequence[Span] = (),
+        steps: Sequence[Step] = (),
     ) -> None:
         self.cycle, self.unfinished, self.refused = tuple(cycle), tuple(unfinished), tuple(refused)
-        self.deadlocks, self.way = tuple(deadlocks), tuple(way)
+        self.deadlocks, self.way, self.steps = tuple(deadlocks), tuple(way), tuple(steps)
         super().__init__(" -> ".join(call.callee for call in cycle))
 
 
@@ -60,22 +81,31 @@ class WatchedPolicy(ScriptedPolicy):
     demonstration: None = None
     running: list[NextCall] = field(default_factory=list)  # the calls that are open, with their statements
     seen: dict[Key, list[int]] = field(default_factory=dict)
-    decisions: list[NextCall] = field(default_factory=list)
-    unfinished: list[tuple[int, Failed]] = field(default_factory=list)  # after how many decisions
+    steps: list[Step] = field(default_factory=list)
+    unfinished: list[tuple[int, Unfinished]] = field(default_factory=list)  # after how many steps
     refused: list[tuple[int, Failed]] = field(default_factory=list)
     deadlocks: list[tuple[int, Stuck]] = field(default_factory=list)
     _latest: NextCall | None = None  # decision
+    _runs: list[int] = field(default_factory=list)  # of the calls that are open: the how-manieth call each is
+    _calls: int = 0  # so far
+
+    @property
+    def decisions(self) -> list[NextCall]:
+        """The calls that were decided on, in order."""
+        return [each.call for each in self.steps]
 
     def watch(
         self, event: str, depth: int, name: str, arguments: tuple[Argument, ...], detail: object
     ) -> None:
         """Follow the stack of calls; an interpreter's `watch`."""
         if event == "return" and name in self.expert.registry.apis and detail not in NO_REFUSAL:
-            self.refused.append((len(self.decisions), (name, arguments, str(detail))))
-        del self.running[depth:]
+            self.refused.append((len(self.steps), (name, arguments, str(detail))))
+        del self.running[depth:], self._runs[depth:]
         if event == "call":
             place = self._latest.span if self._latest is not None and self._latest.callee == name else NOWHERE
             self.running.append(NextCall(name, arguments, place))
+            self._calls += 1
+            self._runs.append(self._calls)
 
     @property
     def way(self) -> tuple[Span, ...]:
@@ -87,19 +117,19 @@ class WatchedPolicy(ScriptedPolicy):
         decision = self._ask(frame, seen)
         if isinstance(decision, Return):
             if not decision.done:
-                self.unfinished.append(
-                    (len(self.decisions), (frame.program, frame.arguments, decision.reason))
-                )
+                own = (each for each in reversed(self.steps) if each.run == self._runs[-1])
+                unfinished = Unfinished(frame, decision.reason, seen, next(own, None))
+                self.unfinished.append((len(self.steps), unfinished))
                 state = State(self.expert.registry, seen)
                 if deadlock := find_deadlock(self.expert, frame.program, frame.arguments, state, self.way):
-                    self.deadlocks.append((len(self.decisions), deadlock))
+                    self.deadlocks.append((len(self.steps), deadlock))
             reason = traced.Decision(reason=decision.reason)
             return Choice(None, done=decision.done, decision=reason, seen=seen)
         check_numbers(self.expert.registry, decision)
         if decision.callee not in barred:  # else the expert is asked again in the same state
             calls = ((each.callee, each.arguments) for each in self.running)
             self._remember((*_moment(seen), *calls))
-            self.decisions.append(decision)
+            self.steps.append(Step(self._runs[-1], frame, decision, seen))
         self._latest = decision
         source = traced.Decision(source=source_of(decision))
         return Choice(decision.callee, decision.arguments, decision=source, seen=seen)
@@ -121,15 +151,13 @@ class WatchedPolicy(ScriptedPolicy):
 
     def _remember(self, key: Key) -> None:
         times = self.seen.setdefault(key, [])
-        times.append(len(self.decisions))
+        times.append(len(self.steps))
         if len(times) >= RECURRENCES:
-            unfinished, refused = (
-                [each for number, each in rows if times[-2] < number]
-                for rows in (self.unfinished, self.refused)
-            )
+            unfinished = [each for number, each in self.unfinished if times[-2] < number]
+            refused = [each for number, each in self.refused if times[-2] < number]
             deadlocks = [each for number, each in self.deadlocks if times[-2] < number]
             cycle = self.decisions[times[-2] : times[-1]]
-            raise Livelock(cycle, unfinished, refused, deadlocks, self.way)
+            raise Livelock(cycle, unfinished, refused, deadlocks, self.way, self.steps)
 
 
 def _moment(seen: Observation) -> Key:

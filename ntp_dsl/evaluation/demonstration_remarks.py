@@ -19,6 +19,8 @@ MOVED = 0.05  # [m] from where it began
 LAST = 10  # frames of which an object's last place is the mean: noise averages out
 STILL = 0.01  # [m] from the last one, within which its places are averaged
 FEW = 3  # objects or facts that a sentence names
+JUMP = 0.15  # [m] aside from one frame to the next, which only a hand can bring about
+CARRIED = 0.1  # [m] that a closed hand goes, with which something should have moved
 
 
 def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Iterator[str]:
@@ -29,6 +31,9 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
     moved = _moved(shown)
     if moved and not shown.closed.any():
         yield f"the hand is never closed, and yet {_named(moved)} moved: is `closed` right?"
+    yield from _odd_beginning(shown)
+    yield from _jumps(shown)
+    yield from _nothing_carried(shown)
     state = State(registry, last)
     facts = instance.literals(registry, last) if instance.is_judged else []
     lacking = [str(fact) for fact in facts if not state.holds(fact)]
@@ -38,6 +43,33 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
         yield f"the demonstration ends with {printable(in_hand)} in the hand: is it whole?"
     if lacking:
         yield f"the demonstration does not end in the goal that it states: at its end, not {_named(lacking)}"
+
+
+def _odd_beginning(shown: Demonstration) -> Iterator[str]:
+    if shown.closed[0] and not shown.closed.all():
+        yield "the hand is closed in the first frame, as if it had taken something: does it begin too late?"
+
+
+def _jumps(shown: Demonstration) -> Iterator[str]:
+    """Yield where an object is somewhere else from one frame to the next, and no closed hand brought it."""
+    aside = np.linalg.norm(np.diff(shown.positions[:, :, :2], axis=0), axis=2)
+    is_open = ~(shown.closed[1:] | shown.closed[:-1])
+    frames, objects = np.nonzero((aside > JUMP) & is_open[:, None])
+    for frame, index in list(zip(frames.tolist(), objects.tolist(), strict=True))[:FEW]:
+        name, far = printable(shown.names[index]), aside[frame, index]
+        yield f"{name} jumps by {far:.2f} m at frame {frame + 1} and the hand is open: is it tracked rightly?"
+
+
+def _nothing_carried(shown: Demonstration) -> Iterator[str]:
+    """Yield where the hand goes somewhere closed, and nothing moves with it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], shown.closed, [False]]).astype(int)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        hand, places = shown.grippers[begin:end], shown.positions[begin:end]
+        way = np.linalg.norm(hand - hand[:1], axis=1).max()
+        moved = np.linalg.norm(places - places[:1], axis=2).max(initial=0.0)
+        if way > CARRIED and moved < STILL:
+            since = shown.times[begin] - shown.times[0]
+            yield f"the hand closes after {since:.1f} s and goes {way:.2f} m, and no object moves with it"
 
 
 def _is_of_state(registry: Registry, fact: Fact) -> bool:

@@ -25,8 +25,15 @@ class BodyStatement:
     is_due: bool
 
     @property
+    def is_about_nothing(self) -> bool:
+        """Whether it is a loop of which no element meets the conditions."""
+        return (
+            isinstance(self.statement, nodes.For) and self.instance is not None and not self.instance.provides
+        )
+
+    @property
     def status(self) -> Status:
-        if self.instance is None:
+        if self.instance is None or self.is_about_nothing:
             return Status.ABSENT
         if self.instance.achieved:
             return Status.ACHIEVED

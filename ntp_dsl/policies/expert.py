@@ -14,7 +14,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Program, Registry, place_of
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Bindings, Fact, State
+from ntp_dsl.semantics.state import Bindings, Condition, Fact, State
 from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
 from ntp_dsl.traces.phrases import format_invocation
 
@@ -132,8 +132,9 @@ class Expert:
                 continue
             wanted = _provides_any(instance.provides, needed)
             loops = isinstance(row.body[index], nodes.For)
-            unnamed = not (_provides_any(instance.provides, named) if loops else instance.provides & named)
-            is_due = not instance.achieved and (wanted or unnamed)
+            alike = named if loops else [fact for fact in named if isinstance(fact, Condition)]
+            is_named = bool(instance.provides & named) or _provides_any(instance.provides, alike)
+            is_due = not instance.achieved and (wanted or not is_named)
             if is_due:
                 needed |= instance.lacks
             yield row.body[index], instance, is_due

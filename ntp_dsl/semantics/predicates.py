@@ -44,7 +44,31 @@ def empty(observation: Observation, gripper: str) -> bool:
 
 
 def on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
-    """Return whether `item` rests on `support`, its centre within that distance of the support's."""
+    """Return whether `item` rests on `support`, its centre within that distance of the support's.
+
+    On a roomy surface it does not where something thin is between them, or where it lies in a bin there.
+    """
+    if not rests_on(observation, item, support, within):
+        return False
+    return not (observation.by_name[support].roomy and _is_above_another(observation, item, support))
+
+
+def _is_above_another(observation: Observation, item: str, surface: str) -> bool:
+    """Return whether an item near a roomy surface rests on, or lies in, something else."""
+    top = observation.positions[surface][2] + observation.by_name[surface].size[2] / 2
+    for other in observation.objects:
+        if other.name in (item, surface) or other.name not in observation.positions:
+            continue
+        if stands_on(observation, item, other.name):
+            return True
+        is_higher = observation.positions[other.name][2] + other.size[2] / 2 > top
+        if other.roomy and is_higher and rests_on(observation, item, other.name):
+            return True
+    return False
+
+
+def rests_on(observation: Observation, item: str, support: str, within: float = CENTRED) -> bool:
+    """Return whether `item` is right above `support`, as far as these two tell."""
     if not _resting(observation, item, support):
         return False
     x, y, _ = observation.positions[item]

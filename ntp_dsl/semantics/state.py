@@ -47,9 +47,12 @@ class Literal:
     def provides(self, other: Fact) -> bool:
         """Return whether this fact implies the other.
 
-        `holding(x)` provides `holding(any)`, and `not holding(any)` provides `not holding(x)`.
+        `holding(x)` provides `holding(any)`, and `not holding(any)` provides `not holding(x)`. For a
+        condition, it need only be one of the literals that help to bring it about.
         """
-        if not isinstance(other, Literal) or self.predicate != other.predicate:
+        if isinstance(other, Condition):
+            return any(self.provides(each) for each in other.helped_by)
+        if self.predicate != other.predicate:
             return False
         some, more = (self, other) if self.positive else (other, self)
         pairs = zip(some.arguments, more.arguments, strict=True)
@@ -68,12 +71,18 @@ class Literal:
 
 @dataclass(frozen=True)
 class Condition:
-    """A part of a contract that is not a literal: a comparison or a disjunction. Only itself provides it."""
+    """A part of a contract that is not a literal: a comparison, a count or a disjunction.
+
+    Args:
+        bindings: of the names in it.
+        helped_by: the literals of which more have to hold, or one of which has to, for it to hold.
+    """
 
     text: str
     expression: nodes.Expression = field(compare=False, repr=False)
     scope: Bindings = field(compare=False, repr=False)
-    bindings: tuple[tuple[str, Argument], ...] = ()  # of the names in it
+    bindings: tuple[tuple[str, Argument], ...] = ()
+    helped_by: frozenset[Literal] = field(default=frozenset(), compare=False, repr=False)
 
     def provides(self, other: Fact) -> bool:
         return self == other
@@ -199,7 +208,31 @@ class State:
         named = {name: scope[name] for name in sorted(free_names(expression)) if name in scope}
         given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
         text = format_expression(expression)
-        return Condition(f"{text} with {given}" if given else text, expression, scope, tuple(named.items()))
+        helped_by = frozenset(self._helping(expression, scope, positive=True))
+        told = f"{text} with {given}" if given else text
+        return Condition(told, expression, scope, tuple(named.items()), helped_by)
+
+    def _helping(
+        self, expression: nodes.Expression | None, scope: Bindings, positive: bool
+    ) -> Iterator[Literal]:
+        """Yield the literals that help to make an expression true, or false.
+
+        Where an exact number has to hold, more of them help while there are too few, and fewer from there on.
+        """
+        match expression:
+            case nodes.Atom(predicate=predicate, arguments=arguments):
+                yield Literal(predicate, self._values(arguments, scope), positive)
+            case nodes.Not(value=value):
+                yield from self._helping(value, scope, not positive)
+            case nodes.And(values=values) | nodes.Or(values=values):
+                for value in values:
+                    yield from self._helping(value, scope, positive)
+            case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
+                inner = [*self._scopes(generators, scope)]
+                if quantifier == "exactly":
+                    positive = sum(self.true(body, each) for each in inner) <= (expression.count or 0)
+                for each in inner:
+                    yield from self._helping(body, each, positive)
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
         """Yield a scope for each element of a list, object of a type or member that meets the condition."""

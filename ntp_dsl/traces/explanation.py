@@ -10,6 +10,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.aftermath import aftermath, never_made_good
+from ntp_dsl.traces.circles import circle
 from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import (
@@ -64,8 +65,9 @@ def brief(call: Call) -> str:
 def interesting(trace: Trace) -> Call | None:
     """Return the call that one would ask about.
 
-    Of a run that says that it is done and is not, that is the task's program, which read what to do. Of any
-    other that failed, it is the last primitive that went wrong and was not made good, one that nothing
+    Of a run that says that it is done and is not, that is the task's program, which read what to do. Of one
+    that goes round in a circle, it is the call of it that does not succeed, or whose effect another undoes.
+    Of any other that failed, it is the last primitive that went wrong and was not made good, one that nothing
     disturbed if there is one, or else the last call that failed, innermost. Of a run that succeeded it is the
     first that failed, or else the least probable.
     """
@@ -75,6 +77,9 @@ def interesting(trace: Trace) -> Call | None:
         roots = trace.children(ROOT)
         if not failed or end.ending is Ending.DONE:
             return roots[-1] if roots else None
+        if found := circle(trace):
+            undone = found.undone()
+            return next(iter(found.failing), undone[1] if undone else found.calls[0])
         bad = [each for each in never_made_good(trace) if aftermath(trace, each)]
         undisturbed = [each for each in bad if not each.execution.disturbances]
         return (undisturbed or bad or never_made_good(trace) or failed)[-1]
@@ -188,7 +193,7 @@ def _statements(statements: Sequence[StatementStatus], quoted: Quoted) -> Iterat
         (Status.VAIN, "Would do nothing"),
         (Status.PASSED, "Passed over, as nothing that is needed comes of it"),
         (Status.ACHIEVED, "Done already"),
-        (Status.ABSENT, "Left out, as its condition does not hold"),
+        (Status.ABSENT, "Left out, as its condition does not hold, or holds of nothing"),
     ):
         those = [each for each in statements if each.status is status]
         if those:
@@ -260,10 +265,20 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
             yield f"To return was {returned.probability:.0%} probable."
         if returned.reason:
             yield f"Its reason: {returned.reason}."
+        if made and not call.succeeded and not returned.statements:
+            yield from _skipped(trace, call, made[-1])
         yield from _seen(returned)
         yield from _statements(returned.statements, _of(trace, call.name))
         if returned.asked is not None:
             yield f"Somebody was asked: {format_asked(returned.asked)}."
+
+
+def _skipped(trace: Trace, call: Call, last: Call) -> Iterator[str]:
+    """Yield which statements a program had skipped when it made its last call."""
+    skipped = [each for each in last.decision.statements if each.status in (Status.ABSENT, Status.PASSED)]
+    if skipped:
+        told = " ".join(_statements(skipped, _of(trace, call.name)))
+        yield f"When it made its last call, {format_call(last)}: {told}"
 
 
 def _listed(texts: Sequence[str]) -> str:

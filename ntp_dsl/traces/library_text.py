@@ -40,6 +40,13 @@ def statement_lines(text: str) -> set[int]:
     }
 
 
+def in_python(trace: Trace, predicate: str) -> bool:
+    """Return whether a function in Python tells whether facts of a predicate hold."""
+    declared = _Text(trace).declared.get(predicate)
+    by = declared.by if isinstance(declared, nodes.PredicateDeclaration) else None
+    return by is not None and by.id == nodes.PYTHON
+
+
 def empty_loops(trace: Trace) -> Iterator[tuple[str, str, int]]:
     """Yield the type, the program and the line of each loop over no object, of what the run may call."""
     text = _Text(trace)

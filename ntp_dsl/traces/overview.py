@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.traces.aftermath import crowding, never_made_good, objects_of, seen_after, stands
+from ntp_dsl.traces.circles import Circle, circle
 from ntp_dsl.traces.comparison.comparison_rules import NUMBER_TOLERANCE
-from ntp_dsl.traces.library_text import empty_loops
+from ntp_dsl.traces.library_text import empty_loops, in_python
 from ntp_dsl.traces.phrases import conditions, format_argument, format_call
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
@@ -23,8 +24,7 @@ def overview(trace: Trace) -> list[str]:
     """Return how an episode ended, as sentences."""
     sentences = [
         _verdict(trace),
-        *_repeated(trace),
-        *_in_vain(trace),
+        *(_round(trace, found) if (found := circle(trace)) else [*_repeated(trace), *_in_vain(trace)]),
         *_unmet(trace),
         *_absent(trace),
         *_disturbed(trace),
@@ -51,6 +51,35 @@ def _verdict(trace: Trace) -> str:
 
 def _primitives(trace: Trace) -> list[Call]:
     return [call for call in trace.calls if not call.is_program]
+
+
+def _round(trace: Trace, found: Circle) -> Iterator[str]:
+    """Yield what a run went round in, and what of it is of no avail."""
+    calls = ", ".join(f"{format_call(call)}{_at(call)}" for call in found.calls)
+    yield f"{format_call(found.caller)} went round {counted(found.rounds, 'time')}: {calls}."
+    if found.failing:
+        for call in found.failing[:FEW]:
+            what = f"without {call.execution.unmet[0]}" if call.execution.unmet else str(call.outcome)
+            yield f"Of these, {format_call(call)} ended {what} each time{_in_python(trace, call)}."
+    elif (undone := found.undone()) is not None:
+        fact, achiever, ender = undone
+        yield (
+            f"{format_call(achiever)}{_at(achiever)} achieves {fact}, and {format_call(ender)}{_at(ender)} "
+            "ends that again."
+        )
+
+
+def _in_python(trace: Trace, call: Call) -> str:
+    """Return that a fact which a call left undone is told by Python, where that is so."""
+    facts = call.return_decision.facts if call.return_decision is not None else ()
+    for each in facts:
+        if each.truth is False and in_python(trace, each.fact.partition("(")[0]):
+            return f"; whether {each.fact} holds is told by a function in Python"
+    return ""
+
+
+def _at(call: Call) -> str:
+    return f" at {call.decision.source}" if call.decision.source else ""
 
 
 def _repeated(trace: Trace) -> Iterator[str]:

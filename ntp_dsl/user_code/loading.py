@@ -212,7 +212,8 @@ def _place(error: Exception, path: Path) -> str:
     """Return the innermost line of the user's file in the error's traceback."""
     if isinstance(error, SyntaxError) and error.lineno:
         return f"{path}:{error.lineno}"
-    lines = [frame.lineno for frame in _frames(error) if Path(frame.filename) == path]
+    here = path.resolve()
+    lines = [frame.lineno for frame in _frames(error) if Path(frame.filename).resolve() == here]
     return f"{path}:{lines[-1]}" if lines else str(path)
 
 

@@ -22,6 +22,7 @@ from ntp_dsl.core.pretraining.fitting import Fit, Progress
 from ntp_dsl.core.pretraining.grounding_data import joined, of_scene
 from ntp_dsl.core.pretraining.library_episodes import decisions
 from ntp_dsl.core.pretraining.nameless_programs import nameless
+from ntp_dsl.core.pretraining.nameless_sequences import sequence
 from ntp_dsl.core.pretraining.pretraining import Pretraining
 
 SAVE_EVERY = 500  # iterations
@@ -38,6 +39,9 @@ def command(
     programs: Annotated[
         int, typer.Option(min=1, help="Number of nameless random programs.")
     ] = PretrainingConfig.programs,
+    sequences: Annotated[
+        int, typer.Option(min=0, help="Number of nameless sequences, in which one call needs another.")
+    ] = PretrainingConfig.sequences,
     libraries: Annotated[
         int, typer.Option(min=0, max=LIBRARIES_OF_SEED, help="Number of random libraries.")
     ] = PretrainingConfig.libraries,
@@ -55,7 +59,7 @@ def command(
     Example: ntp pretrain --out runs/core
     """
     started = perf_counter()
-    config = PretrainingConfig(seed, scenes, iterations, programs, libraries, dispatch_iterations)
+    config = PretrainingConfig(seed, scenes, iterations, programs, sequences, libraries, dispatch_iterations)
     training = Pretraining(config)
     out.mkdir(parents=True, exist_ok=True)
     partial = out / "pretraining.safetensors"
@@ -110,18 +114,22 @@ def _fit_dispatch(training: Pretraining, partial: Path) -> None:
         return
     config = training.config
     nameless_ones: list[Sample] = []
+    in_sequence: list[Sample] = []
     in_libraries: list[Sample] = []
-    with progress("making up programs", config.programs + config.libraries) as bar:
+    with progress("making up programs", config.programs + config.sequences + config.libraries) as bar:
         for number in range(config.programs):
             sample = nameless(np.random.default_rng((config.seed, number)))
             nameless_ones += [sample] if sample is not None else []
+            bar.advance()
+        for number in range(config.sequences):
+            in_sequence += sequence(np.random.default_rng((config.seed, number)))
             bar.advance()
         for number in range(config.libraries):
             library = FIRST_LIBRARY + config.seed * LIBRARIES_OF_SEED + number
             in_libraries += decisions(library, training.grounding.network)
             bar.advance()
     with _reporting("dispatching", training, training.dispatch, partial) as report:
-        training.fit_dispatch([nameless_ones, in_libraries], report)
+        training.fit_dispatch([nameless_ones, in_libraries], in_sequence, report)
 
 
 @contextmanager

@@ -1,7 +1,8 @@
 """The dispatch network (f_CN): from rows to the next call, or the end of the program.
 
 Messages run along the edges of a row: between facts and the calls that provide or require them, and between
-two calls of which one provides what the other requires. A query is held against a key for each call; the
+two calls of which one provides what the other requires; the longer the sequences of such calls are, the more
+often. A query is held against a key for each call; the
 first call, in the order of the body, whose key answers it, is made; if none does, the program ends.
 """
 
@@ -18,7 +19,11 @@ from ntp_dsl.core.dispatch.rows import Row
 WIDTH = 32
 ROUNDS = 4
 CALL_FEATURES, FACT_FEATURES, RELATIONS = 4, 4, 4
+PROVIDED_BEFORE = 1  # the relation of a call to an earlier one that provides what it requires
+MOST_ROUNDS = 24  # for the longest sequences
 LEAST = -30.0  # of a logarithm of a probability
+
+Link = tuple[int, int, int, int]  # the call that is told, the fact, the other call, the relation
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,7 @@ class Rows:
     links: Tensor  # (3, links) the call that is told, the fact, the other call
     relations: Tensor  # (links, RELATIONS) one-hot: which of the two provides, and which comes first
     places: Tensor  # (calls,) of each call in its row
+    depths: Tensor  # (rows,) of each row, see `_depth`
     count: int  # rows
     longest: int  # calls of a row
 
@@ -48,6 +54,7 @@ def batched(rows: Sequence[Row]) -> Rows:
     requires: list[tuple[int, int]] = []
     links: list[tuple[int, int, int]] = []
     relations: list[int] = []
+    depths: list[int] = []
     for number, row in enumerate(rows):
         first_call, first_fact = len(calls), len(facts)
         last = max(row.statements, default=0)
@@ -65,7 +72,9 @@ def batched(rows: Sequence[Row]) -> Rows:
         row_of_fact += [number] * len(row.facts)
         provides += [(call + first_call, fact + first_fact) for call, fact in row.provides]
         requires += [(call + first_call, fact + first_fact) for call, fact in row.requires]
-        for told, fact, other, relation in _links(row):
+        found = _links(row)
+        depths.append(_depth(row, found))
+        for told, fact, other, relation in found:
             links.append((told + first_call, fact + first_fact, other + first_call))
             relations.append(relation)
     return Rows(
@@ -80,12 +89,25 @@ def batched(rows: Sequence[Row]) -> Rows:
         if relations
         else torch.zeros(0, RELATIONS),
         torch.tensor(places, dtype=torch.long),
+        torch.tensor(depths, dtype=torch.long),
         len(rows),
         max((len(row.calls) for row in rows), default=0),
     )
 
 
-def _links(row: Row) -> list[tuple[int, int, int, int]]:
+def _depth(row: Row, links: Sequence[Link]) -> int:
+    """Return how many calls follow from one another at most: each provides what a later one requires."""
+    before: dict[int, list[int]] = {}
+    for told, _, other, relation in links:
+        if relation == PROVIDED_BEFORE:
+            before.setdefault(told, []).append(other)
+    depths: list[int] = []  # of each call; a provider comes earlier
+    for call in range(len(row.calls)):
+        depths.append(1 + max((depths[other] for other in before.get(call, ())), default=0))
+    return max(depths, default=0)
+
+
+def _links(row: Row) -> list[Link]:
     """Return both ends of each link: a call provides what one of another statement requires."""
     providers: dict[int, list[int]] = {}
     for call, fact in row.provides:
@@ -116,7 +138,18 @@ class DispatchNetwork(nn.Module):
     def forward(self, rows: Rows) -> tuple[Tensor, Tensor]:
         """Return the logarithms of the probability of each call (rows, longest), and of the end (rows,)."""
         calls, facts = self.of_call(rows.calls), self.of_fact(rows.facts)
-        for each in self.rounds:
+        first, again, *last = self.rounds
+        calls, facts = first(calls, facts, rows)
+        waits = rows.depths.clamp(max=MOST_ROUNDS) - ROUNDS + 1  # what is far from the goal is heard of late
+        for number in range(1 + max(0, int(waits.max()) if rows.count else 0)):
+            heard = again(calls, facts, rows)
+            if number == 0:
+                calls, facts = heard
+            else:  # a row has as many rounds as it would have alone
+                deep = waits >= number
+                calls = torch.where(deep[rows.row_of_call, None], heard[0], calls)
+                facts = torch.where(deep[rows.row_of_fact, None], heard[1], facts)
+        for each in last:
             calls, facts = each(calls, facts, rows)
         goals = facts * rows.facts[:, 2:3]
         summary = torch.cat(

@@ -18,7 +18,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import NextCall
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.predicates import ANY
-from ntp_dsl.semantics.state import Bindings, Fact, Literal
+from ntp_dsl.semantics.state import Bindings, Condition, Fact
 
 POSSIBLE = 0.02  # a guard that holds less probably than this makes no call
 
@@ -99,7 +99,7 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     for each in provided:
         for fact in each:
             number(fact)
-    vague = [(fact, at) for fact, at in facts.items() if isinstance(fact, Literal) and ANY in fact.arguments]
+    vague = [(fact, at) for fact, at in facts.items() if isinstance(fact, Condition) or ANY in fact.arguments]
     provides = [
         (call, at)
         for call, given_facts in enumerate(provided)
@@ -119,7 +119,7 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
 
 
 def _implied(given: Sequence[Fact], vague: Sequence[tuple[Fact, int]]) -> set[int]:
-    """Return the facts of any object that facts of one imply."""
+    """Return the facts of any object that facts of one imply, and the conditions that they help."""
     return {at for fact, at in vague if any(each.provides(fact) for each in given)}
 
 

@@ -73,6 +73,7 @@ def _graded(
     item, below = near
     free = 1 - np.array([holding[name] for name in b.names])
     touching = np.minimum(touching, free[item, None])
+    touching[:, 0] = np.minimum(touching[:, 0], 1 - _elsewhere(b, item, below, touching))
     covered = np.zeros(len(b))
     np.maximum.at(covered, below, touching[:, 1])
     pairs = [(b.names[a], b.names[c]) for a, c in zip(item.tolist(), below.tolist(), strict=True)]
@@ -80,6 +81,22 @@ def _graded(
     hovered = _hovered(b, carried, contacts, hovering)
     by_name = dict(zip(b.names, covered.tolist(), strict=True))
     return Graded(contacts, holding, hovered, by_name, max(holding.values(), default=0.0))
+
+
+def _elsewhere(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp], touching: Array) -> Array:
+    """Return how probably each item of a pair rests on, or lies in, something that is above the other.
+
+    Of pairs whose other is no roomy surface, that is not asked.
+    """
+    found = np.zeros(len(item))
+    top, roomy = b.at[:, 2] + b.size[:, 2] / 2, b.roomy[below]
+    stands = np.maximum(touching[:, 2], np.where(roomy, 0.0, touching[:, 1]))
+    for surface in np.flatnonzero(b.roomy).tolist():
+        chances = np.where(roomy & (top[below] > top[surface]), np.maximum(stands, touching[:, 0]), stands)
+        most = np.zeros(len(b))
+        np.maximum.at(most, item, np.where(below == surface, 0.0, chances))
+        found = np.where(below == surface, most[item], found)
+    return found
 
 
 def _hovered(

@@ -17,8 +17,9 @@ class PretrainingConfig:
     scenes: Count = 9000  # that are made up, for the grounding
     iterations: Count = 12000  # of the grounding
     programs: Count = 60000  # nameless ones, for the dispatcher
+    sequences: Count = 5000  # of nameless calls that follow from one another, for the dispatcher
     libraries: Count = 500  # random ones, for the dispatcher
-    dispatch_iterations: Count = 12000
+    dispatch_iterations: Count = 10000
 
 
 FEWER = 0.5  # of the usual number, below which it is told

@@ -13,16 +13,31 @@ from ntp_dsl.core.pretraining.dispatch_data import END, Sample
 from ntp_dsl.core.pretraining.fitting import Loss
 
 BATCH = 32  # of each kind
+SEQUENCES = 16  # of a batch: they take more rounds
+SHARE = 1 / 3  # of the loss, for sequences
 
 
-def samples_loss(network: DispatchNetwork, kinds: Sequence[Sequence[Sample]]) -> Loss:
-    """Return the loss over batches that are drawn from each kind of samples in equal parts."""
+def samples_loss(
+    network: DispatchNetwork, kinds: Sequence[Sequence[Sample]], sequences: Sequence[Sample] = ()
+) -> Loss:
+    """Return the loss over batches that are drawn from each kind of samples in equal parts.
+
+    Args:
+        sequences: samples of calls that follow from one another, which are run by themselves.
+    """
 
     def loss(rng: np.random.Generator) -> Tensor:
-        chosen = [kind[int(index)] for kind in kinds if kind for index in rng.integers(len(kind), size=BATCH)]
-        return improbability(network, chosen)
+        chosen = [each for kind in kinds if kind for each in _drawn(kind, BATCH, rng)]
+        value = improbability(network, chosen)
+        if not sequences:
+            return value
+        return (1 - SHARE) * value + SHARE * improbability(network, _drawn(sequences, SEQUENCES, rng))
 
     return loss
+
+
+def _drawn(samples: Sequence[Sample], count: int, rng: np.random.Generator) -> list[Sample]:
+    return [samples[int(index)] for index in rng.integers(len(samples), size=count)]
 
 
 def improbability(network: DispatchNetwork, samples: Sequence[Sample]) -> Tensor:

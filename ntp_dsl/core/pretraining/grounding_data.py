@@ -69,7 +69,7 @@ def _pair_answers(
             )
             continue
         found[row] = (
-            predicates.on(truth, a, c),
+            predicates.rests_on(truth, a, c),
             predicates.covers(truth, a, c),
             predicates.inside(truth, a, c),
         )

@@ -23,12 +23,23 @@ def nameless(rng: np.random.Generator) -> Sample | None:
     """Return a decision of a random program: what is right by the truth, told by probabilities alone."""
     registry = random_program(rng)
     likely = {name: float(rng.random() < 0.5) for name in registry.predicates}
+    return decision(registry, *doubted(likely, DOUBTFUL, rng))
+
+
+def doubted(
+    likely: Mapping[str, float], doubtful: float, rng: np.random.Generator
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return how probable facts are said to be, and whether they hold, as often as that says.
+
+    Args:
+        likely: 1 for facts that hold as far as is known, else 0.
+        doubtful: the share of facts of which nothing is known.
+    """
     probabilities = {
-        name: float(rng.random()) if rng.random() < DOUBTFUL else abs(value - float(rng.uniform(0, 0.05)))
+        name: float(rng.random()) if rng.random() < doubtful else abs(value - float(rng.uniform(0, 0.05)))
         for name, value in likely.items()
     }
-    truth = {name: float(rng.random() < p) for name, p in probabilities.items()}
-    return decision(registry, probabilities, truth)
+    return probabilities, {name: float(rng.random() < p) for name, p in probabilities.items()}
 
 
 def decision(
@@ -40,11 +51,13 @@ def decision(
         probabilities: of the facts, by name, as they are perceived.
         truth: of the same facts: 1 where they hold, else 0.
     """
-    believed, true = (
-        Believed(registry, NOWHERE, {name: _constant(value) for name, value in each.items()})
-        for each in (probabilities, truth)
-    )
-    return sample_of(Expert(registry), "p", (), believed, true)
+    seen, true = (believed(registry, each) for each in (probabilities, truth))
+    return sample_of(Expert(registry), "p", (), seen, true)
+
+
+def believed(registry: Registry, probabilities: Mapping[str, float]) -> Believed:
+    """Return a moment in which facts are as probable as is said."""
+    return Believed(registry, NOWHERE, {name: _constant(value) for name, value in probabilities.items()})
 
 
 def _constant(value: float) -> Callable[[], float]:
@@ -60,10 +73,19 @@ def random_program(rng: np.random.Generator) -> Registry:
         apis[f"c{index}"] = Api(f"c{index}", (), _literals(names, rng, 0, 3), provided, "")
     statements = tuple(_statement(name, names, rng) for name in apis)
     promised = [each.achieves for each in apis.values() if each.achieves is not None and rng.random() < 0.5]
-    achieves = _joined(promised[:3]) or _literals(names, rng, 1, 2)
-    program = Program(
-        "p", (), _literals(names, rng, 0, 1), achieves, "", body=statements, callees=tuple(apis)
-    )
+    achieves = joined(promised[:3]) or _literals(names, rng, 1, 2)
+    return nameless_library(names, apis, statements, _literals(names, rng, 0, 1), achieves)
+
+
+def nameless_library(
+    names: Sequence[str],
+    apis: dict[str, Api],
+    body: tuple[nodes.Statement, ...],
+    requires: nodes.Expression | None,
+    achieves: nodes.Expression | None,
+) -> Registry:
+    """Return a library of facts, apis, and one program, called `p`."""
+    program = Program("p", (), requires, achieves, "", body=body, callees=tuple(apis))
     predicates = {name: nodes.PredicateDeclaration(name) for name in names}
     return Registry("nameless", {}, {}, {}, {}, predicates, apis, {"p": program}, {})
 
@@ -82,10 +104,11 @@ def _literals(
 ) -> nodes.Expression | None:
     chosen = rng.choice(names, size=int(rng.integers(least, most + 1)), replace=False)
     atoms: list[nodes.Expression] = [nodes.Atom(str(name)) for name in chosen]
-    return _joined([nodes.Not(atom) if rng.random() < NEGATIVE else atom for atom in atoms])
+    return joined([nodes.Not(atom) if rng.random() < NEGATIVE else atom for atom in atoms])
 
 
-def _joined(conditions: Sequence[nodes.Expression]) -> nodes.Expression | None:
+def joined(conditions: Sequence[nodes.Expression]) -> nodes.Expression | None:
+    """Return the conjunction of conditions; None of none."""
     if len(conditions) <= 1:
         return conditions[0] if conditions else None
     parts = [each.values if isinstance(each, nodes.And) else (each,) for each in conditions]

@@ -41,8 +41,10 @@ class Pretraining:
         answers = [torch.from_numpy(part.answers) for part in parts]
         self.grounding.run(rows_loss(networks, inputs, answers), progress)
 
-    def fit_dispatch(self, kinds: Sequence[Sequence[Sample]], progress: Progress) -> None:
-        self.dispatch.run(samples_loss(self.dispatch.network, kinds), progress)
+    def fit_dispatch(
+        self, kinds: Sequence[Sequence[Sample]], sequences: Sequence[Sample], progress: Progress
+    ) -> None:
+        self.dispatch.run(samples_loss(self.dispatch.network, kinds, sequences), progress)
 
     def save(self, path: Path) -> None:
         """Write what is needed to go on. Raises `OSError`."""

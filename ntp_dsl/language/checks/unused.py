@@ -110,6 +110,7 @@ def unused_between(
     }
     for task in tasks:
         yield from _unused_groups(task, ranges, table)
+    yield from _empty_ranges([each for each in home.declarations if key(each) in reached], tasks, table)
     is_python = any(_is_in_python(each) for each in _all(table))
     unused = [each for each in home.declarations if key(each) not in reached]
     for declaration in unused:
@@ -125,6 +126,27 @@ def unused_between(
                 f"remove it, or use it in what a task runs; if it is for other libraries, call it '_{name}'"
             )
             yield Diagnostic(code, message, declaration.name_span, help=help)
+
+
+def _empty_ranges(
+    declarations: Sequence[Declaration], tasks: Sequence[nodes.TaskDeclaration], table: SymbolTable
+) -> Iterator[Diagnostic]:
+    """Report loops and quantifiers over types of which no task has an object: they are about nothing."""
+    groups = [group.type.name for task in tasks for group in task.scene]
+    there = {type_name for each in groups for type_name in table.ancestors(each)}
+    constants = {
+        type_name for each in table.constants.values() for type_name in table.ancestors(each.type.name)
+    }
+    for declaration in declarations:
+        for part in expressions_of(declaration):
+            for each in walk(part):
+                if not isinstance(each, Generator):
+                    continue
+                name = each.iterable.id
+                if name in table.types and name not in there | constants and not name.startswith("_"):
+                    message = f"no task of this library has an object of type '{name}': this is about nothing"
+                    help = f"give an object of a scene that type, or leave out what is said of '{name}'"
+                    yield Diagnostic("N107", message, each.span, help=help)
 
 
 def _is_whole(declaration: Declaration) -> bool:

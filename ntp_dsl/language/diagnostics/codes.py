@@ -81,6 +81,7 @@ CODES: Mapping[str, str] = {
     "W503": "a task's success is not what its program achieves",
     "N104": "nothing that a task runs can use a group of its scene",
     "N106": "no task uses a program or composed predicate",
+    "N107": "a loop or quantifier over a type of which no task has an object",
     "N401": "a promise that no call of the program refers to",
     "N403": "a number that a call requires, and that may change by itself",
     "N404": "a list of which no demonstration can show anything",

@@ -131,7 +131,7 @@ class Contracts:
         """
         if self._poisoned.within(program.requires):
             return
-        known = list(self.expand(facts(program.requires)))
+        known = list(self.expand([*facts(program.requires), *self._to_do(program)]))
         for index, statement in enumerate(program.body):
             call = innermost(statement)
             callee = self.table.callable(call.callee)
@@ -148,6 +148,11 @@ class Contracts:
             if self._poisoned.within(callee.achieves) or _is_silent(callee):
                 return
             known += self.promised(statement)
+
+    def _to_do(self, program: ProgramDeclaration) -> list[Expression]:
+        """Return what holds as long as a program runs: that the one fact that it is to achieve does not."""
+        wanted = [] if self._poisoned.within(program.achieves) else [*facts(program.achieves)]
+        return [negated(wanted[0])] if len(wanted) == 1 else []
 
     def promised(self, statement: Statement) -> list[Expression]:
         """Return what holds after the statement, of every element that it loops over."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ntp_dsl.common.text import printable
 from ntp_dsl.traces.comparison.alignment import Level
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.confidence import Confidence
@@ -48,10 +49,26 @@ class Comparison:
         return self.divergences[0] if self.divergences else None
 
     @property
+    def verdicts(self) -> str:
+        """Return how the two runs were judged; empty where that is the same, or not known."""
+        ends = [self.a.end, self.b.end]
+        judged = [(end.success, end.verdict) for end in ends if end is not None and end.success is not None]
+        if len(judged) < 2 or judged[0][0] == judged[1][0]:
+            return ""
+        told = ("succeeded" if success else f"failed: {verdict}" for success, verdict in judged)
+        return printable("; ".join(f"{side} {text}" for side, text in zip("AB", told, strict=True)))
+
+    @property
+    def is_same(self) -> bool:
+        """Whether the calls are the same, and were judged alike."""
+        return self.first is None and not self.verdicts
+
+    @property
     def summary(self) -> str:
         """Return in a sentence where the second trace leaves the first."""
         if self.first is None:
-            return "The two traces are the same."
+            calls = "The two traces are the same."
+            return f"The same calls, judged otherwise: {self.verdicts}." if self.verdicts else calls
         more = len(self.divergences) - 1
         cause = f", attributed to {self.first.attributed_to}" if self.first.attributed_to else ""
         place = f" at {self.first.source}" if self.first.source else ""

@@ -61,7 +61,7 @@ def command(
         answers.print(Text(f"B {second}: {headline(comparison.b.header)}", style="bold"))
         for row in report(comparison, everywhere):
             answers.print(row)
-    return DIFFERENT if comparison.first else SAME
+    return SAME if comparison.is_same else DIFFERENT
 
 
 def _diff_folders(files: list[tuple[Path, Path]], scopes: bool, json: bool) -> int:
@@ -71,21 +71,26 @@ def _diff_folders(files: list[tuple[Path, Path]], scopes: bool, json: bool) -> i
         for a, b in files:
             comparison = compare(read_trace(a), read_trace(b), scopes=scopes)
             first = as_json(comparison, comparison.first) if comparison.first else None
-            rows.append({"file": a.name, "first": first, "divergences": len(comparison.divergences)})
+            row = {"file": a.name, "first": first, "divergences": len(comparison.divergences)}
+            rows.append(row | {"verdicts": comparison.verdicts})
             bar.advance()
     found = [(row, row["first"]) for row in rows if row["first"] is not None]
+    judged = [row for row in rows if row["first"] is None and row["verdicts"]]
+    same = len(rows) - len(found) - len(judged)
     if json:
-        print_json({"pairs": rows, "same": len(rows) - len(found)})
-        return DIFFERENT if found else SAME
+        print_json({"pairs": rows, "same": same})
+        return DIFFERENT if same < len(rows) else SAME
     for row, first in found:
         cause = f", attributed to {first['attributed_to']}" if first["attributed_to"] else ""
         where = f" at {printable(first['source'])}" if first["source"] else ""
         answers.print(Text(f"{row['file']}: {first['kind']}{where}{cause}", style="red"))
-    answers.print(f"{len(rows) - len(found)} of {counted(len(rows), 'pair')} the same")
+    for row in judged:
+        answers.print(Text(f"{row['file']}: the same calls, and {row['verdicts']}", style="red"))
+    answers.print(f"{same} of {counted(len(rows), 'pair')} the same")
     places = Counter((str(first["kind"]), str(first["source"])) for _, first in found)
     for (kind, place), count in places.most_common():
         answers.print(f"  {count} × {kind}{f' at {printable(place)}' if place else ''}")
-    return DIFFERENT if found else SAME
+    return DIFFERENT if same < len(rows) else SAME
 
 
 # As text ----------------------------------------------------------------------------------------
@@ -96,6 +101,9 @@ def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
     yield from _warnings(comparison)
     if comparison.first is None:
         yield Text(f"the same: {len(comparison.a.calls)} calls", style="green")
+        if comparison.verdicts:
+            text = f"and yet judged otherwise: {comparison.verdicts}; where things lie differs"
+            yield Text(text, style="red")
         return
     listed = comparison.divergences[: MAX_SHOWN if everywhere else 1]
     for number, divergence in enumerate(listed):
@@ -216,7 +224,8 @@ def document(comparison: Comparison) -> dict[str, Any]:
     """Return a comparison as a JSON document."""
     rows = [as_json(comparison, each) for each in comparison.divergences]
     return {
-        "differ": bool(rows),
+        "differ": not comparison.is_same,
+        "verdicts": comparison.verdicts,
         "first": rows[0] if rows else None,
         "divergences": rows,
         "counts": dict(Counter(row["kind"] for row in rows)),
