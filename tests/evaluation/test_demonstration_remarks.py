@@ -74,3 +74,32 @@ def test_without_a_goal_nothing_is_compared() -> None:
     task, shown = shown_by_the_expert("block_stacking", "few_placements", 1)
     cut = replace(first_frames(shown, len(shown) // 3), origin=UNKNOWN)
     assert not any("goal" in each for each in said(task, cut))
+
+
+def test_a_demonstration_that_begins_with_a_closed_hand_is_told() -> None:
+    task, shown = shown_by_the_expert("block_stacking", "few_placements", 1)
+    begin = int(np.argmax(shown.closed)) + 2
+    late = first_frames(shown, len(shown))
+    late = replace(
+        late,
+        **{
+            name: values[begin:]
+            for name in ("times", "closed", "grippers", "positions", "orientations", "deviations", "facts")
+            if (values := getattr(late, name)) is not None
+        },
+    )
+    assert "does it begin too late?" in said(task, late)[0]
+
+
+def test_an_object_that_is_somewhere_else_at_once_is_told() -> None:
+    task, shown = shown_by_the_expert("block_stacking", "few_placements", 1)
+    places = shown.positions.copy()
+    places[-3:, 0] += (0.3, 0.0, 0.0)
+    told = said(task, replace(shown, positions=places))
+    assert f"{shown.names[0]} jumps by 0.30 m at frame {len(shown) - 3}" in told[0]
+
+
+def test_a_hand_that_carries_nothing_is_told() -> None:
+    task, shown = shown_by_the_expert("block_stacking", "few_placements", 1)
+    still = replace(shown, positions=np.repeat(shown.positions[:1], len(shown), axis=0))
+    assert any("and no object moves with it" in each for each in said(task, still))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.formatting.canonical import format_library
@@ -87,6 +88,41 @@ def test_a_count_holds_where_as_many_facts_are_more_probable_than_not(chances: l
     for number in COUNTS:
         assert (state.probability(Literal(f"least_{number}", ("table",))) > 0.5) is (count >= number)
         assert (state.probability(Literal(f"exact_{number}", ("table",))) > 0.5) is (count == number)
+
+
+FILLING = """library filling
+use containers
+
+type Egg is Movable
+type Bunny is Movable
+program fill(b: Place):
+    requires present(b) and reachable(b) and hollow(b)
+    achieves ({count} in(e, b) for e in Egg) and some in(y, b) for y in Bunny
+    for e in Egg: put_in(e, b)
+    for y in Bunny: put_in(y, b)
+task filling:
+    scene:
+        box: Place on table with bin(18 cm, 18 cm, 6 cm), at(38 cm, 30 cm)
+        eggs: 4 Egg on table with cylinder(4 cm, 5 cm), y(-0.25 .. 0.1 m)
+        bunnies: 2 Bunny on table with box(5 cm, 5 cm, 7 cm), y(-0.25 .. 0.1 m)
+    run: fill(box)
+    success: ({count} in(e, box) for e in Egg) and some in(y, box) for y in Bunny
+"""
+
+
+@pytest.mark.parametrize("learned", [False, True])
+@pytest.mark.parametrize("count", ["exactly 2", "at least 2", "at least 1"])
+def test_a_count_is_served_until_it_holds_whatever_else_is_to_be_done(
+    count: str, learned: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "filling.ntp"
+    path.write_text(FILLING.format(count=count))
+    evaluator = Evaluator(Plan(path, "filling", shipped_core() if learned else None, seed=1))
+    recorded = evaluator.demonstration(evaluator.instance(0), 0)[0] if learned else None
+    assert evaluator.episode(0, recorded).success
+    state = State(evaluator.registry, evaluator.world.truth())
+    inside = [each for each in state.observation.positions if state.holds(Literal("in", (each, "box")))]
+    assert sorted(each.rpartition("_")[0] for each in inside) == ["bunny"] + ["egg"] * int(count[-1])
 
 
 def with_statements(*lines: str) -> str:

@@ -6,6 +6,8 @@ from math import cos, sin
 
 import pytest
 
+from ntp_dsl.core.one_core import load_one_core, shipped_core
+from ntp_dsl.core.perception.grounding import ground
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.semantics.predicates import (
@@ -16,6 +18,7 @@ from ntp_dsl.semantics.predicates import (
     empty,
     held,
     holding,
+    inside,
     on,
     present,
     reachable,
@@ -139,3 +142,31 @@ def test_a_bowl_is_held_by_its_rim_however_it_hangs(tilt: float) -> None:
     assert holds(FAR, grip) == "bowl"
     over = (0.01, 0.0, 0.375)  # about to drop a fork into it, as far from its middle as its rim is
     assert holds(over, over) == "fork" and holds(FAR, over) is None
+
+
+THIN = {
+    "tray": SceneObject("tray", "Place", (0.1, 0.1, 0.01), fixed=True),
+    "book": SceneObject("book", "Movable", (0.08, 0.1, 0.01)),
+    "board": SceneObject("board", "Place", (0.3, 0.3, 0.01), fixed=True),
+    "bin": SceneObject("bin", "Place", (0.15, 0.15, 0.06), shape="bin", fixed=True),
+}
+
+
+@pytest.mark.parametrize("below", THIN)
+def test_what_stands_on_a_thin_thing_or_lies_in_a_bin_does_not_stand_on_the_table(below: str) -> None:
+    thing = THIN[below]
+    height = 0.005 if thing.cavity is not None else thing.size[2]  # of what carries the block
+    places = {
+        "a": (0.5, 0.0, height + 0.025),
+        "b": (0.75, 0.0, 0.025),
+        "t": (0.5, 0.0, -0.02),
+        below: (0.5, 0.0, thing.size[2] / 2),
+    }
+    moment = Observation((*THINGS, thing), places, FAR, closed=False)
+    assert not on(moment, "a", "t") and not JUDGED["on"](moment, "a", "t")
+    assert on(moment, "b", "t") and (inside if thing.cavity else on)(moment, "a", below)
+    if thing.movable:
+        assert on(moment, below, "t")
+    network = load_one_core(shipped_core()).grounding
+    seen_on = ground(network, moment).contacts
+    assert seen_on["a", "t"][0] < 0.5 < seen_on["b", "t"][0]

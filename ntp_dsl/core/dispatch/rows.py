@@ -103,7 +103,7 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     provides = [
         (call, at)
         for call, given_facts in enumerate(provided)
-        for at in sorted({facts[each] for each in given_facts} | _implied(given_facts, vague))
+        for at in sorted({facts[each] for each in given_facts} | _implied(given_facts, vague, state))
     ]
     return Row(
         tuple(calls),
@@ -118,9 +118,17 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     )
 
 
-def _implied(given: Sequence[Fact], vague: Sequence[tuple[Fact, int]]) -> set[int]:
-    """Return the facts of any object that facts of one imply, and the conditions that they help."""
-    return {at for fact, at in vague if any(each.provides(fact) for each in given)}
+def _implied(given: Sequence[Fact], vague: Sequence[tuple[Fact, int]], state: Believed) -> set[int]:
+    """Return the facts of any object that facts of one imply, and the conditions that they help.
+
+    What holds already helps no more: a call is done where its own facts hold, though a condition does not.
+    """
+    is_done = all(state.probability(each) > 0.5 for each in given)
+    return {
+        at
+        for fact, at in vague
+        if not (is_done and isinstance(fact, Condition)) and any(each.provides(fact) for each in given)
+    }
 
 
 def _calls(

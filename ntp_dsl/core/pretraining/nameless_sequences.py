@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,19 +33,25 @@ class _Step:
 def sequence(rng: np.random.Generator) -> list[Sample]:
     """Return decisions on the way through a random sequence: what is right by the truth, told in doubt."""
     registry, initially = random_sequence(rng)
-    expert = Expert(registry)
-    true = {name: float((name in initially) != (rng.random() < STRAY)) for name in registry.predicates}
+    start = {name: float((name in initially) != (rng.random() < STRAY)) for name in registry.predicates}
     found: list[Sample] = []
-    for _ in registry.apis:
+    for true in way(registry, start):
         strayed = {name: abs(value - float(rng.random() < STRAY)) for name, value in true.items()}
         probabilities, truth = doubted(strayed, DOUBTFUL, rng)
         sample = decision(registry, probabilities, truth)
         found += [sample] if sample is not None else []
+    return found
+
+
+def way(registry: Registry, true: dict[str, float]) -> Iterator[dict[str, float]]:
+    """Yield the states that an expert comes through: at most as many as there are calls."""
+    expert = Expert(registry)
+    for _ in registry.apis:
+        yield true
         call = expert.decide("p", (), believed(registry, true))
         if not isinstance(call, NextCall):
-            break
+            return
         true = _after(registry.apis[call.callee], true)
-    return found
 
 
 def _after(api: Api, true: Mapping[str, float]) -> dict[str, float]:

@@ -21,16 +21,20 @@ from ntp_dsl.core.pretraining.config import PretrainingConfig
 from ntp_dsl.core.pretraining.dispatch_data import Sample
 from ntp_dsl.core.pretraining.grounding_data import Parts, joined, of_scene
 from ntp_dsl.core.pretraining.nameless_programs import nameless
+from ntp_dsl.core.pretraining.nameless_sequences import sequence
 from ntp_dsl.core.pretraining.pretraining import Pretraining
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
-TINY = PretrainingConfig(seed=3, scenes=6, iterations=12, programs=30, libraries=0, dispatch_iterations=8)
+TINY = PretrainingConfig(
+    seed=3, scenes=6, iterations=12, programs=30, sequences=4, libraries=0, dispatch_iterations=8
+)
 SIZES = ["--seed", "3", "--scenes", "6", "--iterations", "12", "--programs", "30", "--libraries", "0"]
+SIZES += ["--sequences", "4"]
 WORDS = ["pretrain", *SIZES, "--dispatch-iterations", "8"]
 PARTIAL, CORE = "pretraining.safetensors", "core.safetensors"
 
 Weights = dict[str, torch.Tensor]
-Data = tuple[Parts, list[Sample]]
+Data = tuple[Parts, list[Sample], list[Sample]]  # scenes, nameless programs, sequences
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +45,12 @@ def data() -> Data:
 def made_up(config: PretrainingConfig) -> Data:
     parts = joined(each for number in range(config.scenes) for each in of_scene(number, config.seed))
     found = [nameless(np.random.default_rng((config.seed, number))) for number in range(config.programs)]
-    return parts, [each for each in found if each is not None]
+    in_sequence = [
+        each
+        for number in range(config.sequences)
+        for each in sequence(np.random.default_rng((config.seed, number)))
+    ]
+    return parts, [each for each in found if each is not None], in_sequence
 
 
 def go_on(training: Pretraining, data: Data, stop: int | None = None) -> None:
@@ -52,7 +61,7 @@ def go_on(training: Pretraining, data: Data, stop: int | None = None) -> None:
             raise KeyboardInterrupt
 
     training.fit_grounding(data[0], report)
-    training.fit_dispatch([data[1], []], report)
+    training.fit_dispatch([data[1], []], data[2], report)
 
 
 def weights_of(training: Pretraining) -> Weights:
@@ -83,11 +92,12 @@ def assert_same(some: dict[str, torch.Tensor], others: dict[str, torch.Tensor]) 
 
 
 def test_the_same_seed_makes_up_the_same_scenes_and_programs(data: Data) -> None:
-    parts, samples = made_up(TINY)
+    parts, samples, in_sequence = made_up(TINY)
     for one, other in zip(data[0], parts, strict=True):
         assert np.array_equal(one.inputs, other.inputs)
         assert np.array_equal(one.answers, other.answers, equal_nan=True)
     assert [str(each) for each in samples] == [str(each) for each in data[1]] != []
+    assert [str(each) for each in in_sequence] == [str(each) for each in data[2]] != []
 
 
 def test_the_same_seed_gives_the_same_weights_bit_for_bit(data: Data) -> None:
@@ -113,7 +123,7 @@ def test_it_learns(data: Data) -> None:
     seeing: list[float] = []
     deciding: list[float] = []
     training.fit_grounding(data[0], lambda _, loss: seeing.append(loss))
-    training.fit_dispatch([data[1], []], lambda _, loss: deciding.append(loss))
+    training.fit_dispatch([data[1], []], data[2], lambda _, loss: deciding.append(loss))
     for losses, share in ((seeing, 0.5), (deciding, 0.9)):
         assert np.mean(losses[-10:]) < share * np.mean(losses[:10])
 
@@ -190,7 +200,8 @@ def test_after_an_interruption_the_same_command_goes_on(
 
 
 @pytest.mark.parametrize(
-    "other", [["--seed", "4"], ["--scenes", "5"], ["--iterations", "13"], ["--programs", "9"]]
+    "other",
+    [["--seed", "4"], ["--scenes", "5"], ["--iterations", "13"], ["--programs", "9"], ["--sequences", "5"]],
 )
 def test_a_training_with_other_settings_is_not_gone_on_with(
     other: list[str], interrupted: Path, capsys: pytest.CaptureFixture[str]
