@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ntp_dsl.traces.phrases import format_call
-from ntp_dsl.traces.schema import ROOT, Call
+from ntp_dsl.traces.schema import ROOT, Call, CallOutcome, Ending
 from ntp_dsl.traces.trace import Trace
 
 ROUNDS = 3  # of which one is a circle
@@ -55,8 +55,8 @@ def _promised(call: Call) -> set[str]:
 
 
 def circle(trace: Trace) -> Circle | None:
-    """Return what a run that did not succeed went round in at its end; None where it did not."""
-    if trace.end is None or trace.end.success is not False:
+    """Return what a run went round in at its end; None where it did not come round to the same states."""
+    if trace.end is None or trace.end.ending is not Ending.CIRCULAR:
         return None
     callers = sorted((call for call in trace.calls if call.is_program), key=lambda call: -call.id)
     found = (_round(call, trace.children(call.id)) for call in callers)
@@ -72,7 +72,7 @@ def _of_roots(trace: Trace) -> Circle | None:
 
 def _round(caller: Call, made: Sequence[Call]) -> Circle | None:
     """Return the round at the end of some calls, the last of which may not have returned."""
-    whole = [call for call in made if call.end_frame is not None and call.outcome != "stopped"]
+    whole = [call for call in made if call.end_frame is not None and call.outcome is not CallOutcome.STOPPED]
     texts = [format_call(call) for call in whole]
     for length in range(1, min(LONGEST, len(texts) // ROUNDS) + 1):
         rounds = 1

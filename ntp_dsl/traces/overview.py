@@ -60,7 +60,7 @@ def _round(trace: Trace, found: Circle) -> Iterator[str]:
     if found.failing:
         for call in found.failing[:FEW]:
             what = f"without {call.execution.unmet[0]}" if call.execution.unmet else str(call.outcome)
-            yield f"Of these, {format_call(call)} ended {what} each time{_in_python(trace, call)}."
+            yield f"In the last round {format_call(call)} ended {what}{_in_python(trace, call)}."
     elif (undone := found.undone()) is not None:
         fact, achiever, ender = undone
         yield (

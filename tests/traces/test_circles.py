@@ -41,7 +41,7 @@ def one_sided(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def misjudged(tmp_path: Path) -> Path:
-    """A predicate in Python takes the height of another object."""
+    """In a predicate in Python the height of another object is taken."""
     old = "by_name[tray].size[2] / 2\n    return"
     return planted(tmp_path, DOMAINS / "kitting", "kitting.py", old, "by_name[part].size[2] / 2\n    return")
 

@@ -29,9 +29,9 @@ NAMED = {  # by what the commands print, and not by the fault's own text
     ),
     "7": (
         "slips 1.0",
-        "most often by slip block_7 (35)",
-        "20 of the 135 calls were never made good",
-        "dropped: block_2",
+        "most often by slip block_7 (43)",
+        "6 of the 136 calls were never made good",
+        "dropped: block_0",
     ),
     "8": ("no inverse kinematics", "seat_2 at (0.860, 0.000, 0.005) m"),
     "8b": ("goal in collision", "place_0, place_1"),
