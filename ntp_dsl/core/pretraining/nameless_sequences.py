@@ -118,8 +118,8 @@ def _with_tool(tool: str, home: str, steps: Sequence[_Step], rng: np.random.Gene
         between[back] = replace(between[back], achieves=(*between[back].achieves, tool))
     before = steps[last - 1].achieves[:1] if last and rng.random() < 0.5 else ()
     fetched = _Step((tool, f"-{home}"), guard=home * bool(rng.random() < 0.5)) if home else _Step((tool,))
-    put_away = _Step((home, f"-{tool}") if home else (f"-{tool}",), (*before, *([tool] if home else [])))
-    return [*steps[:first], fetched, *between, put_away, *steps[last:]]
+    returned = _Step((home, f"-{tool}") if home else (f"-{tool}",), (*before, *([tool] if home else [])))
+    return [*steps[:first], fetched, *between, returned, *steps[last:]]
 
 
 def _any_guard(names: Sequence[str], rng: np.random.Generator) -> str:
