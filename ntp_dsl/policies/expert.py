@@ -189,8 +189,12 @@ class Expert:
         if not pending:
             return Instance(None, True, provides, frozenset(), names)
         helped = self._provided_by(earlier, scope, state) if earlier else frozenset[Fact]()
+        new = [fact for fact in helped if not state.holds(fact)]  # what holds helps no condition
         for element in pending:
-            hopeless = any(not _provides_any(helped, {lack}) for lack in element.lacks)
+            hopeless = any(
+                not _provides_any(new if isinstance(lack, Condition) else helped, {lack})
+                for lack in element.lacks
+            )
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
                 return Instance(element.call, False, provides, element.lacks, names)
         vain = next((each.call for each in pending if not each.lacks), None)

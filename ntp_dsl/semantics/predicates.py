@@ -18,6 +18,7 @@ CENTRED = 0.015  # the target of programs; success tests accept more, so that no
 ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from the object to grasp, seen from above
 OVERLAP = 0.9  # of an object's width: centres nearer than this overlap, seen from above
+LOWER = 0.003  # of a container's floor than a surface on which the container may still stand [m]
 TOUCHING = 0.012  # gap up to which an object counts as resting on the one below
 
 
@@ -59,8 +60,12 @@ def _is_above_another(observation: Observation, item: str, surface: str) -> bool
     for other in observation.objects:
         if other.name in (item, surface) or other.name not in observation.positions:
             continue
-        if stands_on(observation, item, other.name):
+        if covers(observation, item, other.name):
             return True
+        if other.cavity is not None and inside(observation, item, other.name):
+            floor = observation.positions[other.name][2] - other.size[2] / 2 + other.cavity.floor
+            if floor > top - LOWER:  # else the surface itself is in it
+                return True
         is_higher = observation.positions[other.name][2] + other.size[2] / 2 > top
         if other.roomy and is_higher and rests_on(observation, item, other.name):
             return True

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from itertools import product
 from typing import Any
 
@@ -51,7 +52,7 @@ class Literal:
         condition, it need only be one of the literals that help to bring it about.
         """
         if isinstance(other, Condition):
-            return any(self.provides(each) for each in other.helped_by)
+            return other.is_helped_by(self)
         if self.predicate != other.predicate:
             return False
         some, more = (self, other) if self.positive else (other, self)
@@ -75,14 +76,28 @@ class Condition:
 
     Args:
         bindings: of the names in it.
-        helped_by: the literals of which more have to hold, or one of which has to, for it to hold.
+        helping: returns the literals of which more have to hold, or one of which has to, for it to hold.
     """
 
     text: str
     expression: nodes.Expression = field(compare=False, repr=False)
     scope: Bindings = field(compare=False, repr=False)
     bindings: tuple[tuple[str, Argument], ...] = ()
-    helped_by: frozenset[Literal] = field(default=frozenset(), compare=False, repr=False)
+    helping: Callable[[], Iterable[Literal]] = field(default=tuple, compare=False, repr=False)
+
+    def is_helped_by(self, literal: Literal) -> bool:
+        """Return whether a literal, or what it implies of any object, helps to bring it about."""
+        if literal in self._helped_by:
+            return True
+        return any(literal.provides(each) for each in self._vague if each.predicate == literal.predicate)
+
+    @cached_property
+    def _helped_by(self) -> frozenset[Literal]:
+        return frozenset(self.helping())  # late: readings in it may be lacking where it holds anyway
+
+    @cached_property
+    def _vague(self) -> list[Literal]:
+        return [each for each in self._helped_by if ANY in each.arguments]
 
     def provides(self, other: Fact) -> bool:
         return self == other
@@ -208,16 +223,16 @@ class State:
         named = {name: scope[name] for name in sorted(free_names(expression)) if name in scope}
         given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
         text = format_expression(expression)
-        helped_by = frozenset(self._helping(expression, scope, positive=True))
         told = f"{text} with {given}" if given else text
-        return Condition(told, expression, scope, tuple(named.items()), helped_by)
+        helping = partial(self._helping, expression, scope, positive=True)
+        return Condition(told, expression, scope, tuple(named.items()), helping)
 
     def _helping(
         self, expression: nodes.Expression | None, scope: Bindings, positive: bool
     ) -> Iterator[Literal]:
         """Yield the literals that help to make an expression true, or false.
 
-        Where an exact number has to hold, more of them help while there are too few, and fewer from there on.
+        Where an exact number has to hold, more of them help unless there are too many: then fewer do.
         """
         match expression:
             case nodes.Atom(predicate=predicate, arguments=arguments):

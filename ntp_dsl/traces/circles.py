@@ -58,7 +58,9 @@ def circle(trace: Trace) -> Circle | None:
     """Return what a run went round in at its end; None where it did not come round to the same states."""
     if trace.end is None or trace.end.ending is not Ending.CIRCULAR:
         return None
-    callers = sorted((call for call in trace.calls if call.is_program), key=lambda call: -call.id)
+    callers = [
+        call for call in trace.calls if call.is_program and not call.succeeded
+    ]  # others had ended well
     found = (_round(call, trace.children(call.id)) for call in callers)
     circles = [each for each in found if each is not None]
     return max(circles, key=lambda each: each.rounds * len(each.calls), default=None) or _of_roots(trace)

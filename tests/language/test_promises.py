@@ -52,3 +52,44 @@ def test_of_a_composed_predicate_the_reversed_part_is_named(tmp_path: Path) -> N
     (note,) = promises(tmp_path, WHOLE, "pick_and_place(c, l)")
     expected = "packed(g, c, l) is promised, and the calls achieve 'on' of other objects only"
     assert note.message == expected
+
+
+LAMPS = """
+library lamps
+use tabletop
+
+type Lamp is Place
+predicate lit(l: Lamp) by state
+predicate warm(l: Lamp) by state
+api light(l: Lamp)
+    requires warm(l)
+    achieves lit(l)
+api rub(l: Lamp)
+    requires not {dark}
+    achieves warm(l)
+program prepare(l: Lamp):
+    requires not {dark}
+    achieves warm(l)
+    rub(l)
+program brighten(l: Lamp):
+    achieves {wanted}
+    prepare(l)
+    light(l)
+"""
+
+
+@pytest.mark.parametrize(
+    "wanted, dark, is_given",
+    [
+        ("lit(l)", "lit(l)", True),
+        ("all lit(k) for k in Lamp", "lit(l)", False),
+        ("lit(l) and exactly 0 warm(k) for k in Lamp", "lit(l)", False),
+    ],
+)
+def test_of_one_fact_that_is_to_be_achieved_it_is_given_that_it_does_not_hold(
+    wanted: str, dark: str, is_given: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "lamps.ntp"
+    path.write_text(LAMPS.format(wanted=wanted, dark=dark))
+    codes = [each.code for each in diagnose(path).diagnostics if each.severity == "error"]
+    assert ("E403" not in codes) is is_given

@@ -170,3 +170,20 @@ def test_what_stands_on_a_thin_thing_or_lies_in_a_bin_does_not_stand_on_the_tabl
     network = load_one_core(shipped_core()).grounding
     seen_on = ground(network, moment).contacts
     assert seen_on["a", "t"][0] < 0.5 < seen_on["b", "t"][0]
+
+
+def test_what_stands_on_a_tray_in_a_crate_stands_on_the_tray() -> None:
+    crate = SceneObject("crate", "Place", (0.5, 0.5, 0.12), shape="bin", fixed=True)
+    tray = SceneObject("tray", "Place", (0.3, 0.3, 0.01), fixed=True)
+    floor = 0.005  # of the crate
+    places = {
+        "a": (0.5, 0.0, floor + 0.01 + 0.025),
+        "b": (0.9, 0.0, 0.025),
+        "t": (0.5, 0.0, -0.02),
+        "crate": (0.5, 0.0, 0.06),
+        "tray": (0.5, 0.0, floor + 0.005),
+    }
+    moment = Observation((*THINGS, crate, tray), places, FAR, closed=False)
+    assert on(moment, "a", "tray") and inside(moment, "a", "crate") and not on(moment, "a", "t")
+    seen_on = ground(load_one_core(shipped_core()).grounding, moment).contacts
+    assert seen_on["a", "t"][0] < 0.5 < seen_on["a", "tray"][0]

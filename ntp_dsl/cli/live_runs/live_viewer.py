@@ -62,6 +62,6 @@ def _follow(path: Path, viewer: Viewer, is_over: Event) -> None:
         if not path.is_file() or (now := path.stat().st_size) == size:
             continue
         size, started = now, perf_counter()
-        with suppress(NtpError):  # its first line is being written
+        with suppress(NtpError, OSError, RuntimeError):  # a line is being written, or the viewer is busy
             viewer.send(read_trace(path), path.parent)
         cost = perf_counter() - started

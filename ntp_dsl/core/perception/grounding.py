@@ -13,6 +13,7 @@ from ntp_dsl.core.perception import features
 from ntp_dsl.core.perception.features import Array, Bodies, bodies, joined
 from ntp_dsl.semantics.graded import NO_CONTACT, Graded
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.predicates import LOWER
 
 WIDTH = 64
 
@@ -90,9 +91,12 @@ def _elsewhere(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp], touch
     """
     found = np.zeros(len(item))
     top, roomy = b.at[:, 2] + b.size[:, 2] / 2, b.roomy[below]
-    stands = np.maximum(touching[:, 2], np.where(roomy, 0.0, touching[:, 1]))
+    floor = (b.at[:, 2] - b.size[:, 2] / 2 + b.floor)[below]
+    covers = np.where(roomy, 0.0, touching[:, 1])
     for surface in np.flatnonzero(b.roomy).tolist():
-        chances = np.where(roomy & (top[below] > top[surface]), np.maximum(stands, touching[:, 0]), stands)
+        lies = np.where(floor > top[surface] - LOWER, touching[:, 2], 0.0)  # else the surface is in it
+        rests = np.where(roomy & (top[below] > top[surface]), touching[:, 0], 0.0)
+        chances = np.maximum(np.maximum(covers, lies), rests)
         most = np.zeros(len(b))
         np.maximum.at(most, item, np.where(below == surface, 0.0, chances))
         found = np.where(below == surface, most[item], found)

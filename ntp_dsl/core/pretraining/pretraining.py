@@ -21,7 +21,7 @@ from ntp_dsl.core.pretraining.grounding_data import Parts
 from ntp_dsl.core.weights import Weights, read_weights, write_weights
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
-PARTIAL, VERSION = "ntp-core-in-training", "1"
+PARTIAL, VERSION = "ntp-core-in-training", "2"
 
 
 class Pretraining:

@@ -151,8 +151,9 @@ class Contracts:
 
     def _to_do(self, program: ProgramDeclaration) -> list[Expression]:
         """Return what holds as long as a program runs: that the one fact that it is to achieve does not."""
-        wanted = [] if self._poisoned.within(program.achieves) else [*facts(program.achieves)]
-        return [negated(wanted[0])] if len(wanted) == 1 else []
+        wanted = None if self._poisoned.within(program.achieves) else program.achieves
+        is_one_fact = isinstance(wanted, Atom) or isinstance(wanted, Not) and isinstance(wanted.value, Atom)
+        return [negated(wanted)] if wanted is not None and is_one_fact else []
 
     def promised(self, statement: Statement) -> list[Expression]:
         """Return what holds after the statement, of every element that it loops over."""

@@ -83,7 +83,7 @@ class Entities:
         """Send what has been added to the trace; its pictures lie in the folder."""
         moments = [*episode_motion(trace)]
         self._times |= {frame: time for frame, time, *_ in moments}
-        if not self._said:
+        if self._last < 0:
             self._scene(trace)
         self._tracks(trace, [each for each in moments if each[0] > self._last])
         self._last = max([self._last, *self._times])

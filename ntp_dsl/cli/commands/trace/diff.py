@@ -102,7 +102,7 @@ def report(comparison: Comparison, everywhere: bool) -> Iterator[Text]:
     if comparison.first is None:
         yield Text(f"the same: {len(comparison.a.calls)} calls", style="green")
         if comparison.verdicts:
-            text = f"and yet judged otherwise: {comparison.verdicts}; where things lie differs"
+            text = f"and yet judged otherwise: {comparison.verdicts}"
             yield Text(text, style="red")
         return
     listed = comparison.divergences[: MAX_SHOWN if everywhere else 1]
