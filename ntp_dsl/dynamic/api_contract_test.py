@@ -15,6 +15,7 @@ from ntp_dsl.dynamic.places import Places
 from ntp_dsl.dynamic.starts import places_text
 from ntp_dsl.dynamic.trial_traces import TrialTraces
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
+from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
@@ -182,7 +183,7 @@ def _violation(api: Api, record: _Record, places: Places, file: Path | None) -> 
     help = "require more, or achieve less"
     if record.in_python:
         help += f"; or mend {' or '.join(record.in_python)}, in Python"
-    seen = () if file is None else (Note(f"its trace: {file}"),)
+    seen = () if file is None else (Note(f"its trace: {shown_path(file)}"),)
     notes: tuple[Note, ...] = (Note(record.example, api.span), *map(Note, _ranges(api, record)), *seen)
     if not places.is_own(api.span):
         help = "declare objects that it can handle, and leave them more room"

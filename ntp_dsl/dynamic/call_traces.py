@@ -6,25 +6,21 @@ from collections.abc import Sequence
 from functools import partial
 from io import StringIO
 
+from ntp_dsl.dynamic.trial_traces import header, write_frame
 from ntp_dsl.language.registry import Api, Registry
-from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import Fact
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import (
-    FORMAT,
     ROOT,
-    VERSION,
     CallKind,
     CallOutcome,
     End,
     Ending,
     Execution,
-    Header,
-    PolicyKind,
 )
-from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import Outcome, World
 
@@ -37,24 +33,10 @@ class CallTrace:
     ) -> None:
         self._text, self._world = StringIO(), world
         self._writer = TraceWriter(self._text)
-        self._writer.header(
-            Header(
-                format=FORMAT,
-                version=VERSION,
-                library=registry.name,
-                registry=registry.hash,
-                task=instance.name,
-                program=api.name,
-                arguments=arguments,
-                policy=PolicyKind.SCRIPTED,
-                world="kinematic",
-                objects=instance.objects,
-                sources=library_sources(registry),
-            )
-        )
+        self._writer.header(header(registry, instance, api.name, arguments))
         state = self._writer.state(world.truth())
         self._writer.call(ROOT, CallKind.API, api.name, arguments, None, 0, state, NO_DECISION)
-        world.on_frame = partial(_write_frame, self._writer, world)
+        world.on_frame = partial(write_frame, self._writer, world)
 
     def end(self, outcome: Outcome, unmet: Sequence[Fact]) -> str:
         """Return the text of a call that did not achieve what it promises."""
@@ -72,7 +54,3 @@ class CallTrace:
             )
         )
         return self._text.getvalue()
-
-
-def _write_frame(writer: TraceWriter, world: World, seen: Observation) -> None:
-    writer.frame(world.time, seen)

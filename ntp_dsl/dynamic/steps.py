@@ -60,7 +60,10 @@ def undoing(registry: Registry, steps: Sequence[Step]) -> Undoing | None:
 
 
 def _undone(registry: Registry, steps: Sequence[Step]) -> Iterator[Undoing]:
-    """Yield what calls of one run of a program undo, where the same call is made again."""
+    """Yield what calls of one run of a program undo, where the same call is made again.
+
+    What the later call requires is left out: it is there to be used up.
+    """
     states = [State(registry, each.seen) for each in steps]
     for first, step in enumerate(steps[:-2]):
         row = registry[step.call.callee]
@@ -68,5 +71,9 @@ def _undone(registry: Registry, steps: Sequence[Step]) -> Iterator[Undoing]:
             if states[first].holds(fact) or not states[first + 1].holds(fact):
                 continue
             end = next((n for n in range(first + 2, len(steps)) if not states[n].holds(fact)), None)
-            if end is not None and any(later.call == step.call for later in steps[end:]):
-                yield Undoing(fact, step.call, steps[end - 1].call)
+            if end is None or not any(later.call == step.call for later in steps[end:]):
+                continue
+            ender = steps[end - 1].call
+            user = registry[ender.callee]
+            if fact not in states[end - 1].literals(user.requires, user.bind(ender.arguments)):
+                yield Undoing(fact, step.call, ender)

@@ -10,7 +10,36 @@ from pathlib import Path
 
 from ntp_dsl.common.files import written_whole
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.reader import parse_trace
+from ntp_dsl.traces.schema import FORMAT, VERSION, Header, PolicyKind
+from ntp_dsl.traces.sources import library_sources
+from ntp_dsl.traces.writer import TraceWriter
+from ntp_dsl.worlds.protocol import World
+
+
+def header(registry: Registry, instance: Instance, program: str, arguments: tuple[Argument, ...]) -> Header:
+    """Return the header of a trace of the scripted policy in a scene, in the world that checks run in."""
+    return Header(
+        format=FORMAT,
+        version=VERSION,
+        library=registry.name,
+        registry=registry.hash,
+        task=instance.name,
+        program=program,
+        arguments=arguments,
+        policy=PolicyKind.SCRIPTED,
+        world="kinematic",
+        objects=instance.objects,
+        sources=library_sources(registry),
+    )
+
+
+def write_frame(writer: TraceWriter, world: World, seen: Observation) -> None:
+    """Write the motion of a world; its `on_frame`, with the first two bound."""
+    writer.frame(world.time, seen)
 
 
 @dataclass

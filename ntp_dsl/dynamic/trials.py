@@ -9,6 +9,7 @@ from io import StringIO
 from msgspec.structs import replace as with_fields
 
 from ntp_dsl.dynamic.stuck import MOST, Stuck, listed, stuck
+from ntp_dsl.dynamic.trial_traces import header, write_frame
 from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, WatchedPolicy
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -19,16 +20,12 @@ from ntp_dsl.semantics.state import Fact, State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import (
-    FORMAT,
-    VERSION,
     Attribution,
     CallOutcome,
     End,
     Ending,
     Header,
-    PolicyKind,
 )
-from ntp_dsl.traces.sources import library_sources
 from ntp_dsl.traces.writer import TraceWriter
 from ntp_dsl.worlds.protocol import World
 
@@ -104,7 +101,7 @@ class Trials:
         writer = TraceWriter(text if self._traced else None)
         if self._traced:
             writer.header(self._header(instance, number))
-            self.world.on_frame = partial(_write_frame, writer, self.world)
+            self.world.on_frame = partial(write_frame, writer, self.world)
         interpreter = Interpreter(
             self.registry,
             policy,
@@ -130,26 +127,8 @@ class Trials:
         return replace(trial, trace=text.getvalue())
 
     def _header(self, instance: Instance, number: int) -> Header:
-        return Header(
-            format=FORMAT,
-            version=VERSION,
-            library=self.registry.name,
-            registry=self.registry.hash,
-            task=instance.name,
-            goal=instance.goal,
-            program=instance.program,
-            arguments=instance.arguments,
-            policy=PolicyKind.SCRIPTED,
-            seed=self.seed,
-            episode=number,
-            world="kinematic",
-            objects=instance.objects,
-            sources=library_sources(self.registry),
-        )
-
-
-def _write_frame(writer: TraceWriter, world: World, seen: Observation) -> None:
-    writer.frame(world.time, seen)
+        head = header(self.registry, instance, instance.program, instance.arguments)
+        return with_fields(head, goal=instance.goal, seed=self.seed, episode=number)
 
 
 def _end(trial: Trial) -> End:

@@ -18,7 +18,7 @@ CENTRED = 0.015  # the target of programs; success tests accept more, so that no
 ACCEPTED = 0.025  # half a cube
 OVER = 0.025  # of an empty hand from the object to grasp, seen from above
 OVERLAP = 0.9  # of an object's width: centres nearer than this overlap, seen from above
-LOWER = 0.003  # of a container's floor than a surface on which the container may still stand [m]
+FLOOR_BELOW = 0.003  # how far a container's floor may be below the surface that it stands on [m]
 TOUCHING = 0.012  # gap up to which an object counts as resting on the one below
 
 
@@ -64,7 +64,7 @@ def _is_above_another(observation: Observation, item: str, surface: str) -> bool
             return True
         if other.cavity is not None and inside(observation, item, other.name):
             floor = observation.positions[other.name][2] - other.size[2] / 2 + other.cavity.floor
-            if floor > top - LOWER:  # else the surface itself is in it
+            if floor > top - FLOOR_BELOW:  # else the surface itself is in it
                 return True
         is_higher = observation.positions[other.name][2] + other.size[2] / 2 > top
         if other.roomy and is_higher and rests_on(observation, item, other.name):

@@ -59,8 +59,9 @@ def _round(trace: Trace, found: Circle) -> Iterator[str]:
     yield f"{format_call(found.caller)} went round {counted(found.rounds, 'time')}: {calls}."
     if found.failing:
         for call in found.failing[:FEW]:
-            what = f"without {call.execution.unmet[0]}" if call.execution.unmet else str(call.outcome)
-            yield f"In the last round {format_call(call)} ended {what}{_in_python(trace, call)}."
+            unmet = f", but not {call.execution.unmet[0]}" if call.execution.unmet else ""
+            told = f"{call.outcome}{unmet}{_in_python(trace, call)}"
+            yield f"In the last round {format_call(call)} returned: {told}."
     elif (undone := found.undone()) is not None:
         fact, achiever, ender = undone
         yield (

@@ -278,3 +278,34 @@ def test_a_library_without_objects_has_nothing_to_test(tmp_path: Path, text: str
 def test_the_check_is_the_same_for_a_seed(tmp_path: Path) -> None:
     path = written(tmp_path, FOUND["E605 two objects that push each other off one pad"][0])
     assert diagnostics(path) == diagnostics(path)
+
+
+def test_of_calls_that_undo_one_another_what_is_there_to_be_used_up_is_left_out(tmp_path: Path) -> None:
+    lamps = """
+type Lamp is Place
+predicate lit(l: Lamp) by state
+predicate left(l: Lamp) by state
+predicate right(l: Lamp) by state
+api light(l: Lamp)
+    achieves lit(l)
+api turn_left(l: Lamp)
+    requires lit(l)
+    achieves left(l) and not right(l) and not lit(l)
+api turn_right(l: Lamp)
+    requires lit(l)
+    achieves right(l) and not left(l) and not lit(l)
+program turn(l: Lamp):
+    achieves left(l) and right(l)
+    light(l)
+    turn_left(l)
+    light(l)
+    turn_right(l)
+task turning:
+    scene: lamps: 1 Lamp on table
+    run: turn(lamp_0)
+    success: left(lamp_0) and right(lamp_0)
+"""
+    (livelock,) = [each for each in diagnostics(written(tmp_path, lamps)) if each.code == "E605"]
+    (told,) = [note.message for note in livelock.notes if "ends that again" in note.message]
+    assert "lit(" not in told and "turn_left" in told and "turn_right" in told
+    assert livelock.help.endswith("or the goals contradict each other")

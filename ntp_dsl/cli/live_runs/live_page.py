@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import Any
 
 from ntp_dsl.cli.display import messages
+from ntp_dsl.cli.live_runs.looking import pause
 from ntp_dsl.cli.shown_beside import demonstration_beside
 from ntp_dsl.cli.terminal import has_typist, read_line
 from ntp_dsl.demonstrations.demonstration import Demonstration
@@ -23,8 +24,6 @@ from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.trace import Trace
 
 HERE = "127.0.0.1"
-POLL_INTERVAL = 0.3  # [s] between two looks at the trace, at least
-SHARE = 5  # times that a document took to make, between two of them: so that it costs the run little
 DRAIN_TIMEOUT = 5.0  # [s] that pages have for fetching the end
 LINES = {"step": "\n", "over": "o\n", "go": "c\n"}  # of the page's buttons, as if typed at the terminal
 NOT_YET = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="1">
@@ -124,7 +123,7 @@ class LiveRun:
                 if over:
                     return
                 with self._changed:
-                    self._changed.wait(max(POLL_INTERVAL, SHARE * self._cost))
+                    self._changed.wait(pause(self._cost))
         finally:
             with self._changed:
                 self._pages -= 1

@@ -9,12 +9,11 @@ from threading import Event, Thread
 from time import perf_counter
 
 from ntp_dsl.cli.display import messages
+from ntp_dsl.cli.live_runs.looking import pause
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.export.rerun_recording import Viewer
 from ntp_dsl.traces.reader import read_trace
 
-INTERVAL = 0.3  # [s] between two looks at the trace, at least
-SHARE = 5  # times that a look took, between two of them: so that it costs the run little
 HERE = "rerun+http://127.0.0.1:{}/proxy"
 
 
@@ -58,7 +57,7 @@ def _follow(path: Path, viewer: Viewer, is_over: Event) -> None:
     size = cost = 0.0
     last = False
     while not last:
-        last = is_over.wait(max(INTERVAL, SHARE * cost))
+        last = is_over.wait(pause(cost))
         if not path.is_file() or (now := path.stat().st_size) == size:
             continue
         size, started = now, perf_counter()

@@ -13,7 +13,7 @@ from ntp_dsl.core.perception import features
 from ntp_dsl.core.perception.features import Array, Bodies, bodies, joined
 from ntp_dsl.semantics.graded import NO_CONTACT, Graded
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.predicates import LOWER
+from ntp_dsl.semantics.predicates import FLOOR_BELOW
 
 WIDTH = 64
 
@@ -94,7 +94,7 @@ def _elsewhere(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp], touch
     floor = (b.at[:, 2] - b.size[:, 2] / 2 + b.floor)[below]
     covers = np.where(roomy, 0.0, touching[:, 1])
     for surface in np.flatnonzero(b.roomy).tolist():
-        lies = np.where(floor > top[surface] - LOWER, touching[:, 2], 0.0)  # else the surface is in it
+        lies = np.where(floor > top[surface] - FLOOR_BELOW, touching[:, 2], 0.0)  # else the surface is in it
         rests = np.where(roomy & (top[below] > top[surface]), touching[:, 0], 0.0)
         chances = np.maximum(np.maximum(covers, lies), rests)
         most = np.zeros(len(b))

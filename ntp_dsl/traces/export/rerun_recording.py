@@ -88,7 +88,7 @@ class Entities:
         self._tracks(trace, [each for each in moments if each[0] > self._last])
         self._last = max([self._last, *self._times])
         self._calls(trace)
-        for picture in [each for each in pictures(trace, folder) if each.frame > self._last_picture]:
+        for picture in pictures(trace, folder, self._last_picture):
             image = self.rerun.EncodedImage(contents=picture.content, media_type=picture.media_type)
             self._at(picture.frame)
             self.recording.log(self._path("camera"), image)

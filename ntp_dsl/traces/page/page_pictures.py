@@ -27,10 +27,16 @@ class Picture:
         return f"data:{self.media_type};base64,{b64encode(self.content).decode()}"
 
 
-def pictures(trace: Trace, folder: Path) -> Iterator[Picture]:
-    """Yield the trace's pictures that lie in the folder; anything else that the trace names is left out."""
+def pictures(trace: Trace, folder: Path, after: int = -1) -> Iterator[Picture]:
+    """Yield the trace's pictures that lie in the folder; anything else that the trace names is left out.
+
+    Args:
+        after: the frame after which they are; by default all.
+    """
     every = max(1, -(-len(trace.pictures) // MAX_PICTURES))
     for frame, name in trace.pictures[::every]:
+        if frame <= after:
+            continue
         content = _content(folder, name)
         media_type = next((each for magic, each in MEDIA_TYPES.items() if content.startswith(magic)), None)
         if media_type is not None:
