@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import starmap
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import Fact, Literal, State
 from ntp_dsl.tasks.instances import Instance
-from ntp_dsl.traces.phrases import format_argument
+from ntp_dsl.traces.phrases import format_argument, format_measurement
 from ntp_dsl.worlds.protocol import World
 
 WALKS, STEPS = 40, 14  # random walks from perturbed starts, and calls of each
@@ -155,7 +156,9 @@ def _violates(
         if begun is not None:
             record.traces.append(begun.end(outcome, unmet))
     if record.violations == 1 and unmet:
+        measured = "; ".join(starmap(format_measurement, outcome.evidence.items()))
         failure = f"; it failed: {outcome.failure}" if outcome.failure else ""
+        failure += f" ({measured})" if failure and measured else ""
         given = ", ".join(map(format_argument, arguments))
         where = places_text(after.observation, without_lists(arguments))
         record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"

@@ -148,16 +148,23 @@ class _Check:
             for program in registry.programs.values()
             if not program.takes_list and self.path in (None, program.span.path)
         ]
+        is_sound = True
         for name, home, step in steps:
             self.on_step(name)
             own = [task for task in tasks if task.name == name]
             try:
-                yield from (self.places.owned(each, home) for each in step())
+                for each in step():
+                    is_sound &= each.severity != "error"
+                    yield self.places.owned(each, home)
             except NtpError as error:
                 failed = self._failed(error, self.reach.place(name) or NOWHERE, own or tasks)
+                is_sound = False
                 yield self.places.owned(failed, home)
         tried = {registry.apis[name].span for name in rollouts.called & registry.apis.keys()}
         yield from (each for each in untested if each.span not in tried)
+        if is_sound:
+            run = (task.run.callee for task in tasks if task.run is not None)
+            yield from rollouts.unused_lines({name for each in run for name in _called_by(each, registry)})
 
     def _failed(self, error: NtpError, place: Span, tasks: Sequence[TaskDeclaration]) -> Diagnostic:
         """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,6 +46,18 @@ class ExpertRollouts:
     def called(self) -> set[str]:
         """The programs and apis that were called in any trial."""
         return self._trials.called
+
+    def unused_lines(self, programs: Collection[str]) -> Iterator[Diagnostic]:
+        """Yield a note for each statement of some programs that made no call, though its program ran."""
+        for program in self.registry.programs.values():
+            if program.name not in self.called & set(programs) or not self._places.is_own(program.span):
+                continue
+            for statement in program.statements():
+                if statement.span not in self._trials.followed:
+                    message = f"no trial needed this call of '{statement.callee}': it is not tested"
+                    help = "where it should have been made: see in which order the statements stand, and "
+                    help += f"what '{program.name}' and '{statement.callee}' achieve; else it is a precaution"
+                    yield Diagnostic("N604", message, statement.span, (), help)
 
     # Tasks --------------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, WatchedPo
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import Fact, State
@@ -89,6 +90,7 @@ class Trials:
         self.registry, self.world, self.seed = registry, world, seed
         self.expert = Expert(registry)
         self.called: set[str] = set()  # programs and apis, in all trials so far
+        self.followed: set[Span] = set()  # statements that made a call
         self._traced = traced
 
     def run(self, instance: Instance, start: str, number: int, limit: int | None = None) -> Trial:
@@ -118,7 +120,8 @@ class Trials:
             fault = error
         finally:
             self.world.on_frame = None
-        self.called |= {each.callee for each in policy.decisions}
+        self.called |= {instance.program, *(each.callee for each in policy.decisions)}
+        self.followed |= {each.span for each in policy.decisions}
         last = self.world.truth()
         trial = Trial(self.expert, instance, start, number, first, last, policy, run, fault)
         if not self._traced or not trial.is_failed:

@@ -103,4 +103,5 @@ CODES: Mapping[str, str] = {
     "N601": "not executed: left to Python",
     "N602": "not executed: no world has it",
     "N603": "an api was never ready, so it was not tried",
+    "N604": "a statement made no call in any trial, so it was not tested",
 }
