@@ -9,6 +9,7 @@ from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import Ending
 from ntp_dsl.traces.trace import Trace
 
 TRACES = "*.trace.jsonl"
@@ -66,6 +67,19 @@ def readable(file: Path) -> Trace | None:
         return None
 
 
+def first_failed(folder: Path) -> Path:
+    """Return the first trace of a folder that failed, or else the first, and say which.
+
+    Raises `NtpError` where there are none.
+    """
+    files = traces_in(folder)
+    failed = [file for file in files if summary(file).has_failed]
+    chosen = failed[0] if failed else files[0]
+    first = f"the first of {len(failed)} that failed" if failed else "none failed, so the first"
+    messages.print(f"{chosen.name}: {first}, of {counted(len(files), 'trace')}")
+    return chosen
+
+
 @dataclass(frozen=True)
 class Summary:
     """A trace in a line."""
@@ -76,6 +90,11 @@ class Summary:
     success: bool | None = None  # None where it was not judged
     attributed_to: str = ""  # of a failure, as the next
     verdict: str = ""
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it was judged a failure; of one that was not judged, whether it did not end by itself."""
+        return self.ending != Ending.DONE if self.success is None else not self.success
 
 
 def summary(file: Path) -> Summary:

@@ -152,11 +152,18 @@ def _disturbed(trace: Trace) -> Iterator[str]:
     kinds = Counter(each for call in disturbed for each in call.execution.disturbances)
     if not kinds:
         return
-    ways = ", ".join(f"{printable(name)} ({count})" for name, count in kinds.most_common(FEW))
+    if len(kinds) == 1:
+        ways = f" by {printable(next(iter(kinds)))}"
+    else:
+        most = (f"{printable(name)} ({count})" for name, count in kinds.most_common(FEW))
+        ways = f", most often by {', '.join(most)}"
     lost = {call.id for call in never_made_good(trace)}
     left = sum(call.id in lost for call in disturbed)
-    good = "" if not left else f"; {left} of the {counted(len(disturbed), 'call')} were never made good"
-    yield f"It was disturbed {counted(kinds.total(), 'time')}, most often by {ways}{good}."
+    good = ""
+    if left and not (trace.end and trace.end.success):
+        were = "was" if left == 1 else "were"
+        good = f"; {left} of the {counted(len(disturbed), 'call')} {were} never made good"
+    yield f"It was disturbed {counted(kinds.total(), 'time')}{ways}{good}."
 
 
 def _mistaken(trace: Trace) -> Iterator[str]:
@@ -166,7 +173,7 @@ def _mistaken(trace: Trace) -> Iterator[str]:
         wrong = [facts for each in decisions if (facts := [f for f in each.mistaken if f.forced is forced])]
         if wrong:
             kinds = Counter(f.fact if forced else f.fact.partition("(")[0] for facts in wrong for f in facts)
-            most = " and ".join(f"{name} ({count})" for name, count in kinds.most_common(2))
+            most = " and ".join(f"'{name}' ({count})" for name, count in kinds.most_common(2))
             yield f"{len(wrong)} of {len(decisions)} decisions rest on a fact {how}, most often {most}."
 
 

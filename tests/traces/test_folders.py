@@ -84,6 +84,24 @@ def test_a_folder_and_a_trace_are_no_pair(
     assert "no traces of the same names" in capsys.readouterr().err
 
 
+def test_of_a_folder_the_first_failure_is_explained(
+    tmp_path: Path, folders: Folders, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["trace", "explain", str(folders[0])]) == 0
+    shown = capsys.readouterr()
+    assert "episode_00000.trace.jsonl: none failed" in shown.err and " succeeded." in shown.out
+    words = ["eval", "block_stacking", "few_placements", "--seed", "5", "--slips", "1", "--noise", ".1"]
+    run([*words, "-n", "6", "--out", str(tmp_path)])
+    capsys.readouterr()
+    run(["trace", "show", str(tmp_path), "--json"])
+    failed = [row["file"] for row in json.loads(capsys.readouterr().out) if not row["success"]]
+    assert run(["trace", "explain", str(tmp_path)]) == 0
+    shown = capsys.readouterr()
+    assert failed and f"{failed[0]}: the first of {len(failed)} that failed, of 6 traces" in shown.err
+    assert run(["trace", "explain", str(tmp_path / failed[0])]) == 0
+    assert capsys.readouterr().out == shown.out
+
+
 def test_what_is_for_one_trace_is_refused(folders: Folders, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["trace", "replay", str(folders[0]), "--expert", "--out", "a.jsonl"]) == 2
     assert "for one trace" in capsys.readouterr().err

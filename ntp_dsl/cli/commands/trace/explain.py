@@ -9,6 +9,7 @@ import typer
 
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.options import Json
+from ntp_dsl.cli.trace_folders import first_failed
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
@@ -24,7 +25,7 @@ MOST = 12  # numbers of like calls that are told
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="A trace, complete or cut off.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A trace, complete or cut off; or a folder.")],
     call: Annotated[
         str | None,
         typer.Argument(
@@ -41,9 +42,11 @@ def command(
     how the episode ended: the verdict, what was called again and again, which primitives did not achieve
     what they are to, and how many decisions rest on a fact that was seen wrongly.
 
+    Of a folder, the first trace that failed is explained.
+
     Example: ntp trace explain runs/episode_00000.trace.jsonl "grasp(block_3)"
     """
-    trace = read_trace(file)
+    trace = read_trace(first_failed(file) if file.is_dir() else file)
     chosen = _chosen(trace, call)
     paragraphs = [] if call is not None else [" ".join(overview(trace))]
     paragraphs += explanation(trace, chosen)
