@@ -177,13 +177,13 @@ class _Check:
             meant = [task for task in tasks if not group or group in {each.name for each in task.scene}]
             if meant:
                 return _impossible(meant[0], error)
-        location = None
+        location, message = None, str(error)
         if isinstance(error, PythonFault | UndeclaredCall):
             location = self.reach.place(error.name)
         if isinstance(error, OutOfRange) and error.span.path:
-            location = error.span
+            location, message = error.span, error.message
         notes = tuple(map(Note, getattr(error, "__notes__", ())))
-        return Diagnostic("E607", str(error), location or place, notes)
+        return Diagnostic("E607", message, location or place, notes)
 
 
 def _calling(name: str, instances: Sequence[Instance], registry: Registry) -> list[Instance]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from ntp_dsl.common.text import counted
 from ntp_dsl.dynamic.places import Places
 from ntp_dsl.dynamic.starts import places_text, scene_text, state_text
+from ntp_dsl.dynamic.starving import Starving, starving
 from ntp_dsl.dynamic.steps import Undoing, undoing
 from ntp_dsl.dynamic.stuck import FEW, MOST, SKIPPED, Stuck, given, listed, stuck
 from ntp_dsl.dynamic.trials import Trial
@@ -54,13 +55,16 @@ class Finding:
         unfinished = list({each.what: each for each in livelock.unfinished}.values())
         for ended in unfinished[:FEW]:
             notes += self._unfinished(ended)
-        undone = None if unfinished else undoing(self._registry, livelock.steps)
+        starved = None if unfinished else starving(self.trial.expert, livelock.steps[-len(livelock.cycle) :])
+        if starved is not None:
+            notes.append(Note(str(starved), starved.call.span))
+        undone = None if unfinished or starved else undoing(self._registry, livelock.steps)
         if undone is not None:
             notes.append(Note(str(undone)))
         told = {note.span for note in notes if note.span.line}
         notes += [note for note in self._stuck(self.trial.end) if note.span not in told]
         message = f"'{self.name}' is in a livelock ({self.trial.start} start): the same states recur"
-        help = f"{_advice(unfinished, undone)}; or the goals contradict each other"
+        help = f"{_advice(unfinished, starved, undone)}; or the goals contradict each other"
         return Diagnostic(code, message, self._cause(livelock), (*notes, *self._trace), help)
 
     def _unfinished(self, found: Unfinished) -> Iterator[Note]:
@@ -185,8 +189,14 @@ class Finding:
             yield Note(f"and {counted(len(reasons) - MOST, 'more statement')}")
 
 
-def _advice(unfinished: Sequence[Unfinished], undone: Undoing | None) -> str:
+def _advice(unfinished: Sequence[Unfinished], starved: Starving | None, undone: Undoing | None) -> str:
     """Return what to do about a livelock, as the beginning of a sentence."""
+    if starved is not None:
+        fact, callee = starved.lacks[0], starved.call.callee
+        return (
+            f"write a statement before '{callee}' that provides {fact}, see why the one that does is "
+            "skipped, or let the task begin with it"
+        )
     if unfinished:
         name = unfinished[0].frame.program
         return (
@@ -196,8 +206,9 @@ def _advice(unfinished: Sequence[Unfinished], undone: Undoing | None) -> str:
     if undone is not None and undone.is_in_order:
         first, second = undone.achieved_by.callee, undone.ended_by.callee
         return (
-            f"let '{second}' require what '{first}' achieves: then '{first}' is due only until then; or let "
-            f"'{second}' leave it as it is"
+            f"'{second}' ends what '{first}' achieves: see whether its arguments are meant, and whether it "
+            f"brings about what is needed then; or let '{second}' require that, so that '{first}' is due only "
+            "until then"
         )
     return (
         "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "

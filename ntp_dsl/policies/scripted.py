@@ -93,9 +93,8 @@ def source_of(decision: NextCall) -> str:
 
 
 def check_numbers(registry: Registry, decision: NextCall) -> None:
-    """Raise `OutOfRange` where an api would be called with a number outside of its range."""
-    if decision.callee in registry.apis:
-        check_ranges(registry.apis[decision.callee], decision.arguments, decision.span)
+    """Raise `OutOfRange` where a program or api would be called with a number outside of its range."""
+    check_ranges(registry[decision.callee], decision.arguments, decision.span)
 
 
 class ScriptedPolicy:

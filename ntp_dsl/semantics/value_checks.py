@@ -23,8 +23,8 @@ class OutOfRange(NtpError):
     """A number is outside of its parameter's range; `span` is the call's place, if known."""
 
     def __init__(self, message: str, span: Span) -> None:
-        self.span = span
-        super().__init__(message)
+        self.message, self.span = message, span
+        super().__init__(f"{span}: {message}" if span.path else message)
 
 
 def plain(value: Any) -> Any:
@@ -82,18 +82,17 @@ def out_of_range(api: Api, arguments: tuple[Argument, ...]) -> list[str]:
     return [f"{parameter.name} = {value}" for parameter, value in given if strays(parameter, value)]
 
 
-def check_ranges(api: Api, arguments: tuple[Argument, ...], span: Span = NOWHERE) -> None:
+def check_ranges(row: Callable, arguments: tuple[Argument, ...], span: Span = NOWHERE) -> None:
     """Raise `OutOfRange` for the first number outside of its range.
 
     Args:
         span: of the statement that calls it.
     """
-    for parameter, value in zip(api.parameters, arguments, strict=True):
+    for parameter, value in zip(row.parameters, arguments, strict=True):
         if limits := strays(parameter, value):
-            where = f"{span}: " if span.path else ""
             raise OutOfRange(
-                f"{where}'{api.name}' is called with {parameter.name} = {value:g}, and takes {limits} "
-                f"[SI units]; draw or calculate a number within, or declare a wider range at {api.span}",
+                f"'{row.name}' is called with {parameter.name} = {value:g}, and takes {limits} "
+                f"[SI units]; draw or calculate a number within, or declare a wider range at {row.span}",
                 span,
             )
 

@@ -340,6 +340,40 @@ task turning:
     assert livelock.help.endswith("or the goals contradict each other")
 
 
+INSTALLING = """
+type Lamp is Place
+predicate wired(l: Lamp) by state
+predicate switched(l: Lamp) by state
+predicate tested(l: Lamp) by state
+predicate lit(l: Lamp) by state
+api wire(l: Lamp)
+    achieves wired(l) and not tested(l) and not switched(l)
+api test(l: Lamp)
+    achieves tested(l) and switched(l) and not wired(l)
+api light(l: Lamp)
+    requires switched(l)
+    achieves lit(l)
+program install(l: Lamp):
+    achieves wired(l) and tested(l) and lit(l)
+    wire(l)
+    light(l)
+    test(l)
+task installing:
+    scene: lamps: 1 Lamp on table
+    run: install(lamp_0)
+    success: lit(lamp_0) and tested(lamp_0) and wired(lamp_0)
+"""
+
+
+def test_a_livelock_names_the_statement_that_starves(tmp_path: Path) -> None:
+    path = written(tmp_path, INSTALLING)
+    (livelock,) = [each for each in diagnostics(path) if each.code == "E605"]
+    (starving,) = [each for each in livelock.notes if "which no statement before it provides" in each.message]
+    assert starving.message.startswith("light(lamp_0) is needed, and lacks switched(lamp_0)")
+    assert path.read_text().splitlines()[starving.span.line - 1].strip() == "light(l)"
+    assert livelock.help.startswith("write a statement before 'light' that provides switched(lamp_0)")
+
+
 def test_a_broken_promise_is_told_with_what_the_world_measured(tmp_path: Path) -> None:
     bricks = """
 type Brick is Object
