@@ -207,8 +207,8 @@ def _advice(unfinished: Sequence[Unfinished], starved: Starving | None, undone: 
         first, second = undone.achieved_by.callee, undone.ended_by.callee
         return (
             f"'{second}' ends what '{first}' achieves: see whether its arguments are meant, and whether it "
-            f"brings about what is needed then; or let '{second}' require that, so that '{first}' is due only "
-            "until then"
+            f"brings about what is needed then; or let '{second}' require that, so that '{first}' is due "
+            "only until then"
         )
     return (
         "one of these calls undoes what another achieves: write it before that one, or under a 'when'; "

@@ -347,14 +347,18 @@ predicate switched(l: Lamp) by state
 predicate tested(l: Lamp) by state
 predicate lit(l: Lamp) by state
 api wire(l: Lamp)
-    achieves wired(l) and not tested(l) and not switched(l)
+    achieves wired(l) and not tested(l)
 api test(l: Lamp)
-    achieves tested(l) and switched(l) and not wired(l)
+    achieves tested(l) and not wired(l)
 api light(l: Lamp)
     requires switched(l)
     achieves lit(l)
+api switch(l: Lamp)
+    achieves switched(l)
 program install(l: Lamp):
     achieves wired(l) and tested(l) and lit(l)
+    when lit(l):
+        switch(l)
     wire(l)
     light(l)
     test(l)

@@ -66,7 +66,7 @@ def test_of_calls_that_undo_one_another_both_are_named(
 ) -> None:
     told = checked(unprotected, capsys)
     assert "achieves clear(stand_" in told and "ends that again" in told
-    assert "let 'put_up' require what 'free' achieves: then 'free' is due only until then" in told
+    assert "let 'put_up' require that, so that 'free' is due only until then" in told
     file, told = explained(unprotected, "swapping", tmp_path / "runs", capsys)
     assert "went round" in told and "ends that again" in told
     found = circle(read_trace(file))
