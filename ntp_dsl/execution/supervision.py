@@ -135,14 +135,20 @@ class ForcedFact:
             raise NtpError(f"'{text}': {found[1]} takes ({names}), found {len(arguments)} arguments")
         return cls(text, DeclaredFact(found[1], arguments), value == "true", node)
 
-    def check(self, seen: Observation, registry: Registry) -> None:
-        """Raise `NtpError` where it is about an object that is not in the scene."""
-        members = {member for enum in registry.enums.values() for member in enum}
-        known = {*seen.by_name, *registry.constants, *members, ANY}
-        for name in self.fact.arguments:
-            if name not in known:
-                hint = _near(name, known)
-                raise NtpError(f"--inject: '{name}' in '{self.text}' is no object of the scene{hint}")
+
+def check_names(
+    option: str, text: str, names: Iterable[str], registry: Registry, objects: Iterable[str]
+) -> None:
+    """Raise `NtpError` where what an option says is about an object that is not in the scene.
+
+    Args:
+        objects: the names of those that are.
+    """
+    members = {member for enum in registry.enums.values() for member in enum}
+    known = {*objects, *registry.constants, *members, ANY}
+    for name in names:
+        if name.isidentifier() and name not in known:
+            raise NtpError(f"{option}: '{name}' in '{text}' is no object of the scene{_near(name, known)}")
 
 
 def _near(name: str, known: Iterable[str]) -> str:
@@ -182,15 +188,22 @@ class _Misled:
 class Injections:
     """Forces each outcome on the first primitive that it fits, and facts on what is seen.
 
-    Raises `NtpError` for a text that says neither `CALL=OUTCOME` nor `FACT=true`.
+    Args:
+        objects: the names of those in the scene.
+
+    Raises `NtpError` for a text that says neither `CALL=OUTCOME` nor `FACT=true`, or names another object.
     """
 
-    def __init__(self, texts: Sequence[str], registry: Registry) -> None:
-        self._registry = registry
+    def __init__(self, texts: Sequence[str], registry: Registry, objects: Sequence[str]) -> None:
         is_fact = [text.rpartition("=")[2].strip() in ("true", "false") for text in texts]
         told = [*zip(texts, is_fact, strict=True)]
         self.waiting = [Injection.parse(text, registry) for text, fact in told if not fact]
         self._facts = [ForcedFact.parse(text, registry) for text, fact in told if fact]
+        for call in self.waiting:
+            check_names("--inject", str(call.call), call.call.arguments or (), registry, objects)
+        for fact in self._facts:
+            named = fact.node.arguments or () if fact.node is not None else ()
+            check_names("--inject", fact.text, (*named, *fact.fact.arguments), registry, objects)
         self.unseen = [*self._facts]  # that no decision was made with
         self._asked: set[DeclaredFact] = set()  # about which decisions asked
 
@@ -209,7 +222,6 @@ class Injections:
         for each in wanted:
             if each in self.unseen:
                 self.unseen.remove(each)
-                each.check(world.truth(), self._registry)
         forced = _Forced({each.fact: each.holds for each in wanted}, self._asked)
         return cast(World, _Misled(world, forced))
 

@@ -12,6 +12,7 @@ from ntp_dsl.traces.schema import ROOT, Call, CallOutcome
 from ntp_dsl.traces.trace import Trace
 
 NOTABLE = 0.002  # off the middle of what is below [m]
+NEARBY = 0.12  # of an object that may be in the way, from centre to centre [m]
 CLOSE = 0.035  # between an object and one that it came down beside [m]
 
 
@@ -65,8 +66,8 @@ def _places(seen: Observation, call: Call) -> Iterator[str]:
         yield standing
     others = [each.name for each in seen.objects if each.name in seen.positions and not each.roomy]
     gaps = {name: dist(to[:2], seen.positions[name][:2]) for name in others if name not in (first, second)}
-    if gaps:
-        near = min(gaps, key=lambda name: gaps[name])
+    near = min(gaps, key=lambda name: gaps[name], default=None)
+    if near is not None and gaps[near] < NEARBY and seen.positions[near][2] < to[2] + CLOSE:
         yield f"next to {first} is {near} at {_vector(seen.positions[near])}"
 
 

@@ -78,9 +78,9 @@ def test_the_end_of_the_input_goes_on_to_the_end(
 def test_at_the_end_of_the_input_breakpoints_do_not_stop(
     typed: io.StringIO, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert len(stops(typed, "c\n", capsys, "--break", "grasp", "--break", "grasp(block_99)")) == 2
-    assert run([*WORDS, "--break", "grasp(block_99)"]) == 0
-    assert "breakpoint grasp(block_99) was never met" in capsys.readouterr().err
+    assert len(stops(typed, "c\n", capsys, "--break", "grasp", "--break", "grasp(table)")) == 2
+    assert run([*WORDS, "--break", "grasp(table)"]) == 0
+    assert "breakpoint grasp(table) was never met" in capsys.readouterr().err
 
 
 def test_it_says_why_and_which_words_there_are(
@@ -135,6 +135,8 @@ def test_a_breakpoint_stops_when_a_fact_comes_about(
         ("holding", "a fact such as holding(block_3)"),
         ("hold(block_1)", "--break: expected a program"),
         ("not grasp", "--break: expected a program"),
+        ("grasp(block_99)", "--break: 'block_99' in 'grasp(block_99)' is no object of the scene"),
+        ("on(block_2)", "--break: 'on(block_2)': on takes (item, support), found 1 argument"),
         ("nofile.ntp:75", "--break: expected a program"),
         ("9999", "--break: expected a program"),
         ("grasp(block_3", "--break: expected a program"),
@@ -163,8 +165,8 @@ def test_an_outcome_is_forced_once_and_made_good(tmp_path: Path, capsys: pytest.
 
 
 def test_an_injection_that_fits_no_call_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([*WORDS, "--inject", "grasp(block_99)=no_ik"]) == 0
-    assert "no primitive was grasp(block_99): nothing was forced on it" in capsys.readouterr().err
+    assert run([*WORDS, "--inject", "grasp(table)=no_ik"]) == 0
+    assert "no primitive was grasp(table): nothing was forced on it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -178,6 +180,7 @@ def test_an_injection_that_fits_no_call_is_told(capsys: pytest.CaptureFixture[st
         ("claer(block_3)=true", "did you mean 'clear'?"),
         ("clear(block_3, block_1)=true", "clear takes (item), found 2 arguments"),
         ("clear(blck_3)=false", "is no object of the scene; did you mean 'block_3'?"),
+        ("grasp(block_99)=no_ik", "'block_99' in 'grasp(block_99)' is no object of the scene"),
         ("grasp: clear(block_3)=false", "'grasp' is no call of a program"),
         ("pikc: clear(block_3)=false", "did you mean 'pick'?"),
     ],
@@ -221,8 +224,8 @@ def test_a_fact_that_is_forced_and_that_nobody_asks_about_is_told(
 def test_a_fact_that_is_forced_on_a_program_that_never_runs_is_told(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert run([*WORDS, "--inject", "pick(block_99): clear(block_1)=true"]) == 0
-    assert "no decision was made by pick(block_99): nothing was forced on it" in capsys.readouterr().err
+    assert run([*WORDS, "--inject", "pick(gripper): clear(block_1)=true"]) == 0
+    assert "no decision was made by pick(gripper): nothing was forced on it" in capsys.readouterr().err
 
 
 def test_every_outcome_can_be_forced_by_its_name() -> None:
@@ -231,4 +234,4 @@ def test_every_outcome_can_be_forced_by_its_name() -> None:
         assert Injection.parse(f"grasp( block_1 ) = {name}", registry) == Injection(
             CallPattern("grasp", ("block_1",)), outcome
         )
-    assert Breakpoint.parse("not on(block_1,  block_2)", registry).fact == "not on(block_1,block_2)"
+    assert Breakpoint.parse("not on(block_1,  block_2)", registry, ["block_1", "block_2"]).fact == "not on(block_1,block_2)"

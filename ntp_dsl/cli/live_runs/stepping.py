@@ -14,9 +14,9 @@ from rich.text import Text
 from ntp_dsl.cli.display import messages
 from ntp_dsl.cli.terminal import read_line
 from ntp_dsl.common.files import episode_files
-from ntp_dsl.common.text import printable
+from ntp_dsl.common.text import counted, printable
 from ntp_dsl.evaluation.episodes import Evaluator
-from ntp_dsl.execution.supervision import CallPattern, Injections, Supervisor
+from ntp_dsl.execution.supervision import CallPattern, Injections, Supervisor, check_names
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.diagnostics.spelling import nearest
 from ntp_dsl.language.registry import Registry
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 HELP = "Enter: to the next decision; o: over the call; c: to the next breakpoint; w: why; q: quit"
 PLACE = re.compile(r"(?:([\w.-]+\.ntp):)?(\d{1,6})")
-FACT = re.compile(r"(not )?(\w+)\(.*\)")
+FACT = re.compile(r"(not )?(\w+)\((.*)\)")
 
 
 @dataclass(frozen=True)
@@ -45,14 +45,25 @@ class Breakpoint:
     fact: str = ""  # plain, see `_plain`
 
     @classmethod
-    def parse(cls, text: str, registry: Registry) -> Breakpoint:
-        """Return what a text means. Raises `NtpError` for what the library does not have."""
+    def parse(cls, text: str, registry: Registry, objects: Sequence[str]) -> Breakpoint:
+        """Return what a text means. Raises `NtpError` for what the library, or the scene, does not have.
+
+        Args:
+            objects: the names of those in the scene.
+        """
         given = " ".join(text.split())
         if (line := PLACE.fullmatch(given)) and _has_line(registry, line[1], int(line[2])):
             return cls(given, place=given)
         if call := CallPattern.parse(given, {**registry.programs, **registry.apis}):
+            check_names("--break", given, call.arguments or (), registry, objects)
             return cls(given, call=call)
         if (fact := FACT.fullmatch(given)) and fact[2] in registry.predicates:
+            named = [each.strip() for each in fact[3].split(",") if each.strip()]
+            parameters = [each.name for each in registry.predicates[fact[2]].parameters]
+            if len(named) != len(parameters):
+                takes = f"{fact[2]} takes ({', '.join(parameters)})"
+                raise NtpError(f"--break: '{given}': {takes}, found {counted(len(named), 'argument')}")
+            check_names("--break", given, named, registry, objects)
             return cls(given, fact=_plain(given))
         known = [*registry.programs, *registry.apis, *registry.predicates]
         hint = f"; did you mean '{near}'?" if (near := nearest(given.partition("(")[0], known)) else ""
@@ -169,8 +180,10 @@ def supervised(
 ) -> Iterator[Supervisor | None]:
     """Give the supervisor that a command's options ask for; at the end say which of them fitted nothing."""
     registry, traces = evaluator.registry, evaluator.plan.traces
-    breakpoints = [Breakpoint.parse(text, registry) for text in stop_at]
-    injections = Injections(inject, registry)
+    is_told = bool(stop_at or inject)
+    objects = [each.name for each in evaluator.instance(number).objects] if is_told else []
+    breakpoints = [Breakpoint.parse(text, registry, objects) for text in stop_at]
+    injections = Injections(inject, registry, objects)
     with ExitStack() as stack:
         page: LiveRun | None = None
         if watch:
