@@ -234,4 +234,7 @@ def test_every_outcome_can_be_forced_by_its_name() -> None:
         assert Injection.parse(f"grasp( block_1 ) = {name}", registry) == Injection(
             CallPattern("grasp", ("block_1",)), outcome
         )
-    assert Breakpoint.parse("not on(block_1,  block_2)", registry, ["block_1", "block_2"]).fact == "not on(block_1,block_2)"
+    assert (
+        Breakpoint.parse("not on(block_1,  block_2)", registry, ["block_1", "block_2"]).fact
+        == "not on(block_1,block_2)"
+    )

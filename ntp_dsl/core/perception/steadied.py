@@ -53,6 +53,13 @@ class Steadied:
         inner = [frame for frame in self.events if begin < frame < end]
         return list(zip([begin, *inner], [*inner, end], strict=True))
 
+    def changed(self, frame: int) -> Facts:
+        """Return the facts of the state in which a frame differs from the one before it."""
+        facts = self.demonstration.facts
+        if facts is None:
+            return frozenset()
+        return without_attempts(facts[frame - 1]) ^ without_attempts(facts[frame])
+
     def observation(self, frame: int) -> Observation:
         """Return the state at a frame."""
         shown = self.demonstration

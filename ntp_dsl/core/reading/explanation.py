@@ -16,7 +16,7 @@ from ntp_dsl.language.syntax.nodes import PYTHON
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import State
-from ntp_dsl.semantics.state_changes import says_of_state
+from ntp_dsl.semantics.state_changes import changed_by, says_of_state
 from ntp_dsl.traces.schema import DemonstratedCall
 
 DECISIONS = 80  # at one look, at most
@@ -56,6 +56,8 @@ class Explanation:
             noted = self._note_primitive(top, primitive, begin, noted)
             if frame not in act.before:  # the hand is still on its way
                 continue
+            if act.changed and not self._changes(primitive, act, state):
+                continue  # what it achieves may come true later, by what the hand does then
             if any(self._came_true(primitive, state, self.moments.state(after)) for after in act.after):
                 _ends(noted, act.end)
                 return top
@@ -143,6 +145,12 @@ class Explanation:
         )
         top.call.children.append(call)
         return call
+
+    def _changes(self, primitive: NextCall, act: Act, before: State) -> bool:
+        """Return whether a primitive changes one of the facts that an act is the change of."""
+        api = self.expert.registry.apis[primitive.callee]
+        facts = before.observation.facts
+        return not act.changed.isdisjoint(facts ^ changed_by(api, primitive.arguments, before))
 
     def _came_true(self, primitive: NextCall, before: State, after: State) -> bool:
         """Return whether something that a primitive achieves was missing, and all of it holds afterwards."""

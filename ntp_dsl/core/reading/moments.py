@@ -13,6 +13,7 @@ from ntp_dsl.core.perception.steadied import Steadied
 from ntp_dsl.core.reading.likelihood import Offset, Perceive, Places, places
 from ntp_dsl.demonstrations.demonstration import Scope
 from ntp_dsl.semantics.free_space import load
+from ntp_dsl.semantics.observation import DeclaredFact
 from ntp_dsl.semantics.state import State
 
 ARRIVED = 0.012  # of the hand from where it will act, seen from above [m]
@@ -36,6 +37,7 @@ class Act:
     left: int  # the first frame in which the hand is on its way, after the act before
     arrived: int  # the first in which it is there
     end: int  # the first in which it has left again
+    changed: frozenset[DeclaredFact]  # the facts that it is the change of; none of an act of the hand
 
 
 class Moments:
@@ -102,12 +104,14 @@ class Moments:
             arrival = self._arrival(*phase)
             left = found[-1].end if found else phase[0]
             before, later = self._before(arrival, phase[1]), self._after(*after)
+            changed = frozenset[DeclaredFact]()
             if self._shown.closed[phase[1] - 1] == self._shown.closed[after[0]]:  # a fact has changed
                 arrived, end = max(left, self._rest(*phase)), after[0] + 1
+                changed = self._shown.changed(after[0])
             else:
                 arrived = max(left, self._stop(arrival, phase[1], arrival))
                 end = self._departure(*after)
-            found.append(Act(number, after[0], phase[0], before, later, left, arrived, end))
+            found.append(Act(number, after[0], phase[0], before, later, left, arrived, end, changed))
         return found
 
     def _arrival(self, begin: int, end: int) -> int:
