@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.visitors import predicates
 
 Value = TypeVar("Value")
 
@@ -144,6 +145,23 @@ class Registry:
     def is_number(self, type_name: str) -> bool:
         """Return whether a type is of numbers: of no objects, members or records."""
         return not any(type_name in each for each in (self.parents, self.enums, self.records))
+
+    @cached_property
+    def composed(self) -> frozenset[str]:
+        """The predicates that have a body, without those that are said of themselves, directly or not."""
+        bodies = {name: predicates(each.body) for name, each in self.predicates.items() if each.body}
+
+        def is_recursive(name: str) -> bool:
+            seen, waiting = set[str](), [name]
+            while waiting:
+                said = bodies.get(waiting.pop(), set())
+                if name in said:
+                    return True
+                waiting += said - seen
+                seen |= said
+            return False
+
+        return frozenset(name for name in bodies if not is_recursive(name))
 
     @cached_property
     def hash(self) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Registry
@@ -37,13 +37,49 @@ ARITHMETIC: dict[str, Callable[[float, float], float]] = {
 }
 
 
+class _Helped:
+    """What is brought about by literals, one after the other."""
+
+    helping: Callable[[], Iterable[Literal]]
+
+    def is_helped_by(self, literal: Literal) -> bool:
+        """Return whether a literal, or what it implies of any object, helps to bring it about."""
+        if literal in self.helped_by:
+            return True
+        return any(literal.provides(each) for each in self._vague if each.predicate == literal.predicate)
+
+    @cached_property
+    def helped_by(self) -> frozenset[Literal]:
+        """The literals that help, and those that help composed ones among them."""
+        found, waiting = set[Literal](), [*self.helping()]  # late: readings may be lacking where it holds
+        while waiting:
+            literal = waiting.pop()
+            if literal not in found:
+                found.add(literal)
+                waiting += literal.helping()
+        return frozenset(found)
+
+    @cached_property
+    def _vague(self) -> list[Literal]:
+        return [each for each in self.helped_by if ANY in each.arguments]
+
+
 @dataclass(frozen=True)
-class Literal:
-    """A ground predicate, or its negation."""
+class Literal(_Helped):
+    """A ground predicate, or its negation.
+
+    Args:
+        helping: returns the literals of which a composed one consists; none of others.
+    """
 
     predicate: str
     arguments: tuple[Argument, ...]
     positive: bool = True
+    helping: Callable[[], Iterable[Literal]] = field(default=tuple, compare=False, repr=False)
+
+    @property
+    def is_compound(self) -> bool:
+        return self.helping is not tuple
 
     def provides(self, other: Fact) -> bool:
         """Return whether this fact implies the other.
@@ -71,7 +107,7 @@ class Literal:
 
 
 @dataclass(frozen=True)
-class Condition:
+class Condition(_Helped):
     """A part of a contract that is not a literal: a comparison, a count or a disjunction.
 
     Args:
@@ -84,23 +120,13 @@ class Condition:
     scope: Bindings = field(compare=False, repr=False)
     bindings: tuple[tuple[str, Argument], ...] = ()
     helping: Callable[[], Iterable[Literal]] = field(default=tuple, compare=False, repr=False)
-
-    def is_helped_by(self, literal: Literal) -> bool:
-        """Return whether a literal, or what it implies of any object, helps to bring it about."""
-        if literal in self._helped_by:
-            return True
-        return any(literal.provides(each) for each in self._vague if each.predicate == literal.predicate)
-
-    @cached_property
-    def _helped_by(self) -> frozenset[Literal]:
-        return frozenset(self.helping())  # late: readings in it may be lacking where it holds anyway
-
-    @cached_property
-    def _vague(self) -> list[Literal]:
-        return [each for each in self._helped_by if ANY in each.arguments]
+    is_compound: ClassVar[bool] = True
 
     def provides(self, other: Fact) -> bool:
-        return self == other
+        """Return whether this implies the other, or is helped by what helps the other, if a condition is."""
+        return self == other or (
+            isinstance(other, Condition) and any(map(other.is_helped_by, self.helped_by))
+        )
 
     @property
     def names(self) -> frozenset[str]:
@@ -112,6 +138,26 @@ class Condition:
 
 
 Fact = Literal | Condition
+
+
+def has_part(provided: Iterable[Fact], wanted: Fact) -> bool:
+    """Return whether one of some facts, or a part of one, is a part of a fact; equal ones are left out.
+
+    It tells what of a predicate with a body goes towards what is said in other words.
+    """
+    return any(_shares(each, wanted) for each in provided)
+
+
+def _shares(provided: Fact, wanted: Fact) -> bool:
+    parts = provided.helped_by if provided.is_compound else frozenset(_literals(provided))
+    if not wanted.is_compound:
+        return provided.is_compound and wanted in parts
+    return any(map(wanted.is_helped_by, parts))
+
+
+def _literals(fact: Fact) -> Iterator[Literal]:
+    if isinstance(fact, Literal):
+        yield fact
 
 
 class State:
@@ -207,7 +253,7 @@ class State:
             case None, _:
                 return []
             case nodes.Atom(predicate=predicate, arguments=arguments), _:
-                return [Literal(predicate, self._values(arguments, scope), positive)]
+                return [self._literal(predicate, self._values(arguments, scope), positive)]
             case nodes.Not(value=value), _:
                 return self.literals(value, scope, not positive)
             case (nodes.And(values=values), True) | (nodes.Or(values=values), False):
@@ -227,6 +273,14 @@ class State:
         helping = partial(self._helping, expression, scope, positive=True)
         return Condition(told, expression, scope, tuple(named.items()), helping)
 
+    def _literal(self, predicate: str, arguments: tuple[Argument, ...], positive: bool) -> Literal:
+        if predicate not in self.registry.composed or ANY in arguments:
+            return Literal(predicate, arguments, positive)
+        declared = self.registry.predicates[predicate]
+        names = (parameter.name for parameter in declared.parameters)
+        scope = dict(zip(names, arguments, strict=True))
+        return Literal(predicate, arguments, positive, partial(self._helping, declared.body, scope, positive))
+
     def _helping(
         self, expression: nodes.Expression | None, scope: Bindings, positive: bool
     ) -> Iterator[Literal]:
@@ -236,7 +290,7 @@ class State:
         """
         match expression:
             case nodes.Atom(predicate=predicate, arguments=arguments):
-                yield Literal(predicate, self._values(arguments, scope), positive)
+                yield self._literal(predicate, self._values(arguments, scope), positive)
             case nodes.Not(value=value):
                 yield from self._helping(value, scope, not positive)
             case nodes.And(values=values) | nodes.Or(values=values):

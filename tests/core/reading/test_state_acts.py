@@ -55,7 +55,8 @@ api lock(c: Cage)
     achieves locked(c)
 program send(orders: list[Order]):
     achieves (
-        (all stamped(o.parcel) and on(o.parcel, o.cage) for o in orders) and all locked(o.cage) for o in orders
+        (all stamped(o.parcel) and on(o.parcel, o.cage) for o in orders)
+        and all locked(o.cage) for o in orders
     )
     for o in orders: mark(o.parcel)
     for o in orders: pick_and_place(o.parcel, o.cage)
