@@ -164,7 +164,7 @@ class _Check:
         yield from (each for each in untested if each.span not in tried)
         if is_sound:
             run = (task.run.callee for task in tasks if task.run is not None)
-            yield from rollouts.unused_lines({name for each in run for name in _called_by(each, registry)})
+            yield from rollouts.unused_lines({name for each in run for name in registry.called_by(each)})
 
     def _failed(self, error: NtpError, place: Span, tasks: Sequence[TaskDeclaration]) -> Diagnostic:
         """Return a diagnostic at the call or declaration that raised the error; at `place` where unknown.
@@ -188,18 +188,7 @@ class _Check:
 
 def _calling(name: str, instances: Sequence[Instance], registry: Registry) -> list[Instance]:
     """Return a few instances whose program calls another one, directly or not."""
-    return [each for each in instances if name in _called_by(each.program, registry)][:SCENES]
-
-
-def _called_by(program: str, registry: Registry) -> set[str]:
-    """Return a program, and all that it calls, directly or not."""
-    found, waiting = {program}, [program]
-    while waiting:
-        row = registry.programs.get(waiting.pop())
-        new = {*(row.callees if row is not None else ())} - found
-        found |= new
-        waiting += new
-    return found
+    return [each for each in instances if name in registry.called_by(each.program)][:SCENES]
 
 
 def _covering(instances: Sequence[Instance], registry: Registry) -> list[Instance]:

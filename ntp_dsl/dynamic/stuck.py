@@ -52,7 +52,7 @@ def stuck(
     row = expert.registry.programs[program]
     scope = row.bind(arguments)
     unmet, lacks = (
-        tuple(fact for fact in state.literals(part, scope) if not state.holds(fact))
+        tuple(dict.fromkeys(fact for fact in state.literals(part, scope) if not state.holds(fact)))
         for part in (row.achieves, row.requires)
     )
     statements = body_statements(expert, row, arguments, state)

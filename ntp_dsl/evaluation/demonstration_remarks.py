@@ -45,6 +45,20 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
         yield f"the demonstration does not end in the goal that it states: at its end, not {_named(lacking)}"
 
 
+def act(shown: Demonstration, frame: int) -> str:
+    """Return what the hand does, or which fact changes, just before a frame, and when."""
+    when = f"at {float(shown.times[frame]):.1f} s"
+    before, after = shown.closed[max(0, frame - 1)], shown.closed[frame]
+    if before != after:
+        what = "closes" if after else "opens"
+        near = int(np.argmin(np.linalg.norm(shown.positions[frame] - shown.grippers[frame], axis=1)))
+        return printable(f"the hand {what} at {shown.names[near]}, {when}")
+    facts = shown.facts or ((),) * len(shown)
+    new, old = {*facts[frame]} - {*facts[frame - 1]}, {*facts[frame - 1]} - {*facts[frame]}
+    changed = [*(f"{each} comes true" for each in new), *(f"{each} ceases to hold" for each in old)]
+    return printable(f"{_named(sorted(changed)) or 'something changes'}, {when}")
+
+
 def _odd_beginning(shown: Demonstration) -> Iterator[str]:
     if shown.closed[0] and not shown.closed.all():
         yield "the hand is closed in the first frame, as if it had taken something: does it begin too late?"

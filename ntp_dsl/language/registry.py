@@ -146,6 +146,16 @@ class Registry:
         """Return whether a type is of numbers: of no objects, members or records."""
         return not any(type_name in each for each in (self.parents, self.enums, self.records))
 
+    def called_by(self, program: str) -> set[str]:
+        """Return a program, and all that it calls, directly or not."""
+        found, waiting = {program}, [program]
+        while waiting:
+            row = self.programs.get(waiting.pop())
+            new = {*(row.callees if row is not None else ())} - found
+            found |= new
+            waiting += new
+        return found
+
     @cached_property
     def composed(self) -> frozenset[str]:
         """The predicates that have a body, without those that are said of themselves, directly or not."""

@@ -118,9 +118,11 @@ def test_acts_that_are_not_explained_are_an_exit_status(
     foreign: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["read", *FEW, "--seed", "1", "--demo", str(foreign)]) == 1
-    first = capsys.readouterr().out.splitlines()[0]
+    first, *rows = capsys.readouterr().out.splitlines()
     explained, acts = int(first.split()[1]), int(first.split()[3])
     assert explained < acts == 4
+    told = [row for row in rows if row.startswith("# not explained: the hand ")]
+    assert len(told) == acts - explained and all(" at block_" in row for row in told)
 
 
 def test_a_demonstration_file_is_read_alike_without_its_origin(

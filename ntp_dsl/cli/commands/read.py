@@ -13,7 +13,7 @@ from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.evaluation.demonstration_remarks import remarks
+from ntp_dsl.evaluation.demonstration_remarks import act, remarks
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 SURE = 0.95  # probability from which on nothing is said
+MOST = 12  # acts that are told
 
 
 def command(
@@ -90,6 +91,7 @@ def command(
                 "text": text,
                 "explained": reading.explained,
                 "acts": reading.acts,
+                "unexplained": [{"frame": frame} for frame in reading.unexplained],
                 "unshown": list(reading.unshown),
                 "probability": round(reading.probability, 4),
                 "doubts": [_doubt(registry, each) for each in reading.doubts],
@@ -118,9 +120,13 @@ def command(
         for question, _ in questions(registry, demonstration, reading.doubts):
             for row in question.splitlines():
                 answers.print(f"# {row}")
+        for frame in reading.unexplained[:MOST]:
+            answers.print(f"# not explained: {act(demonstration, frame)}")
+        if (more := len(reading.unexplained) - MOST) > 0:
+            answers.print(f"# and {counted(more, 'more act')}")
         for stray in reading.strays:
             time = float(demonstration.times[stray.frame])
-            answers.print(f"# not explained: where {printable(stray.item)} is put last, at {time:.1f} s")
+            answers.print(f"# for no reason: where {printable(stray.item)} is put last, at {time:.1f} s")
         for each in reading.measures:
             if each.probability < SURE:
                 what = printable(format_element(registry, each.element))

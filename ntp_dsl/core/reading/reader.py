@@ -408,7 +408,8 @@ class Reader:
             if any(each.parameter == name for each in chosen)
             for field in contract.unmentioned
         )
-        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), unshown)
+        missed = tuple(act.frame for act in self.moments.acts if act.number not in explained)
+        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), missed, unshown)
 
 
 def _size(element: Element) -> int:

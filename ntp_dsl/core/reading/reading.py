@@ -65,6 +65,7 @@ class Reading:
     call: DemonstratedCall
     acts_explained: frozenset[int]  # by the hand's acts' numbers
     acts: int  # of the hand
+    unexplained: tuple[int, ...] = ()  # of the other acts, the first frames after them
     unshown: tuple[str, ...] = ()  # fields of lists, as `goal.place`, of which the contract says nothing
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
     measures: tuple[Measure, ...] = ()  # elements with numbers, where there is noise

@@ -42,6 +42,11 @@ def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterat
     match declaration:
         case nodes.RecordDeclaration():
             yield from check_parameters(table, declaration.fields)
+            for field in declaration.fields:
+                if field.type.is_list or field.type.name in table.records:
+                    message = f"'{field.name}' is no object, member or number, as the fields of a record are"
+                    help = "give a program two lists, or a record more fields"
+                    yield Diagnostic("E202", message, field.type.span, (), help)
         case nodes.ConstantDeclaration():
             if declaration.type.is_list or declaration.type.name not in table.types:
                 if (yield from check_type(table, declaration.type)):

@@ -170,7 +170,8 @@ def _fixed(
     replacement = new[start : len(new) - end]
     fix = Fix(span, replacement, certain=certain)
     taken = old[start : len(old) - end]
-    help = f"did you mean '{new.strip()}'?"
+    is_split = "\n" in new.strip()
+    help = "each is on a line of its own" if is_split else f"did you mean '{new.strip()}'?"
     is_here = WORD.search(taken) is not None and index == diagnostic.span.line - block.line
     if is_here and WORD.fullmatch(taken) and WORD.fullmatch(replacement):
         message = f"'{taken}' is not the word for this; did you mean '{replacement}'?"
