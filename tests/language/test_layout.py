@@ -95,7 +95,7 @@ def test_the_libraries_that_ship_come_back_from_any_layout(seed: int) -> None:
 
 SMALL = [
     "predicate tidy()\npredicate untidy(x: Object): not tidy()\n",
-    "predicate many(x: Object): (at least 2 on(y, x) for y in Object) and not (at least 3 open(y) for y in T)\n",
+    "predicate many(x: Object): (at least 2 on(y, x) for y in T) and not (at least 3 open(y) for y in T)\n",
     'predicate full(x: Object):\n    """So."""\n    (not tidy())\nenum Side: left, right\n    """Where."""\n',
     "api lift(x: Object, way: length in 0 .. 0.3 m) by grasp\n"
     "    achieves (some on(y, x) for y in T) and open(x)\n    requires empty(gripper)\n",
