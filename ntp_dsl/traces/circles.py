@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from ntp_dsl.traces.decision import StatementStatus, Status
 from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call, CallOutcome, Ending
 from ntp_dsl.traces.trace import Trace
@@ -31,6 +32,22 @@ class Circle:
     def failing(self) -> list[Call]:
         """The calls that do not succeed, or not with what they promise."""
         return [call for call in self.calls if not call.succeeded or call.execution.unmet]
+
+    def starving(self) -> tuple[StatementStatus, list[str]] | None:
+        """Return the first statement that is due at each call, and lacks the same facts at all, and these."""
+        others = [call.decision.statements for call in self.calls[1:]]
+        for statement in self.calls[0].decision.statements:
+            lacks = {*statement.lacks} if statement.status is Status.DUE else set()
+            for statements in others:
+                lacks &= {
+                    fact
+                    for each in statements
+                    if (each.line, each.callee, each.status) == (statement.line, statement.callee, Status.DUE)
+                    for fact in each.lacks
+                }
+            if lacks:
+                return statement, sorted(lacks)
+        return None
 
     def undone(self) -> tuple[str, Call, Call] | None:
         """Return a fact that one of the calls brings about and another one ends, and these two."""

@@ -11,7 +11,7 @@ from ntp_dsl.traces.aftermath import crowding, never_made_good, objects_of, seen
 from ntp_dsl.traces.circles import Circle, circle
 from ntp_dsl.traces.comparison.comparison_rules import NUMBER_TOLERANCE
 from ntp_dsl.traces.library_text import empty_loops, in_python
-from ntp_dsl.traces.phrases import conditions, format_argument, format_call
+from ntp_dsl.traces.phrases import conditions, format_argument, format_call, format_invocation
 from ntp_dsl.traces.schema import ROOT, Call
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.worlds.protocol import UNDISTURBED
@@ -62,6 +62,12 @@ def _round(trace: Trace, found: Circle) -> Iterator[str]:
             unmet = f", but not {call.execution.unmet[0]}" if call.execution.unmet else ""
             told = f"{call.outcome}{unmet}{_in_python(trace, call)}"
             yield f"In the last round {format_call(call)} returned: {told}."
+        return
+    if (starving := found.starving()) is not None:
+        statement, lacks = starving
+        starved = format_invocation(statement.callee, statement.arguments)
+        lacking = " and ".join(lacks[:FEW])
+        yield f"All the time line {statement.line}, {starved}, is needed and lacks {lacking}."
     elif (undone := found.undone()) is not None:
         fact, achiever, ender = undone
         yield (

@@ -46,6 +46,13 @@ def misjudged(tmp_path: Path) -> Path:
     return planted(tmp_path, DOMAINS / "kitting", "kitting.py", old, "by_name[part].size[2] / 2\n    return")
 
 
+@pytest.fixture
+def left_in_the_boot(tmp_path: Path) -> Path:
+    """The wheel that is to be put on is never taken out."""
+    old = "    when stowed(spare):\n        take_out(spare, c)\n"
+    return planted(tmp_path, DOMAINS / "puncture", "puncture.ntp", old, "")
+
+
 def checked(library: Path, capsys: pytest.CaptureFixture[str]) -> str:
     capsys.readouterr()
     assert run(["check", "--execute", str(library)]) == 1
@@ -59,6 +66,16 @@ def explained(library: Path, task: str, folder: Path, capsys: pytest.CaptureFixt
     trace = folder / "episode_00000.trace.jsonl"
     assert run(["trace", "explain", str(trace)]) == 0
     return trace, " ".join(capsys.readouterr().out.split())
+
+
+def test_the_statement_that_goes_without_what_it_requires_is_named(
+    left_in_the_boot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = checked(left_in_the_boot, capsys)
+    assert "put_on(spare, car) is needed, and lacks at_hand(spare)" in told
+    assert "write a statement before 'put_on' that provides at_hand(spare)" in told
+    _, told = explained(left_in_the_boot, "puncture", tmp_path / "runs", capsys)
+    assert "put_on(spare, car), is needed and lacks at_hand(spare)" in told
 
 
 def test_of_calls_that_undo_one_another_both_are_named(

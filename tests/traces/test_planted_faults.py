@@ -29,8 +29,8 @@ NAMED = {  # by what the commands print, and not by the fault's own text
     ),
     "7": (
         "slips 1.0",
-        "most often by slip block_7 (43)",
-        "6 of the 136 calls were never made good",
+        "most often by slip block_7 (45)",
+        "9 of the 136 calls were never made good",
         "dropped: block_0",
     ),
     "8": ("no inverse kinematics", "seat_2 at (0.860, 0.000, 0.005) m"),

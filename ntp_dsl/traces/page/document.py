@@ -143,5 +143,7 @@ class PageDocument(Struct, frozen=True):
     divergences: Sequence[PageDivergence]
     frames: int
     demonstration: PageDemonstration
+    overview: str = ""  # why a single episode failed
+    begins_at: int = 0  # the row that is shown first
     goes_on: bool = False  # a run that is not over
     waits_for: str = ""  # the decision before which it waits

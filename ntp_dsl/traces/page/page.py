@@ -20,6 +20,8 @@ from ntp_dsl.traces.comparison.comparison import Comparison, Divergence
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.decision import Frames
+from ntp_dsl.traces.explanation import interesting
+from ntp_dsl.traces.overview import overview
 from ntp_dsl.traces.page.document import (
     NO_ROW,
     PageDemonstration,
@@ -97,6 +99,8 @@ def page_document(
     sides = [_trace(trace, folder, texts, goes_on) for trace, folder in zip(traces, folders, strict=False)]
     rows = page_rows(comparison)
     divergences = () if alone else comparison.divergences
+    failed = alone and comparison.a.end is not None and comparison.a.end.success is False
+    asked = interesting(comparison.a) if failed else None
     return PageDocument(
         summary=verdict(comparison.a, goes_on) if alone else comparison.summary,
         texts=texts.all,
@@ -105,6 +109,8 @@ def page_document(
         divergences=[_divergence(comparison, each, rows) for each in divergences],
         frames=max([1, *(side.frames for side in sides)]),
         demonstration=_demonstration(comparison.a, demonstration),
+        overview=" ".join(overview(comparison.a)[1:]) if failed else "",  # its verdict is in the summary
+        begins_at=next((n for n, row in enumerate(rows) if asked is not None and row.a == asked.id), 0),
         goes_on=goes_on,
     )
 

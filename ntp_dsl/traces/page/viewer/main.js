@@ -97,6 +97,7 @@ chosen.watchers.push((change) => {
 function drawWhole() {
   document.body.classList.toggle("alone", SIDES.length === 1);
   byId("summary").textContent = page.summary;
+  byId("overview").textContent = page.overview;
   byId("frame").max = Math.max(0, page.frames - 1);
   byId("shown").max = Math.max(0, page.demonstration.frames - 1);
   for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
@@ -113,7 +114,7 @@ foldUnchanged();
 if (page.rows.length) {
   updateVisible();
   const first = page.divergences.find((each) => each.row >= 0);
-  reveal(first ? first.row : 0);
+  reveal(first ? first.row : page.begins_at);
 }
 byId("tree").focus();
 document.body.dataset.ready = "yes";
