@@ -29,9 +29,10 @@ from ntp_dsl.core.perception.tracking import Tracker
 from ntp_dsl.core.shown import Shown
 from ntp_dsl.evaluation.episodes import Evaluator, Plan, run_all
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.traces.report.reliability import Reliability
 from ntp_dsl.worlds.catalogue import equip

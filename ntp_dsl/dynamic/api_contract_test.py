@@ -21,8 +21,9 @@ from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.attempts import reads_failures
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Argument, without_lists
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument, format_measurement
 from ntp_dsl.worlds.protocol import World

@@ -8,8 +8,8 @@ from io import StringIO
 
 from ntp_dsl.dynamic.trial_traces import header, write_frame
 from ntp_dsl.language.registry import Api, Registry
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.decision import NO_DECISION
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME

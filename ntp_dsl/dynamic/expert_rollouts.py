@@ -18,8 +18,9 @@ from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax.nodes import Span, TaskDeclaration
 from ntp_dsl.policies.random_arguments import random_arguments
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, draw
 from ntp_dsl.worlds.protocol import World

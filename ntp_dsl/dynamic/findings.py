@@ -19,8 +19,9 @@ from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Decision, NextCall
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import without_lists
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 
 STEPS = 8  # of a cycle that are listed
 

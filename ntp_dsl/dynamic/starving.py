@@ -10,7 +10,8 @@ from ntp_dsl.dynamic.stuck import FEW, given, listed
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
 from ntp_dsl.policies.expert import Expert, NextCall
 from ntp_dsl.policies.protocol import Frame
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.facts import Fact
+from ntp_dsl.semantics.state import State
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from ntp_dsl.dynamic.stuck import given
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import NextCall
 from ntp_dsl.policies.protocol import Frame
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import State
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
 from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import Status
 from ntp_dsl.traces.phrases import format_argument
 

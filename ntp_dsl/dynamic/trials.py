@@ -16,8 +16,9 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import (

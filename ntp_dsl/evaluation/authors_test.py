@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import Fact, Literal
 from ntp_dsl.tasks.goal_samplers import Goal
 
 MAX_OFFSET = 0.05  # between two centres, seen from above [m]

@@ -10,8 +10,9 @@ from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Observation
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.state_changes import says_of_state
 from ntp_dsl.tasks.instances import Instance
 

@@ -15,10 +15,11 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.semantics.facts import Bindings, Fact, Literal
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
-from ntp_dsl.semantics.state import Bindings, Fact, Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome

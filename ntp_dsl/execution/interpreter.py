@@ -17,8 +17,9 @@ from ntp_dsl.policies.evidence import evidence, weighed
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.attempts import reads_failures
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Argument, Observation, without_lists
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import NO_DECISION, Decision, FactProbability, Status
 from ntp_dsl.traces.schema import ROOT, CallKind, CallOutcome, End, Ending, Execution
 from ntp_dsl.traces.writer import TraceWriter

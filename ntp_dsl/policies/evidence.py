@@ -9,8 +9,9 @@ from typing import Any
 from ntp_dsl.language.registry import Program
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import Expert, Instance, NextCall
+from ntp_dsl.semantics.facts import Bindings, Fact
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Bindings, Fact, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import FactProbability, StatementStatus, Status
 
 MOST = 200  # facts that a decision reports

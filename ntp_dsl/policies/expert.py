@@ -13,8 +13,9 @@ from typing import Any
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Program, Registry, place_of
 from ntp_dsl.language.syntax import nodes
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, has_part
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Bindings, Condition, Fact, State, has_part
+from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
 from ntp_dsl.traces.phrases import format_invocation
 

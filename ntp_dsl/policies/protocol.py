@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from ntp_dsl.demonstrations.demonstration import Scope
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.semantics.state import Fact
 from ntp_dsl.traces.decision import NO_DECISION, Decision
 from ntp_dsl.worlds.protocol import World
 

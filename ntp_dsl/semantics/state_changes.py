@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import Expression
 from ntp_dsl.language.syntax.visitors import predicates
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Argument, DeclaredFact
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 
 Facts = frozenset[DeclaredFact]
 

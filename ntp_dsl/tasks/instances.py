@@ -16,8 +16,9 @@ from ntp_dsl.language.names.signatures import si
 from ntp_dsl.language.registry import Parameter, Registry
 from ntp_dsl.language.syntax.nodes import Atom, Expression, GivenGoal, Name, Number, TaskDeclaration
 from ntp_dsl.language.syntax.visitors import free_names
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, Record, SceneObject
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
 from ntp_dsl.tasks.goal_text import read_lists

@@ -14,8 +14,9 @@ from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Decision, Expert, ExpertContext, NextCall, UndeclaredCall, call
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 
 SEEDS = range(60)
 CARRYING = """

@@ -9,8 +9,8 @@ import pytest
 from msgspec import convert, to_builtins
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Record
-from ntp_dsl.semantics.state import Literal
 from ntp_dsl.tasks.goal_samplers import Goal
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.user_code.loading import load_with_python

@@ -48,7 +48,7 @@ def misjudged(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def left_in_the_boot(tmp_path: Path) -> Path:
-    """The wheel that is to be put on is never taken out."""
+    """Nothing takes out the wheel that is to be put on."""
     old = "    when stowed(spare):\n        take_out(spare, c)\n"
     return planted(tmp_path, DOMAINS / "puncture", "puncture.ntp", old, "")
 

@@ -14,8 +14,9 @@ from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.formatting.canonical import format_library
 from ntp_dsl.language.loader import diagnose_text, load_text
 from ntp_dsl.language.parsing.parser import parse
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Observation, SceneObject
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 
 NAMES = tuple(f"cup_{number}" for number in range(5))
 COUNTS = range(7)

@@ -20,6 +20,7 @@ from ntp_dsl.evaluation.episodes import Evaluator, Plan, run_all
 from ntp_dsl.execution.refusals import differ
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import diagnose_text, load, load_text
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.geometry import CLEARLY, about_vertical, extents_as_it_lies, turned_by
 from ntp_dsl.semantics.layout import (
     SIDES,
@@ -32,7 +33,7 @@ from ntp_dsl.semantics.layout import (
     yaw,
 )
 from ntp_dsl.semantics.observation import Observation, SceneObject
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
 from ntp_dsl.worlds.bullet_bodies import bodies_of
 from ntp_dsl.worlds.catalogue import make_world

@@ -8,8 +8,9 @@ from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.parsing.parser import parse
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Observation, Record, SceneObject
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 
 CUBE = (0.05, 0.05, 0.05)
 TOWER = Observation(

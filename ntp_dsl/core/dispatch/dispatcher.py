@@ -9,8 +9,8 @@ from typing import Protocol
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.policies.expert import NextCall, Return
 from ntp_dsl.policies.protocol import Barred
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument
-from ntp_dsl.semantics.state import Fact
 from ntp_dsl.traces.decision import Decision
 
 

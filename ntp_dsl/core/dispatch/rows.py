@@ -16,9 +16,9 @@ from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import NextCall
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, has_part
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.predicates import ANY
-from ntp_dsl.semantics.state import Bindings, Condition, Fact, has_part
 
 POSSIBLE = 0.02  # a guard that holds less probably than this makes no call
 

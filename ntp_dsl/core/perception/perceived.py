@@ -13,10 +13,11 @@ from ntp_dsl.core.perception.grounding import Grounding, ground
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import predicates
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
-from ntp_dsl.semantics.state import Bindings, Condition, Fact, Literal, State
+from ntp_dsl.semantics.state import State
 
 SAMPLES = 24  # of where objects may lie
 

@@ -23,9 +23,10 @@ from ntp_dsl.language.logic.list_contracts import conditions, parts_about, unfol
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import walk
+from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Argument, Record, without_lists
 from ntp_dsl.semantics.predicates import MissingTrait
-from ntp_dsl.semantics.state import Fact, Literal, State
+from ntp_dsl.semantics.state import State
 
 Element = Record | str
 Bound = tuple[tuple[str, str | float], ...]

@@ -19,9 +19,10 @@ from ntp_dsl.core.reading.reading import Doubt, Measure, Reading, Stray, values_
 from ntp_dsl.core.reading.weighing import Weighing
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.expert import Expert
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.predicates import stands_on
-from ntp_dsl.semantics.state import Fact, State
+from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.schema import DemonstratedCall
 
 FEW = 40  # candidates, among which other lists are tried where the first does not explain all

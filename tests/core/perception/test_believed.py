@@ -20,9 +20,10 @@ from ntp_dsl.language.loader import load_text
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
+from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import ANY
-from ntp_dsl.semantics.state import Literal, State
+from ntp_dsl.semantics.state import State
 
 AGREE, OF_EACH = 0.995, 0.99
 HAIR = 0.0002  # [m]
