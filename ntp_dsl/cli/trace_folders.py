@@ -13,6 +13,7 @@ from ntp_dsl.traces.schema import Ending
 from ntp_dsl.traces.trace import Trace
 
 TRACES = "*.trace.jsonl"
+UNREADABLE = "unreadable"  # in place of how a trace ends
 
 
 def traces_in(folder: Path) -> list[Path]:
@@ -72,8 +73,13 @@ def first_failed(folder: Path) -> Path:
 
     Raises `NtpError` where there are none.
     """
-    files = traces_in(folder)
-    failed = [file for file in files if summary(file).has_failed]
+    summaries = {file: summary(file) for file in traces_in(folder)}
+    files = [file for file, each in summaries.items() if each.ending != UNREADABLE]
+    if not files:
+        raise NtpError(f"{folder}: none of its traces can be read")
+    if lost := len(summaries) - len(files):
+        messages.print(f"{counted(lost, 'trace')} cannot be read: left out", style="yellow")
+    failed = [file for file in files if summaries[file].has_failed]
     chosen = failed[0] if failed else files[0]
     first = f"the first of {len(failed)} that failed" if failed else "none failed, so the first"
     messages.print(f"{chosen.name}: {first}, of {counted(len(files), 'trace')}")
@@ -102,7 +108,7 @@ def summary(file: Path) -> Summary:
     try:
         trace = read_trace(file)
     except NtpError:
-        return Summary(file.name, 0, "unreadable")
+        return Summary(file.name, 0, UNREADABLE)
     end, calls = trace.end, len(trace.calls)
     if end is None:
         return Summary(file.name, calls, "cut off")

@@ -11,6 +11,7 @@ from ntp_dsl.policies.evidence import BodyStatement, body_statements
 from ntp_dsl.policies.expert import Expert, NextCall
 from ntp_dsl.policies.protocol import Frame
 from ntp_dsl.semantics.facts import Fact
+from ntp_dsl.semantics.parts import Wanted
 from ntp_dsl.semantics.state import State
 
 
@@ -40,19 +41,20 @@ def _starving(expert: Expert, frame: Frame, states: Sequence[State]) -> Iterator
     row = expert.registry.programs[frame.program]
     bodies = [body_statements(expert, row, frame.arguments, state) for state in states]
     for number, statement in enumerate(bodies[0]):
-        lacks = [frozenset[Fact]().union(*_unprovided(body, number)) for body in bodies]
+        pairs = zip(bodies, states, strict=True)
+        lacks = [frozenset[Fact]().union(*_unprovided(body, number, state)) for body, state in pairs]
         always = frozenset.intersection(*lacks)
         if always and statement.call is not None:
             yield Starving(statement.call, tuple(sorted(always, key=str)))
 
 
-def _unprovided(body: Sequence[BodyStatement], number: int) -> Iterator[frozenset[Fact]]:
-    """Yield what a statement that is due lacks, without what an earlier one provides."""
+def _unprovided(body: Sequence[BodyStatement], number: int, state: State) -> Iterator[frozenset[Fact]]:
+    """Yield what a statement that is due lacks, without that towards which an earlier one does anything."""
     if number >= len(body):
         return
     statement, earlier = body[number], body[:number]
     if statement.instance is not None and statement.is_due and not statement.instance.achieved:
         provided = [fact for each in earlier if each.instance is not None for fact in each.instance.provides]
-        yield frozenset(
-            fact for fact in statement.instance.lacks if not any(each.provides(fact) for each in provided)
-        )
+        lacks = statement.instance.lacks
+        helped = Wanted(lacks, state).helped_by(provided)
+        yield frozenset(fact for fact in lacks - helped if not any(each.provides(fact) for each in provided))

@@ -19,6 +19,7 @@ from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 FORCED = "forced"  # as a disturbance of a trace
 OUTCOMES = {"achieved": ACHIEVED, **{each.name.lower(): Outcome(False, each) for each in Failure}}
 CALL = re.compile(r"(\w+)(?:\((.*)\))?")
+VALUE = re.compile(r"[\[(]|-?[\d.]+(e-?\d+)?$")  # a list, a record or a number
 COMMA = re.compile(r",(?![^\[(]*[\])])")  # outside of brackets
 
 
@@ -147,7 +148,7 @@ def check_names(
     members = {member for enum in registry.enums.values() for member in enum}
     known = {*objects, *registry.constants, *members, ANY}
     for name in names:
-        if name.isidentifier() and name not in known:
+        if not VALUE.match(name) and name not in known:
             raise NtpError(f"{option}: '{name}' in '{text}' is no object of the scene{_near(name, known)}")
 
 

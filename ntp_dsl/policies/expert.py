@@ -13,8 +13,9 @@ from typing import Any
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Program, Registry, place_of
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.semantics.facts import Bindings, Condition, Fact, has_part
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact
 from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.parts import Wanted
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
 from ntp_dsl.traces.phrases import format_invocation
@@ -117,8 +118,8 @@ class Expert:
                 lacking = min(map(str, instance.lacks))
                 return f"{instance.call} lacks {lacking}, which no statement before it brings about"
         for fact in sorted(wanted, key=str):
-            helped = any(_helped_any(each.provides, {fact}, state) for each in body)
-            if not helped and not any(_provides_any(each.provides, {fact}) for each in body):
+            is_helped = any(Wanted([fact], state).helped_by(each.provides) for each in body)
+            if not is_helped and not any(_provides_any(each.provides, {fact}) for each in body):
                 return f"no statement achieves {fact}"
         return "no statement is due"
 
@@ -132,12 +133,12 @@ class Expert:
             if instance is None:
                 yield row.body[index], None, False
                 continue
-            helped = _helped_any(instance.provides, needed, state)
-            wanted = helped or _provides_any(instance.provides, needed)
+            is_part = bool(Wanted(needed, state).helped_by(instance.provides))
+            wanted = is_part or _provides_any(instance.provides, needed)
             loops = isinstance(row.body[index], nodes.For)
             alike = named if loops else [fact for fact in named if isinstance(fact, Condition)]
             is_named = bool(instance.provides & named) or _provides_any(instance.provides, alike)
-            is_named = is_named or _helped_any(instance.provides, named, state)
+            is_named = is_named or bool(Wanted(named, state).helped_by(instance.provides))
             is_due = not instance.achieved and (wanted or not is_named)
             if is_due:
                 needed |= instance.lacks
@@ -197,7 +198,7 @@ class Expert:
         for element in pending:
             hopeless = any(
                 not _provides_any(new if isinstance(lack, Condition) else helped, {lack})
-                and not _helped_any(new, {lack}, state)
+                and not Wanted([lack], state).helped_by(helped)
                 for lack in element.lacks
             )
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
@@ -295,15 +296,6 @@ def first(calls: Iterable[NextCall]) -> list[NextCall]:
 def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
     """Return the first requirement that does not hold, or None."""
     return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
-
-
-def _helped_any(provided: Iterable[Fact], wanted: Iterable[Fact], state: State) -> bool:
-    """Return whether some facts have a part in what is wanted, of which one or the other is composed.
-
-    What holds is no part any more, and nothing has a part in what holds.
-    """
-    new = [each for each in provided if not state.holds(each)]
-    return any(has_part(new, each) for each in wanted if not state.holds(each))
 
 
 def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:

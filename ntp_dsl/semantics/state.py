@@ -113,7 +113,7 @@ class State:
             case nodes.Compare(operator=sign, left=left, right=right):
                 return COMPARISONS[sign](self.value(left, scope), self.value(right, scope))
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
-                inner = (self.true(body, each) for each in self._scopes(generators, scope))
+                inner = (self.true(body, each) for each in self.scopes(generators, scope))
                 if expression.count is not None:
                     count = sum(inner)
                     return count == expression.count if quantifier == "exactly" else count >= expression.count
@@ -128,14 +128,14 @@ class State:
             case None, _:
                 return []
             case nodes.Atom(predicate=predicate, arguments=arguments), _:
-                return [self._literal(predicate, self._values(arguments, scope), positive)]
+                return [Literal(predicate, self._values(arguments, scope), positive)]
             case nodes.Not(value=value), _:
                 return self.literals(value, scope, not positive)
             case (nodes.And(values=values), True) | (nodes.Or(values=values), False):
                 return [fact for value in values for fact in self.literals(value, scope, positive)]
             case nodes.Quantified(quantifier, body, generators, None), _:
                 if (quantifier == "all") == positive:
-                    inner = self._scopes(generators, scope)
+                    inner = self.scopes(generators, scope)
                     return [fact for s in inner for fact in self.literals(body, s, positive)]
         assert expression is not None
         return [self._condition(expression if positive else nodes.Not(expression), scope)]
@@ -148,14 +148,6 @@ class State:
         helping = partial(self._helping, expression, scope, positive=True)
         return Condition(told, expression, scope, tuple(named.items()), helping)
 
-    def _literal(self, predicate: str, arguments: tuple[Argument, ...], positive: bool) -> Literal:
-        if predicate not in self.registry.composed or ANY in arguments:
-            return Literal(predicate, arguments, positive)
-        declared = self.registry.predicates[predicate]
-        names = (parameter.name for parameter in declared.parameters)
-        scope = dict(zip(names, arguments, strict=True))
-        return Literal(predicate, arguments, positive, partial(self._helping, declared.body, scope, positive))
-
     def _helping(
         self, expression: nodes.Expression | None, scope: Bindings, positive: bool
     ) -> Iterator[Literal]:
@@ -165,14 +157,14 @@ class State:
         """
         match expression:
             case nodes.Atom(predicate=predicate, arguments=arguments):
-                yield self._literal(predicate, self._values(arguments, scope), positive)
+                yield Literal(predicate, self._values(arguments, scope), positive)
             case nodes.Not(value=value):
                 yield from self._helping(value, scope, not positive)
             case nodes.And(values=values) | nodes.Or(values=values):
                 for value in values:
                     yield from self._helping(value, scope, positive)
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
-                inner = [*self._scopes(generators, scope)]
+                inner = [*self.scopes(generators, scope)]
                 if quantifier == "exactly":
                     positive = sum(self.true(body, each) for each in inner) <= (expression.count or 0)
                 for each in inner:
@@ -217,12 +209,13 @@ class State:
     def _values(self, terms: tuple[nodes.Expression, ...], scope: Bindings) -> tuple[Argument, ...]:
         return tuple([self.value(term, scope) for term in terms])
 
-    def _scopes(self, generators: tuple[nodes.Generator, ...], scope: Bindings) -> Iterator[Bindings]:
+    def scopes(self, generators: tuple[nodes.Generator, ...], scope: Bindings) -> Iterator[Bindings]:
+        """Yield a scope for each way to choose an element for every generator."""
         if not generators:
             yield scope
             return
         for inner in self.elements(generators[0], scope):
-            yield from self._scopes(generators[1:], inner)
+            yield from self.scopes(generators[1:], inner)
 
     def _ask(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
         if (forced := self.forced(predicate, arguments)) is not None:

@@ -34,7 +34,7 @@ class Circle:
         return [call for call in self.calls if not call.succeeded or call.execution.unmet]
 
     def starving(self) -> tuple[StatementStatus, list[str]] | None:
-        """Return the first statement that is due at each call, and lacks the same facts at all, and these."""
+        """Return the first statement that is due at every call and always lacks some facts, and these."""
         others = [call.decision.statements for call in self.calls[1:]]
         for statement in self.calls[0].decision.statements:
             lacks = {*statement.lacks} if statement.status is Status.DUE else set()

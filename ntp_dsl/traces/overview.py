@@ -63,17 +63,17 @@ def _round(trace: Trace, found: Circle) -> Iterator[str]:
             told = f"{call.outcome}{unmet}{_in_python(trace, call)}"
             yield f"In the last round {format_call(call)} returned: {told}."
         return
-    if (starving := found.starving()) is not None:
-        statement, lacks = starving
-        starved = format_invocation(statement.callee, statement.arguments)
-        lacking = " and ".join(lacks[:FEW])
-        yield f"All the time line {statement.line}, {starved}, is needed and lacks {lacking}."
-    elif (undone := found.undone()) is not None:
+    if (undone := found.undone()) is not None:
         fact, achiever, ender = undone
         yield (
             f"{format_call(achiever)}{_at(achiever)} achieves {fact}, and {format_call(ender)}{_at(ender)} "
             "ends that again."
         )
+    if (starving := found.starving()) is not None:
+        statement, lacks = starving
+        starved = format_invocation(statement.callee, statement.arguments)
+        lacking = " and ".join(lacks[:FEW])
+        yield f"Throughout, line {statement.line}, {starved}, is needed and lacks {lacking}."
 
 
 def _in_python(trace: Trace, call: Call) -> str:

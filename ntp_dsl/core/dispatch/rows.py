@@ -16,8 +16,9 @@ from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import NextCall
-from ntp_dsl.semantics.facts import Bindings, Condition, Fact, has_part
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact
 from ntp_dsl.semantics.observation import Argument, Record
+from ntp_dsl.semantics.parts import Wanted
 from ntp_dsl.semantics.predicates import ANY
 
 POSSIBLE = 0.02  # a guard that holds less probably than this makes no call
@@ -100,14 +101,14 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
         for fact in each:
             number(fact)
     vague = [(fact, at) for fact, at in facts.items() if isinstance(fact, Condition) or ANY in fact.arguments]
-    lacking = [(fact, at) for fact, at in facts.items() if state.probability(fact) <= 0.5]
-    implied = [
-        _implied(given_facts, vague, state) | _helped(given_facts, lacking, state) for given_facts in provided
-    ]
+    wanted = Wanted(facts, state)
     provides = [
         (call, at)
         for call, given_facts in enumerate(provided)
-        for at in sorted({facts[each] for each in given_facts} | implied[call])
+        for at in sorted(
+            {facts[each] for each in (*given_facts, *wanted.helped_by(given_facts))}
+            | _implied(given_facts, vague, state)
+        )
     ]
     return Row(
         tuple(calls),
@@ -133,12 +134,6 @@ def _implied(given: Sequence[Fact], vague: Sequence[tuple[Fact, int]], state: Be
         for fact, at in vague
         if not (is_done and isinstance(fact, Condition)) and any(each.provides(fact) for each in given)
     }
-
-
-def _helped(given: Sequence[Fact], lacking: Sequence[tuple[Fact, int]], state: Believed) -> set[int]:
-    """Return the facts that do not hold in which those of a call that do not hold have a part."""
-    new = [each for each in given if state.probability(each) <= 0.5]
-    return {at for fact, at in lacking if has_part(new, fact)}
 
 
 def _calls(

@@ -65,7 +65,7 @@ class Believed(State):
             case nodes.Or(values=values):
                 return max((self.likely(value, scope) for value in values), default=0.0)
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
-                inner = [self.likely(body, each) for each in self._scopes(generators, scope)]
+                inner = [self.likely(body, each) for each in self.scopes(generators, scope)]
                 if expression.count is not None:
                     return _counted(inner, expression.count, exactly=quantifier == "exactly")
                 return min(inner, default=1.0) if quantifier == "all" else max(inner, default=0.0)
