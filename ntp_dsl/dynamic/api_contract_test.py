@@ -58,14 +58,15 @@ def check_contracts(
 ) -> Iterator[Diagnostic]:
     """Yield a diagnostic for each api that violates its contract, or was never ready in a random walk.
 
-    Of a library that is used, those apis are tested that a program of the one that is checked may call.
+    Of a library that is used, those apis are tested that a program of the one that is checked may call; where
+    that has neither programs nor apis, all.
 
     Args:
         traces: where to write those of calls that violate one.
     """
-    begun = [name for name, row in registry.programs.items() if places.is_own(row.span)]
-    begun += [task.run.callee for task in registry.tasks.values() if task.run is not None]
-    called = {name for each in begun for name in registry.called_by(each)}
+    programs = [name for name, row in registry.programs.items() if places.is_own(row.span)]
+    programs += [task.run.callee for task in registry.tasks.values() if task.run is not None]
+    called = {name for each in programs for name in registry.called_by(each)}
     tested = {name for name, api in registry.apis.items() if name in called or places.is_own(api.span)}
     records = {name: _Record() for name in tested or registry.apis}
     is_traced = traces.folder is not None

@@ -10,6 +10,7 @@ from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.attempts import without_attempts
 from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.state import State
@@ -47,16 +48,16 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
 
 
 def act(shown: Demonstration, frame: int) -> str:
-    """Return what the hand does, or which fact changes, just before a frame, and when."""
+    """Return what the hand does, or which fact changes, just before a frame after the first, and when."""
     when = f"at {float(shown.times[frame]):.1f} s"
-    before, after = shown.closed[max(0, frame - 1)], shown.closed[frame]
+    before, after = shown.closed[frame - 1], shown.closed[frame]
     if before != after:
         what = "closes" if after else "opens"
         near = int(np.argmin(np.linalg.norm(shown.positions[frame] - shown.grippers[frame], axis=1)))
         return printable(f"the hand {what} at {shown.names[near]}, {when}")
-    facts = shown.facts or ((),) * len(shown)
-    new, old = {*facts[frame]} - {*facts[frame - 1]}, {*facts[frame - 1]} - {*facts[frame]}
-    changed = [*(f"{each} comes true" for each in new), *(f"{each} ceases to hold" for each in old)]
+    assert shown.facts is not None, "else there were no act"
+    now, was = (without_attempts(shown.facts[each]) for each in (frame, frame - 1))
+    changed = [f"{each} comes true" for each in now - was] + [f"{each} ceases to hold" for each in was - now]
     return printable(f"{_named(sorted(changed)) or 'something changes'}, {when}")
 
 

@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.language.syntax.visitors import predicates
 
 Value = TypeVar("Value")
 
@@ -158,20 +157,8 @@ class Registry:
 
     @cached_property
     def composed(self) -> frozenset[str]:
-        """The predicates that have a body, without those that are said of themselves, directly or not."""
-        bodies = {name: predicates(each.body) for name, each in self.predicates.items() if each.body}
-
-        def is_recursive(name: str) -> bool:
-            seen, waiting = set[str](), [name]
-            while waiting:
-                said = bodies.get(waiting.pop(), set())
-                if name in said:
-                    return True
-                waiting += said - seen
-                seen |= said
-            return False
-
-        return frozenset(name for name in bodies if not is_recursive(name))
+        """The predicates that have a body, which is not about themselves."""
+        return frozenset(name for name, each in self.predicates.items() if each.body is not None)
 
     @cached_property
     def hash(self) -> str:

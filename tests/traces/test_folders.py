@@ -100,6 +100,10 @@ def test_of_a_folder_the_first_failure_is_explained(
     assert failed and f"{failed[0]}: the first of {len(failed)} that failed, of 6 traces" in shown.err
     assert run(["trace", "explain", str(tmp_path / failed[0])]) == 0
     assert capsys.readouterr().out == shown.out
+    (tmp_path / "damaged.trace.jsonl").write_text("no trace", encoding="utf-8")
+    assert run(["trace", "explain", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "1 trace cannot be read: left out" in told.err and told.out == shown.out
 
 
 def test_what_is_for_one_trace_is_refused(folders: Folders, capsys: pytest.CaptureFixture[str]) -> None:

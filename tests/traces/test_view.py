@@ -25,9 +25,12 @@ from ntp_dsl.traces.decision import (
     StatementStatus,
     Status,
 )
+from ntp_dsl.traces.explanation import interesting
+from ntp_dsl.traces.overview import overview
 from ntp_dsl.traces.page.document import NO_ROW
 from ntp_dsl.traces.page.page import page
 from ntp_dsl.traces.page.page_rows import page_rows
+from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.schema import ROOT, DemonstratedCall, DemonstrationReference, End, Ending, Execution
 from ntp_dsl.traces.trace import Trace
@@ -213,6 +216,23 @@ def test_one_trace_is_shown_alone(chromium: Any, folder: Path) -> None:
     found = Page(chromium, folder / "one.html")
     assert found.page.locator(".mark").count() == 0 and not found.page.locator("#next").is_visible()
     assert found.text("#summary") == "learned: success" and found.messages == []
+    found.close()
+
+
+def test_a_failed_episode_opens_where_one_would_look_with_why(
+    chromium: Any, folder: Path, tmp_path: Path
+) -> None:
+    shown = read_trace(folder / "a" / "episode_00000.trace.jsonl")
+    item = next(call for call in shown.calls if call.name == "pick").arguments[0]
+    forced = f"pick({item}): holding({item})=true"
+    assert run([*WELL, "--expert", "--inject", forced, "--out", str(tmp_path)]) == 1
+    file = tmp_path / "episode_00000.trace.jsonl"
+    assert run(["trace", "view", str(file), "--out", str(tmp_path / "failed.html")]) == 0
+    trace = read_trace(file)
+    asked = interesting(trace)
+    found = Page(chromium, tmp_path / "failed.html")
+    assert asked is not None and asked.id > 0 and format_call(asked) in found.chosen()
+    assert found.text("#overview") == " ".join(overview(trace)[1:]) != ""
     found.close()
 
 

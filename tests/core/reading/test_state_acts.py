@@ -6,6 +6,7 @@ import pytest
 from one_core_samples import lists, read
 
 from ntp_dsl.api import demonstrate, draw
+from ntp_dsl.evaluation.demonstration_remarks import act
 from ntp_dsl.libraries import load_text
 
 SCALES = """library scales
@@ -103,3 +104,5 @@ def test_a_change_that_no_call_makes_is_not_explained() -> None:
         shown = demonstrate(draw(told, "scales", seed)).demonstration
         found = read(draw(without, "scales", seed), shown)
         assert found.explained == found.acts - 1
+        (missed,) = found.unexplained
+        assert act(shown, missed).startswith("measured(block_0) comes true, at ")
