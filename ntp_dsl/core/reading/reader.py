@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import combinations, islice, permutations, product, takewhile
+from itertools import islice, permutations, takewhile
 from math import hypot
 from typing import TypeVar
 
 from ntp_dsl.core.reading.candidates import Candidate, Element, ListContract, candidates
+from ntp_dsl.core.reading.changes import changed_lists
 from ntp_dsl.core.reading.explanation import Explanation, Running, root, unmarked
 from ntp_dsl.core.reading.likelihood import Offset
 from ntp_dsl.core.reading.moments import Act, Moments
@@ -73,6 +74,7 @@ class Reader:
                 reading = self._told(chosen)
             if reading.is_whole or not self._has_numbers():
                 break
+        chosen, reading = self._without_the_idle(chosen, reading)
         chosen, reading = self._with_surprises(chosen, reading, found)
         chosen, reading = self._with_purposes(chosen, reading, found)
         weighed, doubts = Weighing(self._contracts, self.moments, self._told).weighed(chosen, found)
@@ -176,6 +178,17 @@ class Reader:
             if act.number in explained or any(self._is_served(each, item, act) for each in chosen):
                 continue
             yield Stray(item, act.frame)
+
+    def _without_the_idle(self, chosen: list[Candidate], reading: Reading) -> tuple[list[Candidate], Reading]:
+        """Return the elements without those of objects that others name too, and that explain no act more."""
+        for each in [*chosen]:
+            others = [other for other in chosen if other is not each]
+            named = {value for other in others for value in values_in(other.element)}
+            if each.rise and named.issuperset(values_in(each.element)):
+                less = self._told(others)
+                if less.explained >= reading.explained:
+                    chosen, reading = others, less
+        return chosen, reading
 
     def _with_purposes(
         self, chosen: list[Candidate], reading: Reading, found: Sequence[Candidate]
@@ -289,7 +302,7 @@ class Reader:
         """Return a list that explains more, as far as small changes lead to one; of equals the shortest."""
         best, value = chosen, self._value(chosen)
         while True:
-            for changed in islice(_changed(best, risen), TRIES):
+            for changed in islice(changed_lists(best, risen), TRIES):
                 found = self._value(changed)
                 if found > value:
                     best, value = changed, found
@@ -415,23 +428,6 @@ class Reader:
 
 def _size(element: Element) -> int:
     return len(element.fields) if isinstance(element, Record) else 1
-
-
-def _changed(chosen: Sequence[Candidate], risen: Sequence[Candidate]) -> Iterator[list[Candidate]]:
-    """Yield lists with one element more, less, exchanged or elsewhere, and with two exchanged for one."""
-    others = [each for each in risen if each not in chosen]
-    for count in (0, 1, 2):
-        if count == 2:
-            for moved, place in product(chosen, range(len(chosen))):
-                kept = [each for each in chosen if each is not moved]
-                yield [*kept[:place], moved, *kept[place:]]
-        for dropped in combinations(chosen, count):
-            kept = [each for each in chosen if each not in dropped]
-            if count == 1:
-                yield kept
-            for more in others:
-                place = next((k for k, each in enumerate(kept) if each.rise > more.rise), len(kept))
-                yield [*kept[:place], more, *kept[place:]]
 
 
 def _close(call: DemonstratedCall) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 from math import isclose
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,13 +26,15 @@ from one_core_samples import (
     without_numbers,
 )
 
-from ntp_dsl.api import Task
+from ntp_dsl.api import Task, demonstrate, draw
+from ntp_dsl.authoring import call, expert, first
 from ntp_dsl.core.perception.steadied import steadied
 from ntp_dsl.core.reading.numbers import cuts
 from ntp_dsl.core.reading.reading import Reading
 from ntp_dsl.demonstrations.demonstration import Demonstration, Recorder, noisy
 from ntp_dsl.execution.interpreter import Interpreter, Limits
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.libraries import load_text
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.observation import Argument
@@ -353,3 +356,48 @@ def test_cuts_tell_all_neighbouring_values_apart(values: list[float]) -> None:
     known, found = sorted(set(values)), cuts(values)
     assert min(found) < known[0] and max(found) > known[-1] and set(known) <= set(found)
     assert all(any(a < each < b for each in found) for a, b in pairwise(known))
+
+
+ROUNDS = """library rounds
+use tabletop
+type Dish is Movable
+type Cup is Movable
+type Mat is Place
+record Guest(dish: Dish, cup: Cup, mat: Mat, post: Mat)
+program serve(goal: list[Guest]) by python:
+    achieves all on(g.dish, g.mat) and on(g.cup, g.post) for g in goal
+    calls pick_and_place
+task rounds:
+    scene:
+        dishes: 3 Dish on table
+        cups: 3 Cup on table
+        mats: 6 Mat on table with box(7 cm, 7 cm, 1 cm)
+    goal: {goal}
+    run: serve(goal)
+    success: all on(g.dish, g.mat) and on(g.cup, g.post) for g in goal
+"""
+GUESTS = [
+    ("dish_1", "cup_1", "mat_1", "mat_5"),
+    ("dish_2", "cup_0", "mat_0", "mat_4"),
+    ("dish_0", "cup_2", "mat_2", "mat_3"),
+]
+
+
+@expert
+def serve(world: Any, goal: Any) -> Any:
+    """Bring the dishes in order, and the cups in the opposite one."""
+    dishes = [(guest["dish"], guest["mat"]) for guest in goal]
+    cups = [(guest["cup"], guest["post"]) for guest in reversed(goal)]
+    return first(call("pick_and_place", *each) for each in (*dishes, *cups) if not world.on(*each))
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_no_element_is_read_that_explains_nothing_more(count: int) -> None:
+    goal = ", ".join(f"({', '.join(guest)})" for guest in GUESTS[:count])
+    registry = load_text(ROUNDS.format(goal=goal), [serve])
+    for seed in range(4):
+        task = draw(registry, "rounds", seed)
+        found = read(task, demonstrate(task).demonstration)
+        (elements,) = lists(found.arguments)
+        assert found.explained == found.acts == 4 * count
+        assert sorted(elements) == sorted(GUESTS[:count])
