@@ -29,9 +29,9 @@ NAMED = {  # by what the commands print, and not by the fault's own text
     ),
     "7": (
         "slips 1.0",
-        "most often by slip block_7 (45)",
-        "9 of the 136 calls were never made good",
-        "dropped: block_0",
+        "most often by slip pipe_1 (3)",
+        "2 of the 15 calls were never made good",
+        "dropped: pipe_6",
     ),
     "8": ("no inverse kinematics", "seat_2 at (0.860, 0.000, 0.005) m"),
     "8b": ("goal in collision", "place_0, place_1"),
@@ -65,8 +65,9 @@ def test_the_commands_name_the_fault_and_print_what_the_page_quotes(
 ) -> None:
     printed = ""
     blocks = FAULTS[title]
-    if not any(block.kind == "diff" for block in blocks) and "line_up" in str(blocks):
-        plant("--- tests/evaluation/domains/line_up/line_up.ntp", place)  # as it is
+    for name in ("line_up", "girths"):
+        if not any(block.kind == "diff" for block in blocks) and f"eval {name}" in str(blocks):
+            plant(f"--- tests/evaluation/domains/{name}/{name}.ntp", place)  # as it is
     for block in blocks:
         if block.kind == "diff":
             plant(block.text, place)
