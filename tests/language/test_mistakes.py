@@ -7,6 +7,7 @@ import pytest
 from ntp_dsl.common.resources import library_folder
 from ntp_dsl.language.checker import check
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, SourceError
+from ntp_dsl.language.loader import diagnose_text
 from ntp_dsl.language.parsing.parser import parse
 
 TABLETOP = parse((library_folder() / "tabletop.ntp").read_text())
@@ -174,3 +175,10 @@ def test_a_near_name_comes_with_a_fix() -> None:
 )
 def test_a_sound_library_raises_no_alarm(body: str) -> None:
     assert diagnostics(body) == []
+
+
+def test_a_count_that_is_a_parameter_is_told_to_be_a_number_of_the_text() -> None:
+    text = "library a\nuse tabletop\nprogram p(n: number):\n    achieves {} n on(b, table) for b in Block\n"
+    for words in ("at least", "exactly"):
+        (found,) = [each for each in diagnose_text(text.format(words)).diagnostics if each.code == "E001"]
+        assert found.message == "expected a number, found 'n'" and "cannot be a parameter" in found.help

@@ -36,6 +36,7 @@ TERMINALS = {
 QUANTIFIERS = {"'all'", "'some'", "'exactly'", "'at least'"}
 EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", *QUANTIFIERS}
 FOREIGN = frozenset("elif return pass break continue while try let var".split())
+COUNTED = "a count is a number in the text, such as 2; it cannot be a parameter or a field"
 LINE_WORDS = {"requires", "achieves", "for", "when", "else", "scene", "initially", "goal", "run", "success"}
 
 
@@ -95,12 +96,16 @@ def unexpected(block: Block, line: int, column: int, text: str, kind: str, expec
     if kind == "_NEWLINE" and "':'" in expected and _opens_block(block, line):
         message = "a ':' is missing at the end of this line"
         fix = Fix(block.span(line, column, 0), ":", certain=True)
-    return Diagnostic("E001", message, span, help=_advice(kind, expected), fix=fix)
+    before = row[: column - 1].split()[-1:]
+    help = COUNTED if before in (["exactly"], ["least"]) else _advice(kind, expected)
+    return Diagnostic("E001", message, span, help=help, fix=fix)
 
 
 def foreign(word: str, span: Span, fix: Fix | None = None) -> Diagnostic:
     """Report a word such as `return` or `elif`."""
-    help = "a body consists of calls, 'for' and 'when'"
+    help = "a body consists of calls, 'for', 'when' and 'else'"
+    if word == "try":
+        help = "what fails is tried anew while it is due; 'failures(x)', of the library 'attempts', counts it"
     if word == "elif":
         help = "write another 'when'; for the opposite of the one before, 'else:'"
     return Diagnostic("E001", f"there is no '{word}' in the language", span, help=help, fix=fix)
