@@ -7,7 +7,8 @@ where both bodies say it. What holds already is a part of nothing.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from functools import cached_property
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
@@ -20,15 +21,25 @@ class Wanted:
     """Facts by their parts; those that hold are left out."""
 
     def __init__(self, facts: Iterable[Fact], state: State) -> None:
-        self._state = state
-        self._by_part: defaultdict[Literal, list[Fact]] = defaultdict(list)
-        for fact in facts:
-            for part in parts(fact, state):
-                self._by_part[part].append(fact)
-        self._vague = [part for part in self._by_part if ANY in part.arguments]
+        self._facts, self._state = tuple(facts), state
+        self._any_compound = any(is_compound(fact, state) for fact in self._facts)
 
-    def helped_by(self, provided: Iterable[Fact]) -> set[Fact]:
+    @cached_property
+    def _by_part(self) -> Mapping[Literal, list[Fact]]:
+        found: defaultdict[Literal, list[Fact]] = defaultdict(list)
+        for fact in self._facts:
+            for part in parts(fact, self._state):
+                found[part].append(fact)
+        return found
+
+    @cached_property
+    def _vague(self) -> list[Literal]:
+        return [part for part in self._by_part if ANY in part.arguments]
+
+    def helped_by(self, provided: Collection[Fact]) -> set[Fact]:
         """Return the facts towards which others go; of two literals without bodies, `provides` tells it."""
+        if not self._any_compound and not any(is_compound(each, self._state) for each in provided):
+            return set()  # as in most cases
         return {
             fact
             for each in provided
