@@ -94,6 +94,19 @@ def test_the_source_is_shown_beside_its_counts(
     assert "never" in never or "%" in never
 
 
+def test_the_users_own_library_comes_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (examples_folder() / "block_stacking" / "block_stacking.ntp").read_text(encoding="utf-8")
+    Path("zoo.ntp").write_text(text.replace("library block_stacking", "library zoo"), encoding="utf-8")
+    assert run(["eval", "zoo.ntp", "few_placements", "--expert", "-n", "1", "--out", "runs"]) == 0
+    capsys.readouterr()
+    assert run(["trace", "coverage", "zoo.ntp", "runs"]) == 0
+    shown = capsys.readouterr().out
+    assert 0 < shown.index("zoo.ntp\n") < shown.index("tabletop.ntp\n")
+
+
 @pytest.mark.parametrize(
     "words, message",
     [

@@ -13,6 +13,7 @@ from rich.text import Text
 from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.options import Json
 from ntp_dsl.cli.trace_folders import readable, reference, traces_in
+from ntp_dsl.common.resources import library_folder
 from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
@@ -54,7 +55,10 @@ def command(
         return
     answers.print(_summary(covered))
     statements = _statements(registry)
-    for name, text in sources.items():
+    shipped = {path.name for path in library_folder().glob("*.ntp")}
+    for name, text in sorted(
+        sources.items(), key=lambda each: each[0] in shipped
+    ):  # the user's own come first
         answers.print(Text(name, style="bold"))
         answers.print(Text("  calls     ok     p  ", style="dim").append("attributed to, divergences"))
         for row in _listing(name, text, covered, statements):
