@@ -21,7 +21,7 @@ from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import NOWHERE, Span
 from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.attempts import reads_failures
-from ntp_dsl.semantics.facts import Fact, Literal
+from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
@@ -132,8 +132,7 @@ def _says_held(fact: Fact, held: str, state: State) -> bool:
         return False
     declared = state.registry.predicates[fact.predicate]
     if declared.body is not None:
-        names = (parameter.name for parameter in declared.parameters)
-        scope = dict(zip(names, fact.arguments, strict=True))
+        scope = bind(declared, fact.arguments)
         return any(_says_held(each, held, state) for each in state.literals(declared.body, scope))
     return fact.arguments == (held,) and declared.provider == "holding"
 

@@ -15,7 +15,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy
-from ntp_dsl.semantics.facts import Bindings, Fact, Literal
+from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
@@ -128,8 +128,7 @@ def _parts(state: State, fact: Fact) -> Iterator[Literal]:
         if declared.body is None:
             yield fact
             return
-        names = (parameter.name for parameter in declared.parameters)
-        scope: Bindings = dict(zip(names, fact.arguments, strict=True))
+        scope = bind(declared, fact.arguments)
         body, positive = declared.body, fact.positive
     else:
         scope, positive = fact.scope, True

@@ -90,5 +90,10 @@ class Condition:
 Fact = Literal | Condition
 
 
+def bind(declared: nodes.PredicateDeclaration, arguments: tuple[Argument, ...]) -> Bindings:
+    """Return the arguments of a predicate by the names of its parameters, for its body."""
+    return dict(zip((parameter.name for parameter in declared.parameters), arguments, strict=True))
+
+
 def _names(arguments: tuple[Argument, ...]) -> frozenset[str]:
     return frozenset(each for each in without_lists(arguments) if isinstance(each, str))

@@ -12,7 +12,7 @@ from functools import cached_property
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
 from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.semantics.state import State
 
@@ -76,8 +76,7 @@ def _parts_of_fact(fact: Fact, state: State) -> Iterator[Literal]:
     yield fact
     if fact.predicate in state.registry.composed and ANY not in fact.arguments:
         declared = state.registry.predicates[fact.predicate]
-        names = (parameter.name for parameter in declared.parameters)
-        scope = dict(zip(names, fact.arguments, strict=True))
+        scope = bind(declared, fact.arguments)
         yield from _parts(declared.body, scope, fact.positive, state)
 
 

@@ -13,7 +13,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
-from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation, Record
 from ntp_dsl.semantics.predicates import ANY, ANY_KNOWN, BUILT_IN, READINGS, trait
 
@@ -225,8 +225,7 @@ class State:
         if ways is not None:
             return any(self.reading(predicate, way) for way in ways)
         if declared.body is not None:
-            names = (parameter.name for parameter in declared.parameters)
-            return self.true(declared.body, dict(zip(names, arguments, strict=True)))
+            return self.true(declared.body, bind(declared, arguments))
         if declared.is_state:
             return DeclaredFact(predicate, tuple(map(str, arguments))) in self.observation.facts
         return self._provider(declared)(self.observation, *arguments)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ntp_dsl.language.registry import Api, Registry
 from ntp_dsl.language.syntax.nodes import Expression
 from ntp_dsl.language.syntax.visitors import predicates
-from ntp_dsl.semantics.facts import Fact, Literal
+from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument, DeclaredFact
 from ntp_dsl.semantics.state import State
 
@@ -43,8 +43,7 @@ def _state_literals(fact: Fact, state: State) -> Iterator[Literal]:
         return
     declared = state.registry.predicates[fact.predicate]
     if declared.body is not None:
-        names = (parameter.name for parameter in declared.parameters)
-        scope = dict(zip(names, fact.arguments, strict=True))
+        scope = bind(declared, fact.arguments)
         for each in state.literals(declared.body, scope, fact.positive):
             yield from _state_literals(each, state)
     elif declared.is_state:

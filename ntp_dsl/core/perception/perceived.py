@@ -13,7 +13,7 @@ from ntp_dsl.core.perception.grounding import Grounding, ground
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import predicates
-from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal
+from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
 from ntp_dsl.semantics.graded import Graded, graded_predicates
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
@@ -81,8 +81,7 @@ class Believed(State):
         elif ways is not None:
             chance = max((self.probability(Literal(fact.predicate, way)) for way in ways), default=0.0)
         elif declared.body is not None:
-            names = (parameter.name for parameter in declared.parameters)
-            chance = self.likely(declared.body, dict(zip(names, fact.arguments, strict=True)))
+            chance = self.likely(declared.body, bind(declared, fact.arguments))
         elif (provider := declared.provider) in self._chances:
             chance = self._chances[provider](*fact.arguments)
         else:
