@@ -23,7 +23,7 @@ from kinematics.bench.cells import HALF, cube
 from kinematics.geometry.transforms import rotation_from_quaternion
 from kinematics.robot import robot
 from kinematics.shapes.bodies import Body
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.skills.approach import TILTED
 from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
 
@@ -88,7 +88,7 @@ def scattered(generator: np.random.Generator, count: int) -> list[Body]:
     return [cube(f"b{i}", (x, y), yaw, i) for i, ((x, y), yaw) in placed]
 
 
-def is_on(cell: Workcell, item: str, support: str) -> bool:
+def is_on(cell: BulletCell, item: str, support: str) -> bool:
     """Return whether a cube is on another: centred within half a cube, one cube higher, in contact."""
     a, b = cell.pose(item).position, cell.pose(support).position
     near = math.hypot(a[0] - b[0], a[1] - b[1]) < HALF
@@ -98,7 +98,7 @@ def is_on(cell: Workcell, item: str, support: str) -> bool:
 class Runner:
     """A cell, and the building blocks of scripts."""
 
-    def __init__(self, cell: Workcell, tally: Tally, pictures: str | None) -> None:
+    def __init__(self, cell: BulletCell, tally: Tally, pictures: str | None) -> None:
         self.cell, self.tally, self.pictures = cell, tally, pictures
         self.where = ""
         self.calls = 0
@@ -255,7 +255,7 @@ def main() -> int:
     options = parser.parse_args()
     script, count = SCRIPTS[options.script]
     tally, succeeded = Tally(), 0
-    with Workcell(robot.load(options.arm)) as cell:
+    with BulletCell(robot.load(options.arm)) as cell:
         runner = Runner(cell, tally, options.pictures)
         for run in range(options.seed, options.seed + options.runs):
             generator = np.random.default_rng(run)

@@ -9,13 +9,13 @@ import numpy as np
 from kinematics.bench.cells import CUBES, cubes
 from kinematics.bench.measuring import Tally, machine
 from kinematics.robot.robot import Robot, panda
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.skills import skills
 
 Command: TypeAlias = tuple[Callable[..., None], tuple[Any, ...]]
 
 
-class RecordingCell(Workcell):
+class RecordingCell(BulletCell):
     """A cell that records its commands."""
 
     def __init__(self, robot: Robot) -> None:
@@ -23,19 +23,19 @@ class RecordingCell(Workcell):
         super().__init__(robot)
 
     def drive_arm(self, position: Any, velocity: Any) -> None:
-        self.commands.append((Workcell.drive_arm, (position, velocity)))
+        self.commands.append((BulletCell.drive_arm, (position, velocity)))
         super().drive_arm(position, velocity)
 
     def open_fingers(self, *how: float) -> None:
-        self.commands.append((Workcell.open_fingers, how))
+        self.commands.append((BulletCell.open_fingers, how))
         super().open_fingers(*how)
 
     def close_fingers(self) -> None:
-        self.commands.append((Workcell.close_fingers, ()))
+        self.commands.append((BulletCell.close_fingers, ()))
         super().close_fingers()
 
     def step(self) -> None:
-        self.commands.append((Workcell.step, ()))
+        self.commands.append((BulletCell.step, ()))
         super().step()
 
 
@@ -44,7 +44,7 @@ def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
     robot = robot or panda()
     skilled, replayed = Tally(), Tally()
     simulated: list[float] = []
-    with RecordingCell(robot) as cell, Workcell(robot) as other:
+    with RecordingCell(robot) as cell, BulletCell(robot) as other:
         for number in range(cycles + 1):
             bodies = cubes(robot, np.random.default_rng((seed, number)), CUBES)
             for each in (cell, other):
@@ -72,7 +72,7 @@ def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
     }
 
 
-def cycle(cell: Workcell, seed: int) -> bool:
+def cycle(cell: BulletCell, seed: int) -> bool:
     """Pick up a cube and place it on another; return whether all skills succeeded."""
     return all(
         motion.achieved
@@ -85,7 +85,7 @@ def cycle(cell: Workcell, seed: int) -> bool:
     )
 
 
-def replay(commands: list[Command], other: Workcell) -> None:
+def replay(commands: list[Command], other: BulletCell) -> None:
     """Send the same motor commands to another cell."""
     for command, arguments in commands:
         command(other, *arguments)

@@ -11,10 +11,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from kinematics.geometry.transforms import Array, wxyz
+from kinematics.geometry.transforms import Array
 from kinematics.robot import models
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE
+from kinematics.shapes.mujoco_pieces import add_piece
 from kinematics.shapes.shapes import (
     Box,
     Convex,
@@ -60,7 +61,7 @@ def for_planning(
     for shape, name in in_hand.items():
         held = tool.add_body(name=name)
         for piece in pieces_of(shape):
-            _add(spec, held, piece, contype=ROBOT, conaffinity=ROBOT | SCENE, margin=margin)
+            add_piece(spec, held, piece, contype=ROBOT, conaffinity=ROBOT | SCENE, margin=margin)
     return spec.compile()
 
 
@@ -79,7 +80,7 @@ def for_distances(
     for shape, name in in_hand.items():
         held = tool.add_body(name=name)
         for piece in pieces_of(shape):
-            _add(spec, held, _shrunk_piece(piece, shrinkage), contype=0, conaffinity=0)
+            add_piece(spec, held, _shrunk_piece(piece, shrinkage), contype=0, conaffinity=0)
     return spec.compile()
 
 
@@ -98,7 +99,7 @@ def _with_bodies(robot: Robot, shapes: Mapping[str, Shape], margin: float) -> An
     for name, shape in shapes.items():
         body = world.add_body(name=f"body_{name}", mocap=True)
         for piece in pieces_of(shape):
-            _add(spec, body, piece, contype=SCENE, conaffinity=0)
+            add_piece(spec, body, piece, contype=SCENE, conaffinity=0)
     return spec
 
 
@@ -129,29 +130,6 @@ def _is_moved(model: Any, geom: int, joint: int) -> bool:
     while body > model.jnt_bodyid[joint]:  # a parent has a lower number
         body = model.body_parentid[body]
     return bool(body == model.jnt_bodyid[joint])
-
-
-def _add(spec: Any, body: Any, piece: Piece, **options: Any) -> None:
-    settings: dict[str, Any] = {
-        **options,
-        "pos": list(piece.position),
-        "quat": list(wxyz(piece.quaternion_xyzw)),
-    }
-    shape = piece.shape
-    if isinstance(shape, Hull):
-        mesh = spec.add_mesh(name=f"hull_{len(spec.meshes)}", uservert=[c for p in shape.points for c in p])
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, **settings)
-        return
-    kind, size = _primitive(shape)
-    body.add_geom(type=kind, size=size, **settings)
-
-
-def _primitive(shape: Box | Cylinder | Sphere) -> tuple[Any, list[float]]:
-    if isinstance(shape, Box):
-        return mujoco.mjtGeom.mjGEOM_BOX, list(shape.half_extents)
-    if isinstance(shape, Cylinder):
-        return mujoco.mjtGeom.mjGEOM_CYLINDER, [shape.radius, shape.height / 2, 0.0]
-    return mujoco.mjtGeom.mjGEOM_SPHERE, [shape.radius, 0.0, 0.0]
 
 
 def _shrunk_piece(piece: Piece, by: float) -> Piece:

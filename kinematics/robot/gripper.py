@@ -57,6 +57,24 @@ class Gripper:
         """(n, joints) values of all finger joints."""
         return np.array([list(self.robot.finger_values(driven).values()) for driven in self.driven])
 
+    @cached_property
+    def rates(self) -> list[float]:
+        """Change of each finger joint per change of the opening [1] or [rad/m]."""
+        low, high = self.values(0.0), self.values(self.maximum_opening)
+        return [(high[name] - low[name]) / self.maximum_opening for name in low]
+
+    def joint_forces(self, of_finger: float) -> list[float]:
+        """Return the force of every finger joint for a pressing force of each finger [N] or [N m].
+
+        Sliding fingers share it; of hinges the first drives, and couplings move the others.
+        """
+        total, count = of_finger * 2.0 / abs(self.rates[0]), len(self.rates)
+        return [total / count] * count if self.slides else [total, *[0.0] * (count - 1)]
+
+    def width_at(self, first: float, last: float) -> float:
+        """Return the distance between the fingers, at values of the first and the last finger joint [m]."""
+        return self.opening_at(first, 0) + self.opening_at(last, -1)
+
     def opening_at(self, value: float, joint: int) -> float:
         """Return the opening at a value of one finger joint, an index into `Robot.finger_joints` [m]."""
         values = self._columns[:, joint]

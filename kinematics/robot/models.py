@@ -20,6 +20,12 @@ Element = ElementTree.Element
 Measured = TypeVar("Measured")
 
 _MASS = 0.2  # of a link with a shape and without a mass in the URDF [kg]
+_COMPILER = {
+    "strippath": "false",
+    "discardvisual": "true",
+    "fusestatic": "false",
+    "balanceinertia": "true",  # moments that no body can have are in many a URDF
+}
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -65,15 +71,30 @@ def for_bullet(robot: Robot, visuals: bool) -> str:
 
     Every link gets a mass, since PyBullet gives a kilogram to links without one, mere frames included.
     """
-    root = tree(robot)
+    root = _with_masses(tree(robot))
+    if not visuals:
+        _drop(root, "visual")
+    return text(root)
+
+
+def for_dynamics(robot: Robot) -> Element:
+    """Return arm and gripper with masses and without mimic joints, which a simulator couples its own way."""
+    root = _with_masses(tree(robot))
+    _drop(root, "visual")
+    for joint in root.findall("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
+    return root
+
+
+def _with_masses(root: Element) -> Element:
+    """Give a mass to every link without one."""
     for link in root.findall("link"):
         if link.find("inertial/mass") is None or link.find("inertial/inertia") is None:
             mass = link.find("inertial/mass")
             default = _MASS if link.find("collision") is not None else 0.0
             _set_inertia(link, default if mass is None else float(mass.get("value", default)))
-    if not visuals:
-        _drop(root, "visual")
-    return text(root)
+    return root
 
 
 def for_kinematics(robot: Robot) -> Element:
@@ -123,11 +144,15 @@ def compiled(spec: Any, robot: Robot) -> Any:
 
 
 def mujoco_spec(robot: Robot) -> Any:
-    """Return the arm with fixed fingers as an editable MuJoCo description, within its soft limits.
+    """Return the arm with fixed fingers as an editable MuJoCo description, within its soft limits."""
+    return mujoco_spec_of(for_kinematics(robot), robot)
+
+
+def mujoco_spec_of(root: Element, robot: Robot) -> Any:
+    """Return one of this module's URDFs as an editable MuJoCo description, within the arm's soft limits.
 
     Meshes get names of our own, since MuJoCo takes two files of one name to be the same.
     """
-    root = for_kinematics(robot)
     assets: dict[str, bytes] = {}
     for mesh in root.iter("mesh"):
         path = Path(mesh.get("filename", ""))
@@ -138,8 +163,7 @@ def mujoco_spec(robot: Robot) -> Any:
         for number, collision in enumerate(link.findall("collision")):
             collision.set("name", f"{link.get('name')}/{number}")
     options = ElementTree.Element("mujoco")
-    settings = {"strippath": "false", "discardvisual": "true", "fusestatic": "false"}
-    ElementTree.SubElement(options, "compiler", settings)
+    ElementTree.SubElement(options, "compiler", _COMPILER)
     root.insert(0, options)
     try:
         spec = mujoco.MjSpec.from_string(text(root), assets=assets)

@@ -123,6 +123,20 @@ def reach_of(shape: Shape) -> float:
     return max(support(shape, np.array([math.cos(a), math.sin(a), 0.0])) for a in angles)
 
 
+@cache
+def volume_of(shape: Convex) -> float:
+    """Return the volume of a convex shape [m3]."""
+    if isinstance(shape, Box):
+        return 8.0 * math.prod(shape.half_extents)
+    if isinstance(shape, Cylinder):
+        return math.pi * shape.radius**2 * shape.height
+    if isinstance(shape, Sphere):
+        return 4.0 / 3.0 * math.pi * shape.radius**3
+    from scipy.spatial import ConvexHull
+
+    return float(ConvexHull(points_of(shape)).volume)
+
+
 def height_above(shape: Shape, pose: Pose) -> float:
     """Return the height of a body's highest point, world frame [m]."""
     return pose.position[2] + support(shape, rotation_from_quaternion(pose.quaternion_xyzw)[2])

@@ -11,8 +11,6 @@ from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.simulation import pybullet_loading
 
-GRIP_FORCE = 40.0  # of each finger [N]
-CLOSING_SPEED = 0.15  # of each finger [m/s]
 POSITION_GAIN = 0.2
 SLIDING_GEAR = {"erp": 0.1, "maxForce": 50}
 SWINGING_GEAR = {"erp": 0.8, "maxForce": 1000}  # a chain of hinges gives way otherwise
@@ -34,7 +32,7 @@ class BulletRobot:
         self.id = pybullet_loading.load_arm(world, client, urdf, robot.urdf.path)
         self._find_joints()
         self._effort = robot.limits.effort.tolist()
-        self._rates = self._finger_rates()
+        self._rates = self.gripper.rates
         self._go_home()
 
     # -- measurements ----------------------------------------------------------------------
@@ -75,9 +73,7 @@ class BulletRobot:
         """Return the distance between the fingers, from the first and the last finger joint [m]."""
         ends = [self._fingers[0], self._fingers[-1]]
         states = self._world.getJointStates(self.id, ends, physicsClientId=self._client)
-        return sum(
-            self.gripper.opening_at(state[0], column) for state, column in zip(states, (0, -1), strict=True)
-        )
+        return self.gripper.width_at(states[0][0], states[1][0])
 
     def pressing(self) -> tuple[dict[int, float], dict[int, float]]:
         """Return for each side of the hand the bodies that it presses on, with the forces [N]."""
@@ -104,10 +100,10 @@ class BulletRobot:
             physicsClientId=self._client,
         )
 
-    def drive_fingers(self, opening: float, force: float, speed: float = CLOSING_SPEED) -> None:
+    def drive_fingers(self, opening: float, force: float, speed: float) -> None:
         """Drive each finger to an opening [m] with at most a force [N] and a speed [m/s]."""
         values = self.gripper.values(opening).values()
-        forces = self._joint_forces(force)
+        forces = self.gripper.joint_forces(force)
         for finger, value, rate, share in zip(self._fingers, values, self._rates, forces, strict=True):
             self._world.setJointMotorControl2(
                 self.id,
@@ -119,15 +115,15 @@ class BulletRobot:
                 physicsClientId=self._client,
             )
 
-    def close_fingers(self) -> None:
-        """Close the fingers, and keep pressing."""
-        forces = self._joint_forces(GRIP_FORCE)
+    def close_fingers(self, force: float, speed: float) -> None:
+        """Close the fingers with at most a speed [m/s], and keep pressing with a force each [N]."""
+        forces = self.gripper.joint_forces(force)
         for finger, rate, share in zip(self._fingers, self._rates, forces, strict=True):
             self._world.setJointMotorControl2(
                 self.id,
                 finger,
                 self._world.VELOCITY_CONTROL,
-                targetVelocity=-CLOSING_SPEED * rate,
+                targetVelocity=-speed * rate,
                 force=share,
                 physicsClientId=self._client,
             )
@@ -176,20 +172,6 @@ class BulletRobot:
         )
         stiffness = SLIDING_GEAR if self.gripper.slides else SWINGING_GEAR
         world.changeConstraint(gear, gearRatio=-1 / ratio, **stiffness, physicsClientId=client)
-
-    def _finger_rates(self) -> list[float]:
-        """Return the change of each finger joint per change of the opening [1] or [rad/m]."""
-        gripper = self.gripper
-        low, high = gripper.values(0.0), gripper.values(gripper.maximum_opening)
-        return [(high[name] - low[name]) / gripper.maximum_opening for name in low]
-
-    def _joint_forces(self, of_finger: float) -> list[float]:
-        """Return the force of every finger joint for a pressing force of each finger [N] or [N m].
-
-        Sliding fingers share it; of hinges the first drives, and the gears move the others.
-        """
-        total, count = of_finger * 2.0 / abs(self._rates[0]), len(self._fingers)
-        return [total / count] * count if self.gripper.slides else [total, *[0.0] * (count - 1)]
 
     def _pressing(self, links: frozenset[str]) -> dict[int, float]:
         forces: dict[int, float] = {}

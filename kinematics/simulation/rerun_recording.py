@@ -12,7 +12,7 @@ from kinematics.geometry.urdf import origin_of
 from kinematics.shapes.bodies import TABLE, Body
 from kinematics.shapes.shapes import Box, Cylinder, Piece, Sphere, pieces_of, points_of
 from kinematics.simulation.camera import TABLE_COLOUR, TABLE_TOP
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.simulated_cell import SimulatedCell
 
 APPLICATION = "kinematics"
 READABLE = (".obj", ".stl", ".gltf", ".glb")
@@ -21,7 +21,7 @@ READABLE = (".obj", ".stl", ".gltf", ".glb")
 class Recording:
     """A recording of every frame of the cell while it is open."""
 
-    def __init__(self, cell: Workcell, path: Path) -> None:
+    def __init__(self, cell: SimulatedCell, path: Path) -> None:
         import rerun  # an extra, imported on use
 
         self._rerun: Any = rerun

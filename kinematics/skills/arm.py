@@ -15,7 +15,7 @@ from kinematics.planning.planner import Path, Planner
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import Robot
 from kinematics.shapes.containers import contents_of
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.cell import Cell
 
 LINE_MARGIN = 0.002  # along a straight approach, with neighbours near [m]
 
@@ -61,7 +61,7 @@ class Arm:
         self.scene = CollisionScene(robot, {})
         self.near: set[str] = set()  # names of what stood in the way since the last snapshot
 
-    def observe(self, cell: Workcell) -> CellSnapshot:
+    def observe(self, cell: Cell) -> CellSnapshot:
         """Return a snapshot of the cell, and take up the collision scene of its bodies."""
         self.scene = self._scene(cell)
         self.near = set()
@@ -95,7 +95,7 @@ class Arm:
             else:
                 self.near.update(*(contact.names for contact in self.scene.contacts(q, state)))
 
-    def _scene(self, cell: Workcell) -> CollisionScene:
+    def _scene(self, cell: Cell) -> CollisionScene:
         shapes = {name: body.shape for name, body in cell.bodies.items()}
         fixed = frozenset(name for name, body in cell.bodies.items() if body.is_fixed)
         key = (*shapes.items(), fixed)

@@ -9,7 +9,7 @@ import numpy as np
 from kinematics.errors import KinematicsError, Reason
 from kinematics.geometry.transforms import Array, transform_of
 from kinematics.planning.trajectory import TIME_STEP, Trajectory
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.cell import Cell
 
 WATCH_STEPS = 12  # between two observations of the held body: 50 ms
 BRAKING_STEPS = 48  # of an aborted motion
@@ -44,24 +44,24 @@ class Grip:
     width: float  # of the fingers [m]
 
 
-def measure_grip(cell: Workcell, name: str) -> Grip:
+def measure_grip(cell: Cell, name: str) -> Grip:
     """Return how the body sits in the hand now."""
     tool = transform_of(cell.tool_pose())
     offset = tool[:3, :3].T @ (np.array(cell.observed_pose(name).position) - tool[:3, 3])
     return Grip(name, offset, cell.finger_width())
 
 
-def position_uncertainty(cell: Workcell) -> float:
+def position_uncertainty(cell: Cell) -> float:
     """Return how far two observations of one body may differ by noise alone [m]."""
     return CERTAIN * math.sqrt(2) * cell.noise.position
 
 
-def slip_distance(cell: Workcell, grip: Grip) -> float:
+def slip_distance(cell: Cell, grip: Grip) -> float:
     """Return how far the body has moved in the hand since the grip was measured [m]."""
     return float(np.linalg.norm(measure_grip(cell, grip.name).offset - grip.offset))
 
 
-def is_lost(cell: Workcell, grip: Grip) -> bool:
+def is_lost(cell: Cell, grip: Grip) -> bool:
     """Return whether the body is lost, by finger width, contact of both fingers, and its pose in the hand."""
     apart = abs(cell.finger_width() - grip.width) > SLIPPED_WIDTH
     return (
@@ -69,13 +69,13 @@ def is_lost(cell: Workcell, grip: Grip) -> bool:
     )
 
 
-def follow(cell: Workcell, trajectory: Trajectory) -> None:
+def follow(cell: Cell, trajectory: Trajectory) -> None:
     """Drive the arm along, and wait until it has arrived; `KinematicsError` if it does not."""
     _drive(cell, trajectory, lambda step: False)
     _arrive(cell, trajectory.positions[-1])
 
 
-def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | None = None) -> Drop | None:
+def carry(cell: Cell, trajectory: Trajectory, grip: Grip, slip_at: float | None = None) -> Drop | None:
     """Drive the arm along with a body in the hand; brake and return a `Drop` when it is lost."""
     slip_step = None if slip_at is None else int(slip_at * len(trajectory))
 
@@ -97,7 +97,7 @@ def carry(cell: Workcell, trajectory: Trajectory, grip: Grip, slip_at: float | N
     return drop
 
 
-def lower(cell: Workcell, trajectory: Trajectory) -> int:
+def lower(cell: Cell, trajectory: Trajectory) -> int:
     """Drive down until something resists, and stay there; return the step of the trajectory.
 
     For a descent to a support of uncertain height. Contact shows in the joints' torques, which change
@@ -118,27 +118,27 @@ def lower(cell: Workcell, trajectory: Trajectory) -> int:
     return stopped
 
 
-def open_hand(cell: Workcell, opening: float) -> None:
+def open_hand(cell: Cell, opening: float) -> None:
     """Open the fingers, and wait until they stand still (a neighbour may stop them)."""
     cell.open_fingers(opening)
     _wait_for_fingers(cell)
 
 
-def release(cell: Workcell, opening: float) -> None:
+def release(cell: Cell, opening: float) -> None:
     """Open gently until no pad presses, then wide: pads that spring back would move the body."""
     cell.open_fingers(cell.finger_width() / 2 + SPRING_BACK, PARTING_SPEED)
     cell.settle(SPRING_BACK / PARTING_SPEED)
     open_hand(cell, opening)
 
 
-def close_hand(cell: Workcell) -> None:
+def close_hand(cell: Cell) -> None:
     """Close the fingers until they stand still."""
     cell.close_fingers()
     _wait_for_fingers(cell)
     cell.settle(0.05)
 
 
-def _wait_for_fingers(cell: Workcell) -> None:
+def _wait_for_fingers(cell: Cell) -> None:
     width = cell.finger_width()
     for _ in range(30):
         cell.settle(8 * TIME_STEP)
@@ -147,7 +147,7 @@ def _wait_for_fingers(cell: Workcell) -> None:
             return
 
 
-def _drive(cell: Workcell, trajectory: Trajectory, ends: Callable[[int], bool]) -> int | None:
+def _drive(cell: Cell, trajectory: Trajectory, ends: Callable[[int], bool]) -> int | None:
     """Drive along until `ends` is true of a step, and return that step, or None at the end.
 
     When a stop is requested, the arm brakes along the checked path and holds still with what it carries.
@@ -169,7 +169,7 @@ def _drive(cell: Workcell, trajectory: Trajectory, ends: Callable[[int], bool]) 
     return None
 
 
-def _brake(cell: Workcell, trajectory: Trajectory, step: int) -> None:
+def _brake(cell: Cell, trajectory: Trajectory, step: int) -> None:
     """Slow down along the planned path, which is the one that was checked."""
     at = float(step)
     last = len(trajectory) - 1
@@ -184,7 +184,7 @@ def _brake(cell: Workcell, trajectory: Trajectory, step: int) -> None:
         cell.step()
 
 
-def _arrive(cell: Workcell, goal: Array) -> None:
+def _arrive(cell: Cell, goal: Array) -> None:
     """Wait for the joints to settle at the goal."""
     cell.drive_arm(goal.tolist(), [0.0] * len(goal))
     for _ in range(ARRIVAL_STEPS // 6):

@@ -4,26 +4,26 @@ from collections.abc import Callable
 
 from kinematics.errors import Reason
 from kinematics.shapes import containers
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.cell import Cell
 from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
 
 
-def pick(cell: Workcell, item: str, seed: int) -> Motion:
+def pick(cell: Cell, item: str, seed: int) -> Motion:
     """Grasp an item, and hold it above where it was."""
     return _in_turn(lambda: move_above(cell, item, seed), lambda: grasp(cell, item, seed))
 
 
-def place(cell: Workcell, support: str, seed: int) -> Motion:
+def place(cell: Cell, support: str, seed: int) -> Motion:
     """Put the held body on top of another, centred and aligned."""
     return _in_turn(lambda: move_above(cell, support, seed), lambda: release(cell, seed))
 
 
-def put_down(cell: Workcell, seed: int) -> Motion:
+def put_down(cell: Cell, seed: int) -> Motion:
     """Put the held body on the clearest free place of the table."""
     return _in_turn(lambda: move_above_free_place(cell, seed), lambda: release(cell, seed))
 
 
-def drop_into(cell: Workcell, container: str, seed: int) -> Motion:
+def drop_into(cell: Cell, container: str, seed: int) -> Motion:
     """Drop the held body into a bin, a tray or a bowl."""
     body = cell.bodies.get(container)
     if body is not None and containers.cavity_of(body.shape) is None:

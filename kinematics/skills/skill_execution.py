@@ -14,7 +14,7 @@ from kinematics.grasping.grasps import grasps_by_cost
 from kinematics.ik import differential_ik, global_ik
 from kinematics.planning.trajectory import Trajectory, round_corners, time_parameterise
 from kinematics.shapes.shapes import Shape
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.cell import Cell
 from kinematics.skills import execution
 from kinematics.skills.approach import Approach, line_to_grasp
 from kinematics.skills.arm import Arm, CellSnapshot
@@ -32,7 +32,7 @@ _SAME_ROTATION = 0.05  # of tool and grasp, for a grasp right below the tool [ra
 class SkillExecution:
     """A cell, the arm's solvers, and the evidence for the resulting `Motion`."""
 
-    cell: Workcell
+    cell: Cell
     arm: Arm
     seed: int
     evidence: dict[str, Any] = field(default_factory=dict)

@@ -21,7 +21,7 @@ from kinematics.ik import differential_ik, global_ik
 from kinematics.robot.robot import Region, Robot
 from kinematics.shapes import containers
 from kinematics.shapes.shapes import Box, half_extents_of, height_above
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.cell import Cell
 from kinematics.skills import pushing, releasing
 from kinematics.skills.approach import (
     CLEARANCE,
@@ -58,7 +58,7 @@ class Motion:
     planner: str = ""
 
 
-def move_above(cell: Workcell, target: str, seed: int, slip_at: float | None = None) -> Motion:
+def move_above(cell: Cell, target: str, seed: int, slip_at: float | None = None) -> Motion:
     """Move the tool to 10 cm above the top of a body; a held body is centred over it and aligned.
 
     Args:
@@ -77,7 +77,7 @@ def move_above(cell: Workcell, target: str, seed: int, slip_at: float | None = N
 
 
 def move_above_free_place(
-    cell: Workcell, seed: int, slip_at: float | None = None, region: Region | None = None
+    cell: Cell, seed: int, slip_at: float | None = None, region: Region | None = None
 ) -> Motion:
     """Move the tool to 10 cm above the clearest free place of the table.
 
@@ -96,7 +96,7 @@ def move_above_free_place(
 
 
 def move_above_places(
-    cell: Workcell,
+    cell: Cell,
     places: list[tuple[float, float]],
     height: float,
     seed: int,
@@ -120,7 +120,7 @@ def move_above_places(
 
 
 def move_above_place(
-    cell: Workcell, x: float, y: float, seed: int, slip_at: float | None = None, height: float = 0.0
+    cell: Cell, x: float, y: float, seed: int, slip_at: float | None = None, height: float = 0.0
 ) -> Motion:
     """Move the tool to 10 cm above a place [m, world frame]; a held body is centred over it.
 
@@ -139,7 +139,7 @@ def move_above_place(
     return _perform(cell, seed, run)
 
 
-def turn_held(cell: Workcell, angle: float, seed: int, slip_at: float | None = None) -> Motion:
+def turn_held(cell: Cell, angle: float, seed: int, slip_at: float | None = None) -> Motion:
     """Turn the held body about the vertical through its middle, by an angle or a half turn less.
 
     Args:
@@ -156,7 +156,7 @@ def turn_held(cell: Workcell, angle: float, seed: int, slip_at: float | None = N
     return _perform(cell, seed, run)
 
 
-def grasp(cell: Workcell, target: str, seed: int) -> Motion:
+def grasp(cell: Cell, target: str, seed: int) -> Motion:
     """Go straight down, close, and lift the body; finger width and pose verify the grasp."""
 
     def run(skill: SkillExecution) -> None:
@@ -175,7 +175,7 @@ def grasp(cell: Workcell, target: str, seed: int) -> Motion:
     return _perform(cell, seed, run)
 
 
-def release(cell: Workcell, seed: int) -> Motion:
+def release(cell: Cell, seed: int) -> Motion:
     """Go straight down until the held body rests on its support, open, and go up again.
 
     Over a container the body is dropped inside, from as deep as the hand can go. An empty hand just opens.
@@ -191,7 +191,7 @@ def release(cell: Workcell, seed: int) -> Motion:
     return _perform(cell, seed, run)
 
 
-def open_hand(cell: Workcell, seed: int) -> Motion:
+def open_hand(cell: Cell, seed: int) -> Motion:
     """Open the fingers as wide as they go; a held body falls."""
 
     def run(skill: SkillExecution) -> None:
@@ -200,7 +200,7 @@ def open_hand(cell: Workcell, seed: int) -> Motion:
     return _perform(cell, seed, run)
 
 
-def lift(cell: Workcell, height: float, seed: int) -> Motion:
+def lift(cell: Cell, height: float, seed: int) -> Motion:
     """Lift the tool straight up by a height [m], with or without a held body."""
 
     def run(skill: SkillExecution) -> None:
@@ -210,7 +210,7 @@ def lift(cell: Workcell, height: float, seed: int) -> Motion:
     return _perform(cell, seed, run)
 
 
-def push(cell: Workcell, target: str, direction: tuple[float, float], distance: float, seed: int) -> Motion:
+def push(cell: Cell, target: str, direction: tuple[float, float], distance: float, seed: int) -> Motion:
     """Push a body over the table with the fingertips, by a distance [m] in a direction (x, y)."""
 
     def run(skill: SkillExecution) -> None:
@@ -232,7 +232,7 @@ def _arm(robot: Robot) -> Arm:
     return Arm(robot)
 
 
-def _perform(cell: Workcell, seed: int, run: Callable[[SkillExecution], None]) -> Motion:
+def _perform(cell: Cell, seed: int, run: Callable[[SkillExecution], None]) -> Motion:
     """Run and time a skill; a `KinematicsError` becomes the motion's reason."""
     skill = SkillExecution(cell, _arm(cell.robot), seed % 2**32)
     cell.stop_requested = False

@@ -21,7 +21,8 @@ from ntp_dsl.worlds.attempts import note_attempt
 from ntp_dsl.worlds.protocol import ACHIEVED, Failure, Outcome, World
 from ntp_dsl.worlds.skill_context import SkillContext
 
-WORLDS = ("kinematic", "bullet")
+WORLDS = ("kinematic", "bullet", "mujoco")
+WITH_ARM = ("bullet", "mujoco")
 SIDED = frozenset({"beside", "over_side", "room_beside"})  # predicates whose last argument is a side
 ACT = 1.0  # of an act that changes nothing but the state [s]
 
@@ -34,7 +35,7 @@ def make_world(
     Args:
         exact: of the kinematic world: objects come to rest exactly where they are released.
         gui: of the bullet world: with a window, in real time.
-        arm: of the bullet world: one that is shipped, or the path of a TOML; the Panda by default.
+        arm: of a world with an arm: one that is shipped, or the path of a TOML; the Panda by default.
 
     Raises `NtpError` for a world that does not exist, and for an api or predicate that it lacks.
     """
@@ -205,18 +206,18 @@ def _is_provided(declared: PredicateDeclaration) -> bool:
 
 
 def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:
-    if gui and name != "bullet":
+    if gui and name != "bullet" and name in WORLDS:
         raise NtpError(f"the {name} world has no window; --gui goes with --world bullet")
-    if arm is not None and name != "bullet":
-        raise NtpError(f"the {name} world has no arm; --arm goes with --world bullet")
+    if arm is not None and name not in WITH_ARM and name in WORLDS:
+        raise NtpError(f"the {name} world has no arm; --arm goes with --world {' or '.join(WITH_ARM)}")
     if name == "kinematic":
         from ntp_dsl.worlds.kinematic import KinematicWorld
 
         return KinematicWorld(0.0) if exact else KinematicWorld()
-    if name == "bullet":
+    if name in WITH_ARM:
         if find_spec("pybullet") is None:  # asked first, since the shipped arms are files of PyBullet's, too
-            raise ModuleNotFoundError("the bullet world needs PyBullet", name="pybullet")
-        from ntp_dsl.worlds.bullet import BulletWorld
+            raise ModuleNotFoundError(f"the {name} world needs PyBullet", name="pybullet")
+        from ntp_dsl.worlds.arm import ArmWorld
 
-        return BulletWorld(arm, gui)
+        return ArmWorld(name, arm, gui)
     raise NtpError(f"no world is called '{name}'; there are {', '.join(WORLDS)}")

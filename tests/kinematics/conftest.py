@@ -7,12 +7,12 @@ import pytest
 from kinematics_arms import WRITTEN
 
 from kinematics.robot.robot import SHIPPED, Robot, load
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 
 
 @pytest.fixture(scope="session")
-def cell() -> Iterator[Workcell]:
-    with Workcell() as workcell:
+def cell() -> Iterator[BulletCell]:
+    with BulletCell() as workcell:
         yield workcell
 
 

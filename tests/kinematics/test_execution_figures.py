@@ -12,19 +12,19 @@ from kinematics.bench.cells import HALF, cube, cubes
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.pose_noise import NO_NOISE, Noise
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.skills.routines import pick, place
 
 SURE, UNSURE = Noise(0.002, math.radians(2)), Noise(0.005, math.radians(2))
 
 
 @pytest.fixture
-def arm_cell(robot: Robot) -> Iterator[Workcell]:
-    with Workcell(robot) as made:
+def arm_cell(robot: Robot) -> Iterator[BulletCell]:
+    with BulletCell(robot) as made:
         yield made
 
 
-def stacked(cell: Workcell, seed: int, noise: Noise = NO_NOISE) -> float | None:
+def stacked(cell: BulletCell, seed: int, noise: Noise = NO_NOISE) -> float | None:
     """Run one cycle; return how far off centre the cube is on the other [m], or None if it is not."""
     cell.reset(cubes(cell.robot, np.random.default_rng((7, seed)), 8), seed, noise)
     if not (pick(cell, "cube0", seed).achieved and place(cell, "cube1", seed).achieved):
@@ -36,7 +36,7 @@ def stacked(cell: Workcell, seed: int, noise: Noise = NO_NOISE) -> float | None:
     return off if stands else None
 
 
-def test_cycles_of_pick_and_place_never_fail(arm_cell: Workcell, soak: bool) -> None:
+def test_cycles_of_pick_and_place_never_fail(arm_cell: BulletCell, soak: bool) -> None:
     offs = [stacked(arm_cell, seed) for seed in range(500 if soak else 3)]
     assert [seed for seed, off in enumerate(offs) if off is None] == []
     assert float(np.quantile([off for off in offs if off is not None], 0.95)) <= 1e-3
@@ -44,13 +44,13 @@ def test_cycles_of_pick_and_place_never_fail(arm_cell: Workcell, soak: bool) -> 
 
 @pytest.mark.parametrize(("noise", "least"), [(SURE, 0.99), (UNSURE, 0.95)], ids=["2 mm", "5 mm"])
 def test_cycles_tolerate_noise_on_observed_poses(
-    cell: Workcell, noise: Noise, least: float, soak: bool
+    cell: BulletCell, noise: Noise, least: float, soak: bool
 ) -> None:
     seeds = range(500 if soak else 3)
     assert np.mean([stacked(cell, seed, noise) is not None for seed in seeds]) >= least
 
 
-def test_towers_of_eight_stand(cell: Workcell, soak: bool) -> None:
+def test_towers_of_eight_stand(cell: BulletCell, soak: bool) -> None:
     for seed in range(50 if soak else 1):
         cell.reset(cubes(cell.robot, np.random.default_rng((8, seed)), 8), seed)
         for level in range(7):
@@ -60,7 +60,7 @@ def test_towers_of_eight_stand(cell: Workcell, soak: bool) -> None:
         assert cell.pose("cube7").position[2] == pytest.approx(15 * HALF, abs=5e-3), seed
 
 
-class WatchedCell(Workcell):
+class WatchedCell(BulletCell):
     """A cell that notes at every step which bodies the robot or the held body touches."""
 
     def reset(self, *arguments: Any, **options: Any) -> None:
@@ -97,7 +97,7 @@ def _gate(generator: np.random.Generator) -> list[Body]:
     return [*bodies, cube("item", (0.37, 0.15), yaws[0], 1), cube("goal", (0.62, -0.12), yaws[1], 2)]
 
 
-def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(arm_cell: Workcell) -> None:
+def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(arm_cell: BulletCell) -> None:
     bodies = cubes(arm_cell.robot, np.random.default_rng(3), 4)
     with sim.RecordingCell(arm_cell.robot) as cell:
         for each in (cell, arm_cell):

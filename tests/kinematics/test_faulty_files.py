@@ -22,7 +22,7 @@ from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import FOLDER, Robot, load
 from kinematics.shapes.bodies import TABLE
 from kinematics.simulation.camera import Camera
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 
 Change = Callable[[str], str]
 Write = Callable[[str | bytes | None, str | bytes | None], Robot]
@@ -275,7 +275,7 @@ def test_a_urdf_on_one_line_is_the_same_arm_in_the_simulator(tmp_path: Path) -> 
         assert max(map(len, one_line.read_text().splitlines())) > 8_191
         path.with_name("line.toml").write_text(path.read_text().replace("elbow6.urdf", "line.urdf"))
         load.cache_clear()
-        with Workcell(load(str(path.with_name("line.toml")))) as cell:
+        with BulletCell(load(str(path.with_name("line.toml")))) as cell:
             tool = transform_of(cell.tool_pose())
             assert np.allclose(tool, InverseKinematics(robot).forward(robot.home), atol=1e-3)
             assert picture(cell.robot).any()
@@ -308,7 +308,7 @@ def test_a_home_in_self_collision_is_refused_and_names_the_links(tmp_path: Path)
     assert "'panda_link0' and 'panda_link6' are 2.5 mm apart (plans keep 4 mm)" in str(found.value)
     assert "give another `home`" in str(found.value) and "`allowed_collisions`" in str(found.value)
     with pytest.raises(UnusableRobot, match=deepest):  # before anything moves
-        Workcell(robot)
+        BulletCell(robot)
 
 
 def test_no_posture_of_home_switches_checks_off(tmp_path: Path) -> None:

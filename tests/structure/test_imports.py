@@ -73,8 +73,8 @@ HOMES = {
     "coal": ["kinematics"],
     "kinematics": [
         "kinematics",
-        "ntp_dsl.worlds.bullet",
-        "ntp_dsl.worlds.bullet_bodies",
+        "ntp_dsl.worlds.arm",
+        "ntp_dsl.worlds.arm_bodies",
         "ntp_dsl.cli.commands.bench",
     ],
     "pink": ["kinematics.bench"],

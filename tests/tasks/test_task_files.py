@@ -14,7 +14,7 @@ from ntp_dsl.cli.app import run
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.tasks.task_files import TaskFileEntry, as_file, read_tasks, write_tasks
-from ntp_dsl.worlds.bullet import BulletWorld
+from ntp_dsl.worlds.arm import ArmWorld
 from ntp_dsl.worlds.kinematic import KinematicWorld
 from ntp_dsl.worlds.protocol import Failure, Scene
 
@@ -263,4 +263,4 @@ def test_what_cannot_be_moved_cannot_be_grasped() -> None:
 def test_an_object_without_volume_is_a_sentence_in_the_bullet_world() -> None:
     sheet = SceneObject("sheet", "Block", (0.05, 0.05, 1e-6))
     with pytest.raises(NtpError, match="cannot make 'sheet'.*give the object another size"):
-        BulletWorld().reset(Scene((sheet,), {"sheet": (0.5, 0.0, 0.1)}, {}), 0)
+        ArmWorld("bullet").reset(Scene((sheet,), {"sheet": (0.5, 0.0, 0.1)}, {}), 0)

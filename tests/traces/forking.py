@@ -12,7 +12,7 @@ import sys
 import ntp_dsl.core.per_library.policy
 import ntp_dsl.datasets.dataset
 import ntp_dsl.evaluation.episodes
-import ntp_dsl.worlds.bullet  # noqa: F401
+import ntp_dsl.worlds.arm  # noqa: F401
 from ntp_dsl.cli.app import run
 
 

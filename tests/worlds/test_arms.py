@@ -12,7 +12,7 @@ import pytest
 from kinematics.ik.global_ik import InverseKinematics
 from kinematics.robot.models import mujoco_model
 from kinematics.robot.robot import SHIPPED, load, with_base_at
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
@@ -30,7 +30,7 @@ def test_an_arm_that_stands_elsewhere_stands_there_for_every_library(name: str) 
     data = mujoco.MjData(model)
     data.qpos[:] = moved.home
     mujoco.mj_kinematics(model, data)
-    with Workcell(moved) as cell:
+    with BulletCell(moved) as cell:
         cell.reset([], 0)
         assert np.allclose(InverseKinematics(moved).forward(moved.home)[:3, 3], expected, atol=1e-9)
         assert np.allclose(data.body(moved.tool_frame).xpos, expected, atol=1e-6)

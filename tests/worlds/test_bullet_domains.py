@@ -11,7 +11,7 @@ from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import SceneObject
-from ntp_dsl.worlds.bullet_bodies import bodies_of, shape_of
+from ntp_dsl.worlds.arm_bodies import bodies_of, shape_of
 from ntp_dsl.worlds.protocol import Disturbances, Scene
 
 TABLE = SceneObject("table", "Table", (1.5, 1.5, 0.04))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from kinematics.geometry.transforms import quaternion_from_rotation, rotation_about
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import Cylinder
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.bullet_cell import BulletCell
 from ntp_dsl.language.loader import load
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.geometry import Vector, extents_as_it_lies, orientation_with_extents
@@ -57,7 +57,7 @@ def test_a_object_is_on_another_whatever_side_it_lies_on(size: Vector) -> None:
 
 def test_what_rolls_comes_to_rest() -> None:
     lying = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
-    with Workcell() as cell:
+    with BulletCell() as cell:
         for way in ((1.0, 0.0), (-1.0, 0.0)):
             cell.reset([Body("can", Cylinder(0.024, 0.06), (0.5, 0.0, 0.024), lying, mass=0.1)], 0)
             cell.push("can", 0.03, way)  # 0.3 m/s

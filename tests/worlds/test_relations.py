@@ -35,7 +35,7 @@ from ntp_dsl.semantics.layout import (
 from ntp_dsl.semantics.observation import Observation, SceneObject
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import draw, find_task
-from ntp_dsl.worlds.bullet_bodies import bodies_of
+from ntp_dsl.worlds.arm_bodies import bodies_of
 from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Failure, Outcome, Scene, World
 from ntp_dsl.worlds.scenes import NoRoom

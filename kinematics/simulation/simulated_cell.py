@@ -1,23 +1,20 @@
-"""The simulated cell: motor commands in, measurements out. Friction and gravity only, in PyBullet.
+"""A simulated cell: clock, frames, noise and disturbances over any engine that steps the physics.
 
-The arm's base is at the world's origin, the table's top is the plane z = 0. Every reset rebuilds the world
-(12 ms), so that nothing of an earlier episode has an effect, not even the order of its contacts.
+The arm's base is at the world's origin, the table's top is the plane z = 0. Every reset rebuilds the world,
+so that nothing of an earlier episode has an effect, not even the order of its contacts.
 """
 
 import math
-import shutil
-import tempfile
 import time
-import weakref
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.collision.self_contact import always_touching
-from kinematics.errors import NoDisplay, UnknownBody
+from kinematics.errors import UnknownBody
 from kinematics.geometry.transforms import Array, Pose, Vector, check_pose
 from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot import models
@@ -26,38 +23,24 @@ from kinematics.robot.robot import Robot, panda
 from kinematics.shapes.bodies import TABLE, Body, check_body
 from kinematics.shapes.pose_noise import NO_NOISE, Noise
 from kinematics.shapes.shapes import half_extents_of
-from kinematics.simulation import pybullet_loading, window
-from kinematics.simulation.bullet_bodies import CollisionBodies
-from kinematics.simulation.bullet_robot import CLOSING_SPEED, GRIP_FORCE, BulletRobot
-from kinematics.simulation.camera import Camera
 
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
-SOLVER_ITERATIONS = 100
-RESIDUAL = 1e-6  # at which the solver stops early
-MANY = 14  # movable bodies; if there are more, those at rest sleep, or a step would take ten times as long
 STILL = 0.01  # speed below which a body is at rest [m/s]
-CONTACT = 1e-3  # distance at which bodies count as touching [m]
+CLOSING_SPEED = 0.15  # of each finger [m/s]
+GRIP_FORCE = 40.0  # of each finger [N]
+WEAK_FORCE = 2.0  # of each finger that gives way [N]
 _PUSH_STEPS = 12
 _PUSH_ABOVE_CENTRE = 0.015  # [m]
 
 
-class Workcell:
-    """A robot on a table, with bodies."""
+class SimulatedCell(ABC):
+    """A robot on a table, with bodies. Friction and gravity only. It is a `Cell`."""
 
-    def __init__(self, robot: Robot | None = None, gui: bool = False) -> None:
+    def __init__(self, robot: Robot | None = None) -> None:
         self.robot = robot or panda()
         always_touching(self.robot)  # an arm that no motion could use is refused here, not at the first one
         models.pinocchio_model(self.robot)
         self.gripper = gripper_of(self.robot)
-        self._bullet: Any = pybullet_loading.load()
-        self._client: int = window.connect(self._bullet) if gui else self._bullet.connect(self._bullet.DIRECT)
-        self._has_window = gui
-        folder = Path(tempfile.mkdtemp(prefix="kinematics_"))
-        self._disconnect = weakref.finalize(self, _disconnect, self._bullet, self._client, folder)
-        self._urdf = folder / "robot.urdf"
-        self._urdf.write_text(models.for_bullet(self.robot, visuals=gui), encoding="utf-8")
-        self._collision_bodies = CollisionBodies(self._bullet, self._client, folder)
-        self._camera: Camera | None = None
         self.on_frame: Callable[[], None] | None = None
         self.reset([], seed=0)
 
@@ -76,6 +59,7 @@ class Workcell:
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
         self.seed = seed
         self._build()
+        self.open_fingers(self.gripper.maximum_opening)
         self._steps = 0
         self.stepping_seconds = 0.0  # wall time spent in the simulator since the reset
         self.frame_seconds = 0.0  # wall time spent in `on_frame` since the reset
@@ -84,13 +68,9 @@ class Workcell:
         self.on_frame = frame
         self._steps = 0
 
+    @abstractmethod
     def close(self) -> None:
-        """Disconnect from PyBullet, and remove the robot's temporary description."""
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
-        self._disconnect()  # once; garbage collection does the same
-        self._client = -1
+        """Give back what the engine holds."""
 
     def __enter__(self) -> Self:
         return self
@@ -107,10 +87,9 @@ class Workcell:
 
     def pose(self, name: str) -> Pose:
         """Return the pose of a body's centre, world frame."""
-        position, quaternion = self._bullet.getBasePositionAndOrientation(
-            self._id(name), physicsClientId=self._client
-        )
-        return check_pose(name, Pose(position, quaternion))
+        if name not in self.bodies:
+            raise UnknownBody(name, self.bodies)
+        return check_pose(name, self._pose(name))
 
     def poses(self) -> dict[str, Pose]:
         """Return the poses of all bodies' centres, world frame."""
@@ -130,72 +109,74 @@ class Workcell:
 
     def speed(self, name: str) -> float:
         """Return an upper bound on the speed of any point of the body [m/s]."""
-        linear, angular = self._bullet.getBaseVelocity(self._id(name), physicsClientId=self._client)
+        if name not in self.bodies:
+            raise UnknownBody(name, self.bodies)
+        linear, angular = self._velocity(name)
         radius = math.hypot(*half_extents_of(self.bodies[name].shape))
         return math.hypot(*linear) + radius * math.hypot(*angular)
 
     def contacts(self, a: str, b: str) -> bool:
         """Return whether two bodies touch; the table is called `TABLE`."""
-        ids = [self._table if name == TABLE else self._id(name) for name in (a, b)]
-        points = self._bullet.getContactPoints(ids[0], ids[1], physicsClientId=self._client)
-        return any(point[8] < CONTACT for point in points)
+        for name in (a, b):
+            if name != TABLE and name not in self.bodies:
+                raise UnknownBody(name, self.bodies)
+        return self._touch(a, b)
 
+    @abstractmethod
     def joint_positions(self) -> Array:
         """Return the arm's joint positions (dof,) [rad]."""
-        return self._robot.joint_positions()
 
+    @abstractmethod
     def link_poses(self) -> dict[str, Pose]:
         """Return the poses of all links of the robot, world frame."""
-        return self._robot.link_poses()
 
+    @abstractmethod
     def joint_torques(self) -> Array:
         """Return the last torques of the arm's motors (dof,) [N m]."""
-        return self._robot.joint_torques()
 
+    @abstractmethod
     def all_joints(self) -> dict[str, float]:
         """Return the positions of arm and finger joints, by the URDF's names [rad] or [m]."""
-        return self._robot.all_joints()
 
+    @abstractmethod
     def tool_pose(self) -> Pose:
         """Return the pose of the tool frame, between the fingertips, z along the approach; world frame."""
-        return self._robot.tool_pose()
 
     def tool_position(self) -> Vector:
         """Return the position of the tool frame, world frame [m]."""
         return self.tool_pose().position
 
     def finger_width(self) -> float:
-        """Return the distance between the fingers [m]."""
-        return self._robot.finger_width()
+        """Return the distance between the fingers, from the first and the last finger joint [m]."""
+        joints = self.all_joints()
+        ends = self.robot.finger_joints[0], self.robot.finger_joints[-1]
+        return self.gripper.width_at(*(joints[joint.name] for joint in ends))
 
     def held(self) -> str | None:
         """Return the body that a closed hand touches with both fingers while they are apart."""
         if not self.hand_closed or self.finger_width() < 2e-3:
             return None
-        left, right = self._robot.pressing()
-        squeezed = left.keys() & right.keys() & self._names.keys()
-        both = {self._names[each]: min(left[each], right[each]) for each in squeezed}
+        left, right = self._pressing()
+        both = {name: min(left[name], right[name]) for name in left.keys() & right.keys()}
         return min(both, key=lambda name: (-both[name], name), default=None)
 
     def touched(self) -> frozenset[str]:
         """Return the bodies that either finger presses on."""
-        left, right = self._robot.pressing()
-        return frozenset(self._names[each] for each in left.keys() | right.keys() if each in self._names)
+        left, right = self._pressing()
+        return frozenset(left.keys() | right.keys())
 
+    @abstractmethod
     def pressed(self) -> frozenset[str]:
         """Return the bodies that any part of the robot presses on."""
-        return frozenset(self._names[each] for each in self._robot.pressed() if each in self._names)
 
     # -- commands --------------------------------------------------------------------------
 
     def step(self) -> None:
         """Simulate one time step under the present motor commands."""
         started = time.perf_counter()
-        self._bullet.stepSimulation(physicsClientId=self._client)
+        self._advance()
         self.stepping_seconds += time.perf_counter() - started
         self._steps += 1
-        if self._has_window:
-            self._show()
         if self._steps % FRAME_STEPS == 0 and self.on_frame is not None:
             started = time.perf_counter()
             self.on_frame()
@@ -214,9 +195,9 @@ class Workcell:
             if all(self.speed(name) < STILL for name in names):
                 return
 
+    @abstractmethod
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         """Set the set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
-        self._robot.drive_arm(position, velocity)
 
     def hold(self) -> None:
         """Hold the arm where it is; the fingers keep their command."""
@@ -233,16 +214,16 @@ class Workcell:
     def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
         """Command the fingers to an opening [m], each with at most a speed [m/s]."""
         self.hand_closed = False
-        self._robot.drive_fingers(opening, GRIP_FORCE, speed)
+        self._drive_fingers(opening, GRIP_FORCE, speed)
 
     def close_fingers(self) -> None:
         """Command the fingers to close and to keep pressing."""
         self.hand_closed = True
-        self._robot.close_fingers()
+        self._press_fingers(GRIP_FORCE, CLOSING_SPEED)
 
     def weaken_fingers(self) -> None:
         """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""
-        self._robot.drive_fingers(0.5 * self.finger_width() + 3e-3, force=2.0)
+        self._drive_fingers(0.5 * self.finger_width() + 3e-3, WEAK_FORCE, CLOSING_SPEED)
 
     def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:
         """Push a body horizontally, above its centre, for 50 ms; then wait until all bodies are at rest."""
@@ -253,65 +234,49 @@ class Workcell:
         force = (direction_xy[0] * strength, direction_xy[1] * strength, 0.0)
         for _ in range(_PUSH_STEPS):
             x, y, z = self.pose(name).position
-            self._bullet.applyExternalForce(
-                self._id(name),
-                -1,
-                force,
-                (x, y, z + _PUSH_ABOVE_CENTRE),
-                self._bullet.WORLD_FRAME,
-                physicsClientId=self._client,
-            )
+            self._apply_force(name, force, (x, y, z + _PUSH_ABOVE_CENTRE))
             self.step()
         self.settle_until_still(list(self.bodies), at_most=2.0)
 
+    @abstractmethod
     def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
         """Return a picture of the cell from the front and above (height, width, 3)."""
-        if self._camera is None:
-            self._camera = Camera(self.robot)
-        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
 
-    # -- inside ----------------------------------------------------------------------------
+    # -- what an engine brings -------------------------------------------------------------
 
+    @abstractmethod
     def _build(self) -> None:
-        world, client = self._bullet, self._client
-        world.resetSimulation(physicsClientId=client)
-        world.setPhysicsEngineParameter(
-            fixedTimeStep=TIME_STEP,
-            numSolverIterations=SOLVER_ITERATIONS,
-            solverResidualThreshold=RESIDUAL,
-            deterministicOverlappingPairs=1,
-            physicsClientId=client,
-        )
-        world.setGravity(0, 0, -9.81, physicsClientId=client)
-        plane = world.createCollisionShape(world.GEOM_PLANE, physicsClientId=client)
-        self._table = world.createMultiBody(0, plane, physicsClientId=client)
-        world.changeDynamics(self._table, -1, lateralFriction=1.0, physicsClientId=client)
-        self._robot = BulletRobot(self.robot, world, client, self._urdf)
-        self.open_fingers(self.gripper.maximum_opening)
-        self._collision_bodies.clear()
-        many = sum(not body.is_fixed for body in self.bodies.values()) > MANY
-        self._ids = {body.name: self._collision_bodies.add(body, many) for body in self.bodies.values()}
-        self._names = {identity: name for name, identity in self._ids.items()}
-        if self._has_window:
-            for name, identity in self._ids.items():
-                window.paint(world, client, identity, self.bodies[name])
+        """Build the world of `self.bodies`, with the arm at home and the fingers wide open."""
 
-    def _show(self) -> None:
-        """Keep to real time; raise `NoDisplay` once the window was closed."""
-        if not self._bullet.isConnected(self._client):
-            raise NoDisplay("the window was closed")
-        time.sleep(TIME_STEP)
+    @abstractmethod
+    def _advance(self) -> None:
+        """Simulate one time step; forces that were applied act during it."""
 
-    def _id(self, name: str) -> int:
-        if name not in self._ids:
-            raise UnknownBody(name, self._ids)
-        return self._ids[name]
+    @abstractmethod
+    def _pose(self, name: str) -> Pose: ...
 
+    @abstractmethod
+    def _velocity(self, name: str) -> tuple[Sequence[float], Sequence[float]]:
+        """Return a body's linear and angular velocity, each (3,) [m/s], [rad/s]."""
 
-def _disconnect(world: Any, client: int, folder: Path) -> None:
-    with pybullet_loading.output_silenced():
-        world.disconnect(physicsClientId=client)
-    shutil.rmtree(folder, ignore_errors=True)
+    @abstractmethod
+    def _touch(self, a: str, b: str) -> bool: ...
+
+    @abstractmethod
+    def _pressing(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Return for each side of the hand the bodies that it presses on, with the forces [N]."""
+
+    @abstractmethod
+    def _drive_fingers(self, opening: float, force: float, speed: float) -> None:
+        """Drive each finger to an opening [m] with at most a force [N] and a speed [m/s]."""
+
+    @abstractmethod
+    def _press_fingers(self, force: float, speed: float) -> None:
+        """Close the fingers with at most a speed [m/s], and keep pressing with a force each [N]."""
+
+    @abstractmethod
+    def _apply_force(self, name: str, force: Vector, at: Vector) -> None:
+        """Apply a force [N] at a point [m] of a body during the next step, world frame."""
 
 
 def _check_bodies(bodies: Sequence[Body]) -> None:

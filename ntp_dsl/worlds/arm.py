@@ -1,6 +1,6 @@
-"""The planned world: PyBullet with a real arm; every primitive is a planned motion and a friction grasp.
+"""The planned worlds: a simulated cell with an arm; every primitive is a planned motion and a friction grasp.
 
-This and `bullet_bodies` are the modules that know `kinematics`.
+This and `arm_bodies` are the modules that know `kinematics`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from kinematics.geometry.transforms import Pose
 from kinematics.robot.robot import Robot, with_base_at
 from kinematics.robot.robot import load as load_robot
 from kinematics.shapes.bodies import TABLE
-from kinematics.simulation.workcell import Workcell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -28,7 +28,7 @@ from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
-from ntp_dsl.worlds.bullet_bodies import bodies_of
+from ntp_dsl.worlds.arm_bodies import bodies_of
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
@@ -61,14 +61,19 @@ FAILURES: Mapping[Reason, Failure] = {
 }
 
 
-class BulletWorld:
+class ArmWorld:
     """Gravity, friction and an arm. Nothing is attached by a constraint or placed by hand."""
 
     starts_holding = False
 
-    def __init__(self, arm: str | None = None, gui: bool = False) -> None:
+    def __init__(self, engine: str, arm: str | None = None, gui: bool = False) -> None:
+        """Make the world of an engine, `bullet` or `mujoco`.
+
+        Raises `NtpError` for an arm that cannot be used, and for a window where there is no display.
+        """
+        self.engine = engine
         try:
-            self._cell = Workcell(_standing(arm), gui=gui)
+            self._cell = _cell(engine, _standing(arm), gui)
         except UnusableRobot as unusable:
             raise NtpError(f"--arm: {unusable}") from unusable
         except NoDisplay as unexpected:
@@ -87,12 +92,14 @@ class BulletWorld:
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if scene.held is not None:
-            raise NtpError("the bullet world cannot start with an object in the hand")
+            raise NtpError(f"the {self.engine} world cannot start with an object in the hand")
         self._cell.on_frame = None
         try:
             self._cell.reset(bodies_of(scene), seed)
         except UnusableShape as error:
-            raise NtpError(f"the bullet world cannot make {error}; give the object another size") from error
+            raise NtpError(
+                f"the {self.engine} world cannot make {error}; give the object another size"
+            ) from error
         self._cell.on_frame = self._emit
         self._objects = scene.objects
         self._furniture = furniture_positions(scene.objects)
@@ -299,6 +306,17 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
         motion.planner,
         disturbances,
     )
+
+
+def _cell(engine: str, robot: Robot, gui: bool) -> SimulatedCell:
+    """Return the cell of an engine. Imports only that engine."""
+    if engine == "mujoco":
+        from kinematics.simulation.mujoco_cell import MujocoCell
+
+        return MujocoCell(robot)
+    from kinematics.simulation.bullet_cell import BulletCell
+
+    return BulletCell(robot, gui=gui)
 
 
 def _standing(arm: str | None) -> Robot:

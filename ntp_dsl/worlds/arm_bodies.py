@@ -76,8 +76,8 @@ def shape_of(obj: SceneObject) -> Shape:
     measures = " x ".join(f"{100 * each:g}" for each in obj.size)
     least = f"{100 * NARROWEST_BOWL:g} cm wide and {100 * LOWEST_BOWL:g} cm high"
     raise NtpError(
-        f"{obj.name} is a {obj.shape} of {measures} cm, which cannot be made in the bullet world; "
-        f"it has boxes, cylinders, bins, bowls from {least}, meshes and URDFs"
+        f"{obj.name} is a {obj.shape} of {measures} cm, which cannot be made for the arm; "
+        f"there are boxes, cylinders, bins, bowls from {least}, meshes and URDFs"
     )
 
 

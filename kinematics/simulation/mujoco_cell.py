@@ -1,0 +1,221 @@
+"""The simulated cell in MuJoCo."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.geometry.transforms import Array, Pose, Vector, wxyz
+from kinematics.planning.trajectory import TIME_STEP
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE, Body
+from kinematics.simulation.camera import Camera
+from kinematics.simulation.mujoco_model import DAMPING, STIFFNESS, cell_model, name_of
+from kinematics.simulation.simulated_cell import SimulatedCell
+
+MODELS = 8  # that are kept: of a task's episodes the bodies differ in their poses alone
+_LEAD = DAMPING / STIFFNESS  # of a set point before a moving joint [s]
+_PRESSING_BEYOND = 0.02  # closed, of the set point of fingers that press: their force is at its limit [m]
+_WORLD = 0  # MuJoCo's body that holds the table
+
+
+class MujocoCell(SimulatedCell):
+    """A robot on a table, with bodies, in MuJoCo."""
+
+    def __init__(self, robot: Robot | None = None) -> None:
+        self._models: dict[tuple[object, ...], Any] = {}
+        self._camera: Camera | None = None
+        super().__init__(robot)
+
+    def close(self) -> None:
+        """Forget the models, and close the camera."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+        self._models.clear()
+
+    # -- measurements ----------------------------------------------------------------------
+
+    def joint_positions(self) -> Array:
+        return np.array(self._data.qpos[self._arm])
+
+    def link_poses(self) -> dict[str, Pose]:
+        return {name: self._link_pose(link) for name, link in self._links.items()}
+
+    def joint_torques(self) -> Array:
+        return np.array(self._data.actuator_force[self._arm_motors])
+
+    def all_joints(self) -> dict[str, float]:
+        return dict(zip(self._joint_names, self._data.qpos[self._joints].tolist(), strict=True))
+
+    def tool_pose(self) -> Pose:
+        return self._link_pose(self._links[self.robot.tool_frame])
+
+    def pressed(self) -> frozenset[str]:
+        return frozenset(self._pressed_by(self._links.values()))
+
+    # -- commands --------------------------------------------------------------------------
+
+    def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+        self._data.ctrl[self._arm_motors] = np.add(position, np.multiply(_LEAD, velocity))
+
+    def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
+        if self._camera is None:
+            self._camera = Camera(self.robot)
+        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
+
+    # -- inside ----------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        self._model = self._model_of(tuple(self.bodies.values()))
+        self._data: Any = mujoco.MjData(self._model)
+        self._find()
+        self._go_home()
+        self._forces: list[int] = []  # bodies that a force is applied to
+        mujoco.mj_forward(self._model, self._data)
+        self._moved = False  # since the poses of links were computed
+
+    def _model_of(self, bodies: tuple[Body, ...]) -> Any:
+        key = tuple((b.name, b.shape, b.mass, b.friction, b.colour) for b in bodies)
+        if key not in self._models:
+            if len(self._models) >= MODELS:
+                del self._models[next(iter(self._models))]
+            self._models[key] = cell_model(self.robot, bodies)
+        return self._models[key]
+
+    def _find(self) -> None:
+        """Find MuJoCo's indices by name."""
+        model = self._model
+        joints = [*self.robot.arm_joints, *(joint.name for joint in self.robot.finger_joints)]
+        self._joint_names = joints
+        self._joints = np.array([int(model.joint(name).qposadr[0]) for name in joints])
+        self._motors = np.array([int(model.actuator(name).id) for name in joints])
+        self._arm, self._arm_motors = self._joints[: self.robot.dof], self._motors[: self.robot.dof]
+        self._fingers, self._finger_motors = self._joints[self.robot.dof :], self._motors[self.robot.dof :]
+        names = {model.body(k).name: k for k in range(model.nbody)}
+        self._links = {link: names[link] for link in self.robot.urdf.links if link in names}
+        tool = self.robot.tool_frame
+        self._links.setdefault(tool, names[tool])
+        self._ids = {name: names[name_of(name)] for name in self.bodies}
+        self._names = {identity: name for name, identity in self._ids.items()}
+        self._sides = [
+            frozenset(self._links[link] for link in side if link in self._links) for side in self.gripper.sides
+        ]
+        self._free = {
+            name: int(model.jnt_qposadr[model.body_jntadr[identity]])
+            for name, identity in self._ids.items()
+            if not self.bodies[name].is_fixed
+        }
+        self._speeds = {
+            name: int(model.jnt_dofadr[model.body_jntadr[self._ids[name]]]) for name in self._free
+        }
+
+    def _go_home(self) -> None:
+        data = self._data
+        fingers = list(self.gripper.values(self.gripper.maximum_opening).values())
+        data.qpos[self._joints] = [*self.robot.home.tolist(), *fingers]
+        data.ctrl[self._motors] = data.qpos[self._joints]
+        self._finger_target = np.array(fingers)
+        self._finger_steps = np.zeros(len(fingers))
+        for name, body in self.bodies.items():
+            position, quaternion = body.position, wxyz(body.quaternion_xyzw)
+            if body.is_fixed:
+                mocap = int(self._model.body_mocapid[self._ids[name]])
+                data.mocap_pos[mocap], data.mocap_quat[mocap] = position, quaternion
+            else:
+                at = self._free[name]
+                data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = position, quaternion
+
+    def _advance(self) -> None:
+        self._advance_fingers()
+        mujoco.mj_step(self._model, self._data)
+        self._moved = True
+        for identity in self._forces:
+            self._data.xfrc_applied[identity] = 0.0
+        self._forces.clear()
+
+    def _advance_fingers(self) -> None:
+        """Move the fingers' set points towards their targets, each by a step at most."""
+        here = self._data.ctrl[self._finger_motors]
+        gap = self._finger_target - here
+        if gap.any():
+            self._data.ctrl[self._finger_motors] = here + np.clip(gap, -self._finger_steps, self._finger_steps)
+
+    def _pose(self, name: str) -> Pose:
+        if name not in self._free:
+            return self.bodies[name].pose
+        at = self._free[name]
+        x, y, z, qw, qx, qy, qz = self._data.qpos[at : at + 7].tolist()
+        return Pose((x, y, z), (qx, qy, qz, qw))
+
+    def _link_pose(self, link: int) -> Pose:
+        """Return the pose of a link; after a step MuJoCo's are those from before it."""
+        if self._moved:
+            mujoco.mj_kinematics(self._model, self._data)
+            self._moved = False
+        qw, qx, qy, qz = self._data.xquat[link].tolist()
+        x, y, z = self._data.xpos[link].tolist()
+        return Pose((x, y, z), (qx, qy, qz, qw))
+
+    def _velocity(self, name: str) -> tuple[Sequence[float], Sequence[float]]:
+        if name not in self._free:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        at = self._speeds[name]
+        velocity = self._data.qvel[at : at + 6].tolist()
+        return velocity[:3], velocity[3:]
+
+    def _touch(self, a: str, b: str) -> bool:
+        first, second = (_WORLD if name == TABLE else self._ids[name] for name in (a, b))
+        pairs = self._contact_bodies()
+        return bool(
+            (((pairs[:, 0] == first) & (pairs[:, 1] == second))
+             | ((pairs[:, 0] == second) & (pairs[:, 1] == first))).any()
+        )
+
+    def _contact_bodies(self) -> NDArray[np.int32]:
+        """Return the two bodies of every contact (n, 2)."""
+        bodies: NDArray[np.int32] = self._model.geom_bodyid[self._data.contact.geom]
+        return bodies
+
+    def _pressing(self) -> tuple[dict[str, float], dict[str, float]]:
+        left, right = (self._pressed_by(side) for side in self._sides)
+        return left, right
+
+    def _pressed_by(self, links: Iterable[int]) -> dict[str, float]:
+        """Return the bodies that these links press on, with the forces [N]."""
+        among, found = set(links), dict[str, float]()
+        force = np.zeros(6)
+        for k, (first, second) in enumerate(self._contact_bodies().tolist()):
+            other = second if first in among else first if second in among else None
+            if other in self._names:
+                mujoco.mj_contactForce(self._model, self._data, k, force)
+                if force[0] > 0:
+                    name = self._names[other]
+                    found[name] = found.get(name, 0.0) + float(force[0])
+        return found
+
+    def _drive_fingers(self, opening: float, force: float, speed: float) -> None:
+        self._command_fingers(list(self.gripper.values(opening).values()), force, speed)
+
+    def _press_fingers(self, force: float, speed: float) -> None:
+        closed = self.gripper.values(0.0).values()
+        beyond = [v - _PRESSING_BEYOND * rate for v, rate in zip(closed, self.gripper.rates, strict=True)]
+        self._command_fingers(beyond, force, speed)
+
+    def _command_fingers(self, values: Sequence[float], force: float, speed: float) -> None:
+        """Command the finger joints to values, from where they are."""
+        limits = np.array(self.gripper.joint_forces(force))
+        self._model.actuator_forcerange[self._finger_motors] = np.column_stack([-limits, limits])
+        self._data.ctrl[self._finger_motors] = self._data.qpos[self._fingers]
+        self._finger_target = np.array(values)
+        self._finger_steps = speed * TIME_STEP * np.abs(self.gripper.rates)
+
+    def _apply_force(self, name: str, force: Vector, at: Vector) -> None:
+        if name not in self._free:
+            return
+        identity = self._ids[name]
+        lever = np.subtract(at, self._data.xipos[identity])
+        self._data.xfrc_applied[identity] = [*force, *np.cross(lever, force)]
+        self._forces.append(identity)

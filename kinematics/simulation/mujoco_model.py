@@ -1,0 +1,135 @@
+"""From a robot and the bodies of a cell to a MuJoCo model with motors, contacts and friction.
+
+An arm's joints have position controllers with velocity feed-forward and carry their own weight, as a real
+arm's controller sees to. Fingers are coupled by joint equalities.
+
+MuJoCo takes the larger of two friction coefficients, where a cell's bodies multiply theirs. Robot and table
+have nearly none of their own here, so that what touches them brings its own, as times one.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import mujoco
+
+from kinematics.errors import unforeseen_is_unusable
+from kinematics.planning.trajectory import TIME_STEP
+from kinematics.robot import models
+from kinematics.robot.gripper import Gripper, gripper_of
+from kinematics.robot.robot import Robot
+from kinematics.shapes.bodies import TABLE, Body
+from kinematics.shapes.mujoco_pieces import add_piece
+from kinematics.shapes.shapes import Cylinder, Hull, Piece, Sphere, pieces_of, volume_of
+
+STIFFNESS, DAMPING = 3000.0, 250.0  # of an arm joint's controller [N m/rad], [N m s/rad]
+ARMATURE = 0.1  # of an arm joint: its motor's inertia behind the gears [kg m2]
+FINGER_STIFFNESS, FINGER_DAMPING = 8000.0, 200.0  # at the finger's pad [N/m], [N s/m]
+FINGER_ARMATURE = 0.05  # at the finger's pad [kg]
+SLIDING, TORSION, ROLLING = 1.0, 3e-3, 1e-4  # friction [1], [m], [m]
+ROUND_ROLLING = 1e-3  # of bodies that roll, as on a tablecloth [m]
+_ROBOT, _MOVABLE, _FIXED = 1, 2, 4  # which geoms meet: the robot not itself, nor fixed bodies each other
+_NOTHING = 1e-5  # the least friction that MuJoCo takes
+_CONTACT = (2 * TIME_STEP, 1.0)  # time constant and damping ratio: as hard as the time step admits
+_IMPEDANCE = (0.95, 0.99, 0.001)
+_GEAR = (0.004, 1.0)  # time constant and damping ratio of what couples the fingers
+
+
+def cell_model(robot: Robot, bodies: Iterable[Body]) -> Any:
+    """Return arm, table and bodies; movable bodies have free joints, fixed ones can be placed (mocap).
+
+    Joints, actuators and bodies are called as the URDF's joints and links, and as the bodies themselves.
+    """
+    with unforeseen_is_unusable(robot.urdf.path):
+        spec = models.mujoco_spec_of(models.for_dynamics(robot), robot)
+        _set_options(spec)
+        _add_motors(spec, robot)
+        _add_table(spec)
+        for body in bodies:
+            _add_body(spec, body)
+        for geom in spec.geoms:
+            geom.solref, geom.solimp[:3] = _CONTACT, _IMPEDANCE
+    return models.compiled(spec, robot)
+
+
+def name_of(body: str) -> str:
+    """Return the name of a cell's body in the model, which no link has."""
+    return f"body/{body}"
+
+
+def _set_options(spec: Any) -> None:
+    option = spec.option
+    option.timestep = TIME_STEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10.0  # a held body creeps out of the hand otherwise
+
+
+def _add_motors(spec: Any, robot: Robot) -> None:
+    for body in spec.bodies:
+        body.gravcomp = 1.0
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = _ROBOT, 0
+        geom.friction = [_NOTHING, TORSION, ROLLING]
+        geom.condim = 4
+    for name, effort in zip(robot.arm_joints, robot.limits.effort, strict=True):
+        spec.joint(name).armature = ARMATURE
+        _add_servo(spec, name, STIFFNESS, DAMPING, float(effort))
+    gripper = gripper_of(robot)
+    first = robot.finger_joints[0].name
+    for joint, rate in zip(robot.finger_joints, gripper.rates, strict=True):
+        lever = abs(rate)  # [1] or [rad/m]
+        spec.joint(joint.name).armature = FINGER_ARMATURE / lever**2
+        _add_servo(spec, joint.name, FINGER_STIFFNESS / lever**2, FINGER_DAMPING / lever**2, 1.0)
+        if joint.name != first:
+            _couple(spec, joint.name, first, gripper)
+
+
+def _add_servo(spec: Any, joint: str, stiffness: float, damping: float, force: float) -> None:
+    """Add a controller of a joint's position; its set point leads by the velocity times damping/stiffness."""
+    servo = spec.add_actuator(name=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)
+    servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+    servo.gainprm[0] = stiffness
+    servo.biasprm[:3] = [0.0, -stiffness, -damping]
+    servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+    servo.forcerange = [-force, force]
+
+
+def _couple(spec: Any, joint: str, first: str, gripper: Gripper) -> None:
+    """Make a finger joint a linear function of the first one."""
+    closed, opened = gripper.values(0.0), gripper.values(gripper.maximum_opening)
+    ratio = (opened[joint] - closed[joint]) / (opened[first] - closed[first])
+    gear = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=joint, name2=first)
+    gear.data = [closed[joint] - ratio * closed[first], ratio, *[0.0] * 10]
+    gear.solref = list(_GEAR)
+
+
+def _add_table(spec: Any) -> None:
+    spec.worldbody.add_geom(
+        name=TABLE,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0, 0, 1],
+        contype=_FIXED,
+        conaffinity=_ROBOT | _MOVABLE,
+        friction=[_NOTHING, TORSION, ROLLING],
+        condim=4,
+    )
+
+
+def _add_body(spec: Any, body: Body) -> None:
+    made = spec.worldbody.add_body(name=name_of(body.name), mocap=body.is_fixed)
+    if not body.is_fixed:
+        made.add_freejoint(name=name_of(body.name))
+    pieces = pieces_of(body.shape)
+    volumes = [volume_of(piece.shape) for piece in pieces]
+    for piece, volume in zip(pieces, volumes, strict=True):
+        geom = add_piece(spec, made, piece)
+        geom.contype = _FIXED if body.is_fixed else _MOVABLE
+        geom.conaffinity = _ROBOT | _MOVABLE
+        geom.mass = body.mass * volume / sum(volumes)
+        geom.friction = [body.friction * SLIDING, TORSION, ROUND_ROLLING if _rolls(piece) else ROLLING]
+        geom.condim = 6 if _rolls(piece) else 4
+        geom.rgba = body.colour
+
+
+def _rolls(piece: Piece) -> bool:
+    return isinstance(piece.shape, Sphere | Cylinder | Hull)
