@@ -20,6 +20,7 @@ Element = ElementTree.Element
 Measured = TypeVar("Measured")
 
 _MASS = 0.2  # of a link with a shape and without a mass in the URDF [kg]
+_FRAME_MOMENT = 1e-6  # of a link without a shape [kg m2]
 _COMPILER = {
     "strippath": "false",
     "discardvisual": "true",
@@ -78,12 +79,19 @@ def for_bullet(robot: Robot, visuals: bool) -> str:
 
 
 def for_dynamics(robot: Robot) -> Element:
-    """Return arm and gripper with masses and without mimic joints, which a simulator couples its own way."""
+    """Return arm and gripper with masses, for a simulator that couples fingers its own way.
+
+    Friction of the joints is left out, as a real arm's controller makes up for it, and moments of links
+    without shapes, which are mere frames and often have those of a link of metres.
+    """
     root = _with_masses(tree(robot))
     _drop(root, "visual")
+    for link in root.findall("link"):
+        if link.find("collision") is None:
+            _set_inertia(link, float(link.find("inertial/mass").get("value")), _FRAME_MOMENT)
     for joint in root.findall("joint"):
-        for mimic in joint.findall("mimic"):
-            joint.remove(mimic)
+        for element in [*joint.findall("mimic"), *joint.findall("dynamics")]:
+            joint.remove(element)
     return root
 
 
@@ -208,12 +216,12 @@ def _turn(name: str, robot: Robot) -> tuple[float, float]:
     return float(robot.limits.lower[index]), float(robot.limits.upper[index])
 
 
-def _set_inertia(link: Element, mass: float) -> None:
+def _set_inertia(link: Element, mass: float, moment: float = 0.1) -> None:
     for present in link.findall("inertial"):
         link.remove(present)
     inertial = ElementTree.SubElement(link, "inertial")
     ElementTree.SubElement(inertial, "mass", {"value": str(mass)})
-    moments = {key: "0.1" if key[1] == key[2] else "0" for key in _MOMENTS}
+    moments = {key: str(moment) if key[1] == key[2] else "0" for key in _MOMENTS}
     ElementTree.SubElement(inertial, "inertia", moments)
 
 

@@ -12,7 +12,7 @@ from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE, Body
 from kinematics.simulation.camera import Camera
-from kinematics.simulation.mujoco_model import DAMPING, STIFFNESS, cell_model, name_of
+from kinematics.simulation.mujoco_model import DAMPING, STIFFNESS, SUBSTEPS, cell_model, name_of
 from kinematics.simulation.simulated_cell import SimulatedCell
 
 MODELS = 8  # that are kept: of a task's episodes the bodies differ in their poses alone
@@ -130,7 +130,7 @@ class MujocoCell(SimulatedCell):
 
     def _advance(self) -> None:
         self._advance_fingers()
-        mujoco.mj_step(self._model, self._data)
+        mujoco.mj_step(self._model, self._data, SUBSTEPS)
         self._moved = True
         for identity in self._forces:
             self._data.xfrc_applied[identity] = 0.0

@@ -21,6 +21,7 @@ from kinematics.shapes.bodies import TABLE, Body
 from kinematics.shapes.mujoco_pieces import add_piece
 from kinematics.shapes.shapes import Cylinder, Hull, Piece, Sphere, pieces_of, volume_of
 
+SUBSTEPS = 2  # of a cell's step: a held body would drift where the hand moves along a curve
 STIFFNESS, DAMPING = 3000.0, 250.0  # of an arm joint's controller [N m/rad], [N m s/rad]
 ARMATURE = 0.1  # of an arm joint: its motor's inertia behind the gears [kg m2]
 FINGER_STIFFNESS, FINGER_DAMPING = 8000.0, 200.0  # at the finger's pad [N/m], [N s/m]
@@ -29,7 +30,7 @@ SLIDING, TORSION, ROLLING = 1.0, 3e-3, 1e-4  # friction [1], [m], [m]
 ROUND_ROLLING = 1e-3  # of bodies that roll, as on a tablecloth [m]
 _ROBOT, _MOVABLE, _FIXED = 1, 2, 4  # which geoms meet: the robot not itself, nor fixed bodies each other
 _NOTHING = 1e-5  # the least friction that MuJoCo takes
-_CONTACT = (2 * TIME_STEP, 1.0)  # time constant and damping ratio: as hard as the time step admits
+_CONTACT = (2 * TIME_STEP / SUBSTEPS, 1.0)  # time constant and damping ratio: as hard as the time step admits
 _IMPEDANCE = (0.95, 0.99, 0.001)
 _GEAR = (0.004, 1.0)  # time constant and damping ratio of what couples the fingers
 
@@ -58,30 +59,42 @@ def name_of(body: str) -> str:
 
 def _set_options(spec: Any) -> None:
     option = spec.option
-    option.timestep = TIME_STEP
+    option.timestep = TIME_STEP / SUBSTEPS
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10.0  # a held body creeps out of the hand otherwise
 
 
 def _add_motors(spec: Any, robot: Robot) -> None:
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for body in spec.bodies:
         body.gravcomp = 1.0
+        _take_moments_from_shapes(body)
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = _ROBOT, 0
         geom.friction = [_NOTHING, TORSION, ROLLING]
         geom.condim = 4
     for name, effort in zip(robot.arm_joints, robot.limits.effort, strict=True):
         spec.joint(name).armature = ARMATURE
+        spec.joint(name).actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE  # the motor has the limit
         _add_servo(spec, name, STIFFNESS, DAMPING, float(effort))
     gripper = gripper_of(robot)
     first = robot.finger_joints[0].name
     for joint, rate in zip(robot.finger_joints, gripper.rates, strict=True):
         lever = abs(rate)  # [1] or [rad/m]
         spec.joint(joint.name).armature = FINGER_ARMATURE / lever**2
+        spec.joint(joint.name).actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
         _add_servo(spec, joint.name, FINGER_STIFFNESS / lever**2, FINGER_DAMPING / lever**2, 1.0)
         if joint.name != first:
             _couple(spec, joint.name, first, gripper)
+
+
+def _take_moments_from_shapes(link: Any) -> None:
+    """Keep a link's mass, and spread it over its shapes, as PyBullet does: many URDFs have moments made up."""
+    geoms = list(link.geoms)
+    if geoms and link.mass > 0:
+        for geom in geoms:
+            geom.mass = link.mass / len(geoms)
 
 
 def _add_servo(spec: Any, joint: str, stiffness: float, damping: float, force: float) -> None:
