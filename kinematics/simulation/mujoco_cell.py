@@ -76,9 +76,11 @@ class MujocoCell(SimulatedCell):
         self._forces: list[int] = []  # bodies that a force is applied to
         mujoco.mj_forward(self._model, self._data)
         self._moved = False  # since the poses of links were computed
+        self._rest: Any = mujoco.MjData(self._model)  # in which nothing sleeps
+        self._resting: NDArray[np.int32] | None = None  # all contacts, once asked for
 
     def _model_of(self, bodies: tuple[Body, ...]) -> Any:
-        key = tuple((b.name, b.shape, b.mass, b.friction, b.colour) for b in bodies)
+        key = tuple((b.name, b.shape, b.mass, b.friction, b.colour, b.is_fixed and b.pose) for b in bodies)
         if key not in self._models:
             if len(self._models) >= MODELS:
                 del self._models[next(iter(self._models))]
@@ -119,19 +121,14 @@ class MujocoCell(SimulatedCell):
         data.ctrl[self._motors] = data.qpos[self._joints]
         self._finger_target = np.array(fingers)
         self._finger_steps = np.zeros(len(fingers))
-        for name, body in self.bodies.items():
-            position, quaternion = body.position, wxyz(body.quaternion_xyzw)
-            if body.is_fixed:
-                mocap = int(self._model.body_mocapid[self._ids[name]])
-                data.mocap_pos[mocap], data.mocap_quat[mocap] = position, quaternion
-            else:
-                at = self._free[name]
-                data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = position, quaternion
+        for name, at in self._free.items():
+            body = self.bodies[name]
+            data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = body.position, wxyz(body.quaternion_xyzw)
 
     def _advance(self) -> None:
         self._advance_fingers()
         mujoco.mj_step(self._model, self._data, SUBSTEPS)
-        self._moved = True
+        self._moved, self._resting = True, None
         for identity in self._forces:
             self._data.xfrc_applied[identity] = 0.0
         self._forces.clear()
@@ -168,16 +165,23 @@ class MujocoCell(SimulatedCell):
 
     def _touch(self, a: str, b: str) -> bool:
         first, second = (_WORLD if name == TABLE else self._ids[name] for name in (a, b))
-        pairs = self._contact_bodies()
+        pairs = self._all_contacts()
         return bool(
             (((pairs[:, 0] == first) & (pairs[:, 1] == second))
              | ((pairs[:, 0] == second) & (pairs[:, 1] == first))).any()
         )
 
-    def _contact_bodies(self) -> NDArray[np.int32]:
-        """Return the two bodies of every contact (n, 2)."""
-        bodies: NDArray[np.int32] = self._model.geom_bodyid[self._data.contact.geom]
-        return bodies
+    def _all_contacts(self) -> NDArray[np.int32]:
+        """Return the two bodies of every contact now (n, 2), of those that sleep, too."""
+        if self._resting is None:
+            model, rest = self._model, self._rest
+            rest.qpos[:] = self._data.qpos
+            enabled, model.opt.enableflags = model.opt.enableflags, 0
+            mujoco.mj_kinematics(model, rest)
+            mujoco.mj_collision(model, rest)
+            model.opt.enableflags = enabled
+            self._resting = _bodies_of(model, rest)
+        return self._resting
 
     def _pressing(self) -> tuple[dict[str, float], dict[str, float]]:
         left, right = (self._pressed_by(side) for side in self._sides)
@@ -187,7 +191,7 @@ class MujocoCell(SimulatedCell):
         """Return the bodies that these links press on, with the forces [N]."""
         among, found = set(links), dict[str, float]()
         force = np.zeros(6)
-        for k, (first, second) in enumerate(self._contact_bodies().tolist()):
+        for k, (first, second) in enumerate(_bodies_of(self._model, self._data).tolist()):
             other = second if first in among else first if second in among else None
             if other in self._names:
                 mujoco.mj_contactForce(self._model, self._data, k, force)
@@ -219,3 +223,9 @@ class MujocoCell(SimulatedCell):
         lever = np.subtract(at, self._data.xipos[identity])
         self._data.xfrc_applied[identity] = [*force, *np.cross(lever, force)]
         self._forces.append(identity)
+
+
+def _bodies_of(model: Any, data: Any) -> NDArray[np.int32]:
+    """Return the two bodies of every contact (n, 2)."""
+    bodies: NDArray[np.int32] = model.geom_bodyid[data.contact.geom]
+    return bodies

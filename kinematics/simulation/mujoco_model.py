@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 
 from kinematics.errors import unforeseen_is_unusable
+from kinematics.geometry.transforms import wxyz
 from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot import models
 from kinematics.robot.gripper import Gripper, gripper_of
@@ -36,7 +37,7 @@ _GEAR = (0.004, 1.0)  # time constant and damping ratio of what couples the fing
 
 
 def cell_model(robot: Robot, bodies: Iterable[Body]) -> Any:
-    """Return arm, table and bodies; movable bodies have free joints, fixed ones can be placed (mocap).
+    """Return arm, table and bodies; movable bodies have free joints, fixed ones their pose.
 
     Joints, actuators and bodies are called as the URDF's joints and links, and as the bodies themselves.
     """
@@ -63,6 +64,7 @@ def _set_options(spec: Any) -> None:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10.0  # a held body creeps out of the hand otherwise
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP  # what rests costs no time
 
 
 def _add_motors(spec: Any, robot: Robot) -> None:
@@ -129,8 +131,10 @@ def _add_table(spec: Any) -> None:
 
 
 def _add_body(spec: Any, body: Body) -> None:
-    made = spec.worldbody.add_body(name=name_of(body.name), mocap=body.is_fixed)
-    if not body.is_fixed:
+    made = spec.worldbody.add_body(name=name_of(body.name))
+    if body.is_fixed:
+        made.pos, made.quat = body.position, wxyz(body.quaternion_xyzw)
+    else:
         made.add_freejoint(name=name_of(body.name))
     pieces = pieces_of(body.shape)
     volumes = [volume_of(piece.shape) for piece in pieces]
