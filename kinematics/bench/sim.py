@@ -1,6 +1,5 @@
-"""Benchmark of execution: the time of skills relative to replaying their motor commands."""
+"""Benchmark of execution in each engine: the time of skills relative to replaying their motor commands."""
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -10,12 +9,14 @@ from kinematics.bench.cells import CUBES, cubes
 from kinematics.bench.measuring import Tally, machine
 from kinematics.robot.robot import Robot, panda
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.mujoco_cell import MujocoCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills import skills
 
-Command: TypeAlias = tuple[Callable[..., None], tuple[Any, ...]]
+Command: TypeAlias = tuple[str, tuple[Any, ...]]
 
 
-class RecordingCell(BulletCell):
+class Recording(SimulatedCell):
     """A cell that records its commands."""
 
     def __init__(self, robot: Robot) -> None:
@@ -23,28 +24,47 @@ class RecordingCell(BulletCell):
         super().__init__(robot)
 
     def drive_arm(self, position: Any, velocity: Any) -> None:
-        self.commands.append((BulletCell.drive_arm, (position, velocity)))
+        self.commands.append(("drive_arm", (position, velocity)))
         super().drive_arm(position, velocity)
 
     def open_fingers(self, *how: float) -> None:
-        self.commands.append((BulletCell.open_fingers, how))
+        self.commands.append(("open_fingers", how))
         super().open_fingers(*how)
 
     def close_fingers(self) -> None:
-        self.commands.append((BulletCell.close_fingers, ()))
+        self.commands.append(("close_fingers", ()))
         super().close_fingers()
 
     def step(self) -> None:
-        self.commands.append((BulletCell.step, ()))
+        self.commands.append(("step", ()))
         super().step()
+
+
+class RecordingBulletCell(Recording, BulletCell): ...
+
+
+class RecordingMujocoCell(Recording, MujocoCell): ...
+
+
+ENGINES: dict[str, tuple[type[Recording], type[SimulatedCell]]] = {
+    "bullet": (RecordingBulletCell, BulletCell),
+    "mujoco": (RecordingMujocoCell, MujocoCell),
+}
 
 
 def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
     """Return the figures `ours` of pick-and-place cycles by skills; no peer does the same work."""
     robot = robot or panda()
+    figures = {name: _figures(cycles, seed, robot, *cells) for name, cells in ENGINES.items()}
+    return {"ours": figures, "peers": {}, "machine": machine()}
+
+
+def _figures(
+    cycles: int, seed: int, robot: Robot, recording: type[Recording], plain: type[SimulatedCell]
+) -> dict[str, Any]:
     skilled, replayed = Tally(), Tally()
     simulated: list[float] = []
-    with RecordingCell(robot) as cell, BulletCell(robot) as other:
+    with recording(robot) as cell, plain(robot) as other:
         for number in range(cycles + 1):
             bodies = cubes(robot, np.random.default_rng((seed, number)), CUBES)
             for each in (cell, other):
@@ -59,20 +79,16 @@ def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
     overheads = np.divide(skilled.busy, replayed.busy) - 1.0
     figures = skilled.figures()
     return {
-        "ours": {
-            "cycles": figures.pop("queries"),
-            "achieved": figures.pop("solved"),
-            "overhead": round(float(np.median(overheads)), 3),
-            "overhead_p95": round(float(np.quantile(overheads, 0.95)), 3),
-            "real_time_factor": round(float(np.median(np.divide(simulated, skilled.wall))), 3),
-            **figures,
-        },
-        "peers": {},
-        "machine": machine(),
+        "cycles": figures.pop("queries"),
+        "achieved": figures.pop("solved"),
+        "overhead": round(float(np.median(overheads)), 3),
+        "overhead_p95": round(float(np.quantile(overheads, 0.95)), 3),
+        "real_time_factor": round(float(np.median(np.divide(simulated, skilled.wall))), 3),
+        **figures,
     }
 
 
-def cycle(cell: BulletCell, seed: int) -> bool:
+def cycle(cell: SimulatedCell, seed: int) -> bool:
     """Pick up a cube and place it on another; return whether all skills succeeded."""
     return all(
         motion.achieved
@@ -85,7 +101,7 @@ def cycle(cell: BulletCell, seed: int) -> bool:
     )
 
 
-def replay(commands: list[Command], other: BulletCell) -> None:
+def replay(commands: list[Command], other: SimulatedCell) -> None:
     """Send the same motor commands to another cell."""
     for command, arguments in commands:
-        command(other, *arguments)
+        getattr(other, command)(*arguments)

@@ -4,6 +4,7 @@ Measured once on the robot's collision geometry, without further configuration. 
 and joints may mimic one another.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -30,6 +31,7 @@ class Gripper:
     driven: Array  # (n, d) of the driven joints
     tips: Array  # (n,) of the fingertips beyond the tool, along the approach [m]
     half_sizes: tuple[float, float]  # of the closed fingers along the tool's x and y [m]
+    palm: float  # of the closed fingers' tips beyond the rest of the hand, along the approach [m]
     sides: tuple[frozenset[str], frozenset[str]]  # links on either side of the middle
 
     @property
@@ -112,7 +114,8 @@ def gripper_of(robot: Robot) -> Gripper:
             f"{robot.name}: the fingers are not on either side of the tool along its closing direction; "
             "check 'closing', 'approach' and the position of the tool under [tool]"
         )
-    return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), sides)
+    palm = float(closed_tips[:, 2].max()) - hand.palm()
+    return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), palm, sides)
 
 
 def _ends(hand: "_HandModel", k: int) -> tuple[float, float]:
@@ -192,9 +195,21 @@ class _HandModel:
     def tips(self, driven: Array) -> Array:
         """Return the vertices of the fingers (n, 3) in the tool frame [m]."""
         self.place(driven)
+        return self._vertices(self.geoms)
+
+    def palm(self) -> float:
+        """Return how far the hand without its fingers reaches along the approach, in the tool frame [m]."""
+        links = set(self.robot.hand_links) - set(self.robot.finger_links)
+        ids = {self.model.body(link).id for link in links}
+        bead = self.model.geom("bead").id
+        geoms = [g for g in range(self.model.ngeom) if int(self.model.geom_bodyid[g]) in ids and g != bead]
+        return float(self._vertices(geoms)[:, 2].max()) if geoms else -math.inf
+
+    def _vertices(self, geoms: list[int]) -> Array:
+        """Return the vertices of geoms (n, 3) in the tool frame [m]."""
         tool = self.data.body(self.robot.tool_frame)
         points = []
-        for geom in self.geoms:
+        for geom in geoms:
             corners = _corners(self.model, geom)
             world = corners @ self.data.geom_xmat[geom].reshape(3, 3).T + self.data.geom_xpos[geom]
             points.append((world - tool.xpos) @ tool.xmat.reshape(3, 3))

@@ -121,5 +121,3 @@ class Cell(Protocol):
     def weaken_fingers(self) -> None:
         """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""
         ...
-
-

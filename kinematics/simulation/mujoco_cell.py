@@ -59,7 +59,7 @@ class MujocoCell(SimulatedCell):
     # -- commands --------------------------------------------------------------------------
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
-        self._data.ctrl[self._arm_motors] = np.add(position, np.multiply(_LEAD, velocity))
+        self._set_point = np.add(position, np.multiply(_LEAD, velocity))
 
     def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
         if self._camera is None:
@@ -103,7 +103,8 @@ class MujocoCell(SimulatedCell):
         self._ids = {name: names[name_of(name)] for name in self.bodies}
         self._names = {identity: name for name, identity in self._ids.items()}
         self._sides = [
-            frozenset(self._links[link] for link in side if link in self._links) for side in self.gripper.sides
+            frozenset(self._links[link] for link in side if link in self._links)
+            for side in self.gripper.sides
         ]
         self._free = {
             name: int(model.jnt_qposadr[model.body_jntadr[identity]])
@@ -119,6 +120,7 @@ class MujocoCell(SimulatedCell):
         fingers = list(self.gripper.values(self.gripper.maximum_opening).values())
         data.qpos[self._joints] = [*self.robot.home.tolist(), *fingers]
         data.ctrl[self._motors] = data.qpos[self._joints]
+        self._set_point = self.robot.home
         self._finger_target = np.array(fingers)
         self._finger_steps = np.zeros(len(fingers))
         for name, at in self._free.items():
@@ -127,7 +129,11 @@ class MujocoCell(SimulatedCell):
 
     def _advance(self) -> None:
         self._advance_fingers()
-        mujoco.mj_step(self._model, self._data, SUBSTEPS)
+        ctrl, motors = self._data.ctrl, self._arm_motors
+        change = (self._set_point - ctrl[motors]) / SUBSTEPS
+        for _ in range(SUBSTEPS):  # in even steps, as a jerk of the hand moves what it holds
+            ctrl[motors] += change
+            mujoco.mj_step(self._model, self._data)
         self._moved, self._resting = True, None
         for identity in self._forces:
             self._data.xfrc_applied[identity] = 0.0
@@ -138,7 +144,9 @@ class MujocoCell(SimulatedCell):
         here = self._data.ctrl[self._finger_motors]
         gap = self._finger_target - here
         if gap.any():
-            self._data.ctrl[self._finger_motors] = here + np.clip(gap, -self._finger_steps, self._finger_steps)
+            self._data.ctrl[self._finger_motors] = here + np.clip(
+                gap, -self._finger_steps, self._finger_steps
+            )
 
     def _pose(self, name: str) -> Pose:
         if name not in self._free:
@@ -167,8 +175,10 @@ class MujocoCell(SimulatedCell):
         first, second = (_WORLD if name == TABLE else self._ids[name] for name in (a, b))
         pairs = self._all_contacts()
         return bool(
-            (((pairs[:, 0] == first) & (pairs[:, 1] == second))
-             | ((pairs[:, 0] == second) & (pairs[:, 1] == first))).any()
+            (
+                ((pairs[:, 0] == first) & (pairs[:, 1] == second))
+                | ((pairs[:, 0] == second) & (pairs[:, 1] == first))
+            ).any()
         )
 
     def _all_contacts(self) -> NDArray[np.int32]:

@@ -22,8 +22,8 @@ from kinematics.shapes.bodies import TABLE, Body
 from kinematics.shapes.mujoco_pieces import add_piece
 from kinematics.shapes.shapes import Cylinder, Hull, Piece, Sphere, pieces_of, volume_of
 
-SUBSTEPS = 2  # of a cell's step: a held body would drift where the hand moves along a curve
-STIFFNESS, DAMPING = 3000.0, 250.0  # of an arm joint's controller [N m/rad], [N m s/rad]
+SUBSTEPS = 3  # of a cell's step: a held body would drift where the hand moves along a curve
+STIFFNESS, DAMPING = 10000.0, 200.0  # of an arm joint's controller [N m/rad], [N m s/rad]
 ARMATURE = 0.1  # of an arm joint: its motor's inertia behind the gears [kg m2]
 FINGER_STIFFNESS, FINGER_DAMPING = 8000.0, 200.0  # at the finger's pad [N/m], [N s/m]
 FINGER_ARMATURE = 0.05  # at the finger's pad [kg]
@@ -50,6 +50,11 @@ def cell_model(robot: Robot, bodies: Iterable[Body]) -> Any:
             _add_body(spec, body)
         for geom in spec.geoms:
             geom.solref, geom.solimp[:3] = _CONTACT, _IMPEDANCE
+        for joint in robot.finger_joints:
+            spec.joint(joint.name).solref_limit, spec.joint(joint.name).solimp_limit[:3] = (
+                _CONTACT,
+                _IMPEDANCE,
+            )
     return models.compiled(spec, robot)
 
 

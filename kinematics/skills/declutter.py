@@ -19,6 +19,7 @@ IN_THE_WAY = 0.03  # nearer than this, a body may be in the way of a finger [m]
 MAY_REST_ON = 0.006  # nearer than this, a body may rest on another [m]
 RUN_UP = 0.008  # between the fingers and the body before the push [m]
 TIP_HEIGHT = 0.012  # of the fingertips above the support; the palm clears cubes beside the way [m]
+PALM_SPARE = 0.003  # between a pushed body's top and the palm, at least [m]
 DISTANCES = (0.03, 0.045, 0.06)  # of pushes [m]
 DIRECTIONS = 16
 TOPPLING_DEPTH = 0.02  # of the fingertips below the top of a body that is to topple [m]
@@ -159,14 +160,15 @@ def _push_along(
     tips: float | None = None,
     opening: float = 0.0,
 ) -> Push | None:
-    """Return a free push of a body, the fingertips at a height or just above its support."""
+    """Return a free push of a body, the fingertips at a height or as low as keeps the palm above the body."""
     pose = snapshot.poses[target]
     distance = float(np.linalg.norm(shift))
     direction = shift / distance
     rotation = rotation_from_quaternion(pose.quaternion_xyzw)
     radius = support(body.shape, -rotation.T @ direction)
     bottom = pose.position[2] - height_below(body.shape, rotation)
-    tips = bottom + TIP_HEIGHT if tips is None else tips
+    if tips is None:
+        tips = max(bottom + TIP_HEIGHT, height_above(body.shape, pose) - arm.gripper.palm + PALM_SPARE)
     state = snapshot.state.with_opening(opening)
     for turn, half_size in zip((0.0, math.pi / 2), arm.gripper.half_sizes, strict=True):
         depth = half_size + FINGER_SPARE

@@ -1,4 +1,4 @@
-"""One cell for all tests, since a reset leaves nothing of an earlier test; and every arm."""
+"""One cell of each engine for all tests, since a reset leaves nothing of an earlier test; and every arm."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,12 +8,18 @@ from kinematics_arms import WRITTEN
 
 from kinematics.robot.robot import SHIPPED, Robot, load
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.mujoco_cell import MujocoCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 
 
-@pytest.fixture(scope="session")
-def cell() -> Iterator[BulletCell]:
-    with BulletCell() as workcell:
-        yield workcell
+CELLS = {"bullet": BulletCell, "mujoco": MujocoCell}
+
+
+@pytest.fixture(scope="session", params=CELLS)
+def cell(request: pytest.FixtureRequest) -> Iterator[SimulatedCell]:
+    """The Panda's, in every engine."""
+    with CELLS[request.param]() as made:
+        yield made
 
 
 @pytest.fixture(scope="session")

@@ -13,18 +13,25 @@ from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.pose_noise import NO_NOISE, Noise
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.routines import pick, place
 
 SURE, UNSURE = Noise(0.002, math.radians(2)), Noise(0.005, math.radians(2))
 
 
+@pytest.fixture(params=sim.ENGINES)
+def engine(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
 @pytest.fixture
-def arm_cell(robot: Robot) -> Iterator[BulletCell]:
-    with BulletCell(robot) as made:
+def arm_cell(robot: Robot, engine: str) -> Iterator[SimulatedCell]:
+    """Every arm's, in every engine."""
+    with sim.ENGINES[engine][1](robot) as made:
         yield made
 
 
-def stacked(cell: BulletCell, seed: int, noise: Noise = NO_NOISE) -> float | None:
+def stacked(cell: SimulatedCell, seed: int, noise: Noise = NO_NOISE) -> float | None:
     """Run one cycle; return how far off centre the cube is on the other [m], or None if it is not."""
     cell.reset(cubes(cell.robot, np.random.default_rng((7, seed)), 8), seed, noise)
     if not (pick(cell, "cube0", seed).achieved and place(cell, "cube1", seed).achieved):
@@ -36,7 +43,7 @@ def stacked(cell: BulletCell, seed: int, noise: Noise = NO_NOISE) -> float | Non
     return off if stands else None
 
 
-def test_cycles_of_pick_and_place_never_fail(arm_cell: BulletCell, soak: bool) -> None:
+def test_cycles_of_pick_and_place_never_fail(arm_cell: SimulatedCell, soak: bool) -> None:
     offs = [stacked(arm_cell, seed) for seed in range(500 if soak else 3)]
     assert [seed for seed, off in enumerate(offs) if off is None] == []
     assert float(np.quantile([off for off in offs if off is not None], 0.95)) <= 1e-3
@@ -44,13 +51,13 @@ def test_cycles_of_pick_and_place_never_fail(arm_cell: BulletCell, soak: bool) -
 
 @pytest.mark.parametrize(("noise", "least"), [(SURE, 0.99), (UNSURE, 0.95)], ids=["2 mm", "5 mm"])
 def test_cycles_tolerate_noise_on_observed_poses(
-    cell: BulletCell, noise: Noise, least: float, soak: bool
+    cell: SimulatedCell, noise: Noise, least: float, soak: bool
 ) -> None:
     seeds = range(500 if soak else 3)
     assert np.mean([stacked(cell, seed, noise) is not None for seed in seeds]) >= least
 
 
-def test_towers_of_eight_stand(cell: BulletCell, soak: bool) -> None:
+def test_towers_of_eight_stand(cell: SimulatedCell, soak: bool) -> None:
     for seed in range(50 if soak else 1):
         cell.reset(cubes(cell.robot, np.random.default_rng((8, seed)), 8), seed)
         for level in range(7):
@@ -97,9 +104,11 @@ def _gate(generator: np.random.Generator) -> list[Body]:
     return [*bodies, cube("item", (0.37, 0.15), yaws[0], 1), cube("goal", (0.62, -0.12), yaws[1], 2)]
 
 
-def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(arm_cell: BulletCell) -> None:
+def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(
+    arm_cell: SimulatedCell, engine: str
+) -> None:
     bodies = cubes(arm_cell.robot, np.random.default_rng(3), 4)
-    with sim.RecordingCell(arm_cell.robot) as cell:
+    with sim.ENGINES[engine][0](arm_cell.robot) as cell:
         for each in (cell, arm_cell):
             each.reset(bodies, 3)
         cell.commands.clear()
@@ -110,6 +119,6 @@ def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(arm_cell:
 
 
 def test_the_benchmark_of_execution_reports_success_and_overhead() -> None:
-    ours = sim.bench(1, 0)["ours"]
-    assert (ours["cycles"], ours["achieved"]) == (1, 1.0)
-    assert ours["real_time_factor"] > 0 and ours["overhead"] > -1
+    for ours in sim.bench(1, 0)["ours"].values():
+        assert (ours["cycles"], ours["achieved"]) == (1, 1.0)
+        assert ours["real_time_factor"] > 0 and ours["overhead"] > -1

@@ -20,6 +20,7 @@ from kinematics.robot.robot import panda
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import Box, Compound, Cylinder, Hull, Shape, Sphere
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills import skills
 from kinematics.skills.skills import Motion, grasp, move_above
 
@@ -42,7 +43,7 @@ def jammed() -> Iterator[JammedCell]:
         yield cell
 
 
-def state(cell: BulletCell) -> tuple[object, ...]:
+def state(cell: SimulatedCell) -> tuple[object, ...]:
     return cell.time, cell.poses(), cell.joint_positions().tolist(), cell.finger_width()
 
 
@@ -60,7 +61,7 @@ def state(cell: BulletCell) -> tuple[object, ...]:
     ],
 )
 def test_a_skill_refuses_arguments_that_are_not_finite(
-    cell: BulletCell, skill: Callable[[BulletCell], Motion]
+    cell: SimulatedCell, skill: Callable[[SimulatedCell], Motion]
 ) -> None:
     cell.reset(scattered(0), 0)
     before = state(cell)
@@ -81,7 +82,9 @@ def test_a_skill_refuses_arguments_that_are_not_finite(
         Compound(()),
     ],
 )
-def test_a_body_without_volume_is_refused_and_the_cell_stays_as_it_was(cell: BulletCell, shape: Shape) -> None:
+def test_a_body_without_volume_is_refused_and_the_cell_stays_as_it_was(
+    cell: SimulatedCell, shape: Shape
+) -> None:
     cell.reset(scattered(0), 0)
     before = state(cell)
     with pytest.raises(UnusableShape, match="'flat' has a piece without volume"):
@@ -90,7 +93,7 @@ def test_a_body_without_volume_is_refused_and_the_cell_stays_as_it_was(cell: Bul
 
 
 @pytest.mark.parametrize("mass", [-1.0, NAN, INF])
-def test_a_body_of_an_impossible_mass_is_refused(cell: BulletCell, mass: float) -> None:
+def test_a_body_of_an_impossible_mass_is_refused(cell: SimulatedCell, mass: float) -> None:
     with pytest.raises(UnusableShape, match="'heavy' needs a mass"):
         cell.reset([Body("heavy", Box((0.02,) * 3), (0.5, 0.0, 0.02), mass=mass)], 0)
 
@@ -166,7 +169,7 @@ def test_a_gripper_that_stays_closed_is_noticed_before_it_comes_down(jammed: Jam
     assert float(np.abs(jammed.joint_positions() - joints).max()) < 1e-3
 
 
-def test_a_closed_gripper_opens_by_itself_where_it_can(cell: BulletCell) -> None:
+def test_a_closed_gripper_opens_by_itself_where_it_can(cell: SimulatedCell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     cell.close_fingers()
     cell.settle(0.5)
@@ -174,7 +177,7 @@ def test_a_closed_gripper_opens_by_itself_where_it_can(cell: BulletCell) -> None
     assert cell.held() == "a"
 
 
-def test_a_body_under_a_lid_cannot_be_grasped_and_nothing_moves(cell: BulletCell) -> None:
+def test_a_body_under_a_lid_cannot_be_grasped_and_nothing_moves(cell: SimulatedCell) -> None:
     lid = Body("lid", Box((0.12, 0.12, 0.02)), (0.5, 0.0, 0.075), mass=0.0)
     cell.reset([cube("low", 0.5, 0.0), lid], 0)
     above = move_above(cell, "low", 0)
@@ -188,7 +191,7 @@ CORNERS = tuple((x, y, z) for x in (-0.045, 0.045) for y in (-0.045, 0.045) for 
 
 
 @pytest.mark.parametrize("shape", [Cylinder(0.0375, 0.04), Box((0.05, 0.045, 0.02)), Hull(CORNERS)])
-def test_a_body_wider_than_the_hand_opens_is_a_reason(cell: BulletCell, shape: Shape) -> None:
+def test_a_body_wider_than_the_hand_opens_is_a_reason(cell: SimulatedCell, shape: Shape) -> None:
     cell.reset([Body("lid", shape, (0.5, 0.0, 0.02))], 0)
     cell.settle(0.5)
     before = state(cell)

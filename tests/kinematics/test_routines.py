@@ -13,12 +13,13 @@ from kinematics.shapes.bodies import Body
 from kinematics.shapes.pose_noise import Noise
 from kinematics.shapes.shapes import Cylinder
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.routines import pick, place
 from kinematics.skills.skills import lift, move_above, open_hand, push, release
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_body_is_pushed_to_its_goal(cell: BulletCell, seed: int) -> None:
+def test_a_body_is_pushed_to_its_goal(cell: SimulatedCell, seed: int) -> None:
     generator = np.random.default_rng(seed)
     angle, distance = generator.uniform(-math.pi, math.pi), generator.uniform(0.03, 0.12)
     can = Body("can", Cylinder(0.03, 0.06), (0.45, 0.0, 0.03))
@@ -31,7 +32,7 @@ def test_a_body_is_pushed_to_its_goal(cell: BulletCell, seed: int) -> None:
     assert float(np.linalg.norm(moved - there)) < 0.015
 
 
-def test_nothing_is_pushed_into_its_neighbour(cell: BulletCell) -> None:
+def test_nothing_is_pushed_into_its_neighbour(cell: SimulatedCell) -> None:
     cell.reset([cube("a", 0.5, 0.0), cube("b", 0.5, 0.06)], 0)
     before = cell.time
     assert push(cell, "a", (0.0, 1.0), 0.1, 0).reason is Reason.GOAL_IN_COLLISION
@@ -40,7 +41,7 @@ def test_nothing_is_pushed_into_its_neighbour(cell: BulletCell) -> None:
     assert cell.time == before
 
 
-def test_a_held_body_is_lifted_and_falls_when_the_hand_opens(cell: BulletCell) -> None:
+def test_a_held_body_is_lifted_and_falls_when_the_hand_opens(cell: SimulatedCell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     assert pick(cell, "a", 0).achieved
     before = cell.pose("a").position[2]
@@ -52,7 +53,7 @@ def test_a_held_body_is_lifted_and_falls_when_the_hand_opens(cell: BulletCell) -
     assert cell.pose("a").position[2] < 0.06
 
 
-def test_a_stopped_motion_brakes_and_holds_the_carried_body(cell: BulletCell) -> None:
+def test_a_stopped_motion_brakes_and_holds_the_carried_body(cell: SimulatedCell) -> None:
     cell.reset(scattered(3), 3)
     assert pick(cell, "b0", 0).achieved
     started = cell.time
@@ -72,7 +73,7 @@ def test_a_stopped_motion_brakes_and_holds_the_carried_body(cell: BulletCell) ->
     assert move_above(cell, "b1", 0).achieved and release(cell, 0).achieved  # and it goes on from there
 
 
-def test_noise_is_on_observed_poses_and_not_on_true_ones(cell: BulletCell) -> None:
+def test_noise_is_on_observed_poses_and_not_on_true_ones(cell: SimulatedCell) -> None:
     cell.reset(scattered(2), 2, Noise(0.002, math.radians(2)))
     exact, observed = cell.poses(), cell.observed_poses()
     assert exact == cell.poses() and observed != cell.observed_poses()
@@ -83,7 +84,7 @@ def test_noise_is_on_observed_poses_and_not_on_true_ones(cell: BulletCell) -> No
         Noise(-1.0)
 
 
-def test_a_guarded_descent_places_a_cube_on_a_support_of_uncertain_height(cell: BulletCell) -> None:
+def test_a_guarded_descent_places_a_cube_on_a_support_of_uncertain_height(cell: SimulatedCell) -> None:
     cell.reset(scattered(5), 5, Noise(0.005, math.radians(2)))
     for motion in (pick(cell, "b0", 5), place(cell, "b1", 5)):
         assert motion.achieved, motion
@@ -101,13 +102,13 @@ def test_a_window_without_a_display_is_refused(monkeypatch: pytest.MonkeyPatch) 
         BulletCell(gui=True)
 
 
-def test_pictures_have_the_requested_size(cell: BulletCell) -> None:
+def test_pictures_have_the_requested_size(cell: SimulatedCell) -> None:
     cell.reset([cube("a", 0.5, 0.0)], 0)
     for width, height in ((64, 64), (200, 120)):
         assert cell.render(width, height).shape == (height, width, 3)
 
 
-def test_a_recording_in_three_dimensions_is_written(cell: BulletCell, tmp_path: Path) -> None:
+def test_a_recording_in_three_dimensions_is_written(cell: SimulatedCell, tmp_path: Path) -> None:
     pytest.importorskip("rerun")
     from kinematics.simulation.rerun_recording import Recording
 

@@ -14,6 +14,8 @@ from kinematics.shapes.catalogue import bowl, compound_from_urdf, fork, hull_fro
 from kinematics.shapes.containers import is_inside
 from kinematics.shapes.shapes import Box, Cylinder, Hull, Shape, Sphere, half_extents_of, reach_of, support
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.mujoco_cell import MujocoCell
+from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.routines import drop_into, pick, place, put_down
 from kinematics.skills.workspace import workspace_of
 
@@ -42,7 +44,7 @@ def standing(name: str, shape: Shape, mass: float, x: float, y: float, yaw: floa
     return Body(name, shape, (x, y, height), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)), mass)
 
 
-def scene(cell: BulletCell, shape: Shape, mass: float, seed: int) -> None:
+def scene(cell: SimulatedCell, shape: Shape, mass: float, seed: int) -> None:
     generator = np.random.default_rng(seed)
     x, y = generator.uniform((0.38, -0.15), (0.62, -0.05))
     item = standing("item", shape, mass, x, y, generator.uniform(-math.pi, math.pi))
@@ -50,7 +52,7 @@ def scene(cell: BulletCell, shape: Shape, mass: float, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_shape_is_picked_up_and_dropped_into_a_bin(cell: BulletCell, name: str, soak: bool) -> None:
+def test_a_shape_is_picked_up_and_dropped_into_a_bin(cell: SimulatedCell, name: str, soak: bool) -> None:
     shape, mass = SHAPES[name]
     for seed in range(20 if soak else 1):
         scene(cell, shape, mass, seed)
@@ -60,7 +62,7 @@ def test_a_shape_is_picked_up_and_dropped_into_a_bin(cell: BulletCell, name: str
 
 
 @pytest.mark.parametrize("name", ["cylinder", "bowl", "fork", "hexagon"])
-def test_a_shape_is_put_down_free_of_everything(cell: BulletCell, name: str, soak: bool) -> None:
+def test_a_shape_is_put_down_free_of_everything(cell: SimulatedCell, name: str, soak: bool) -> None:
     shape, mass = SHAPES[name]
     for seed in range(20 if soak else 1):
         scene(cell, shape, mass, 100 + seed)
@@ -70,9 +72,12 @@ def test_a_shape_is_put_down_free_of_everything(cell: BulletCell, name: str, soa
 
 
 @pytest.mark.parametrize("thickness", [0.004, 0.006])
-def test_small_forks_are_picked_up_by_every_arm(robot: Robot, thickness: float, soak: bool) -> None:
+@pytest.mark.parametrize("engine", [BulletCell, MujocoCell])
+def test_small_forks_are_picked_up_by_every_arm(
+    robot: Robot, engine: type[SimulatedCell], thickness: float, soak: bool
+) -> None:
     (x0, x1), (y0, y1) = workspace_of(robot).region
-    with BulletCell(robot) as cell:
+    with engine(robot) as cell:
         for seed in range(20 if soak else 2):
             generator = np.random.default_rng(seed)
             x, y = generator.uniform((x0 + 0.05, y0 + 0.05), (x1 - 0.05, y1 - 0.05))
@@ -82,7 +87,7 @@ def test_small_forks_are_picked_up_by_every_arm(robot: Robot, thickness: float, 
             assert motion.achieved, (seed, motion)
 
 
-def test_a_can_is_placed_on_a_base(cell: BulletCell) -> None:
+def test_a_can_is_placed_on_a_base(cell: SimulatedCell) -> None:
     scene(cell, *SHAPES["can"], seed=3)
     for motion in (pick(cell, "item", 3), place(cell, "base", 3)):
         assert motion.achieved, motion
@@ -90,7 +95,7 @@ def test_a_can_is_placed_on_a_base(cell: BulletCell) -> None:
     assert math.dist(cell.pose("item").position[:2], cell.pose("base").position[:2]) < 3e-3
 
 
-def test_a_bowl_nests_in_another_and_holds_a_fork(cell: BulletCell) -> None:
+def test_a_bowl_nests_in_another_and_holds_a_fork(cell: SimulatedCell) -> None:
     lower = standing("lower", bowl(), 0.12, 0.45, 0.12, 0.3)
     upper = standing("upper", bowl(), 0.12, 0.5, -0.1, 1.0)
     cutlery = standing("fork", fork(), 0.02, 0.36, -0.12, 0.4)
@@ -104,7 +109,7 @@ def test_a_bowl_nests_in_another_and_holds_a_fork(cell: BulletCell) -> None:
     assert pitch == pytest.approx(0.052, abs=2e-3)
 
 
-def test_nothing_is_dropped_into_a_body_without_a_cavity(cell: BulletCell) -> None:
+def test_nothing_is_dropped_into_a_body_without_a_cavity(cell: SimulatedCell) -> None:
     scene(cell, *SHAPES["cube"], seed=0)
     assert pick(cell, "item", 0).achieved
     before = cell.time
