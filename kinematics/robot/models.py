@@ -88,7 +88,8 @@ def for_dynamics(robot: Robot) -> Element:
     _drop(root, "visual")
     for link in root.findall("link"):
         if link.find("collision") is None:
-            _set_inertia(link, float(link.find("inertial/mass").get("value")), _FRAME_MOMENT)
+            mass = link.find("inertial/mass")
+            _set_inertia(link, 0.0 if mass is None else float(mass.get("value", 0.0)), _FRAME_MOMENT)
     for joint in root.findall("joint"):
         for element in [*joint.findall("mimic"), *joint.findall("dynamics")]:
             joint.remove(element)

@@ -97,7 +97,7 @@ def _add_motors(spec: Any, robot: Robot) -> None:
 
 
 def _take_moments_from_shapes(link: Any) -> None:
-    """Keep a link's mass, and spread it over its shapes, as PyBullet does: many URDFs have moments made up."""
+    """Keep a link's mass, spread over its shapes, as PyBullet does: many a URDF has moments made up."""
     geoms = list(link.geoms)
     if geoms and link.mass > 0:
         for geom in geoms:

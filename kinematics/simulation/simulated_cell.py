@@ -46,14 +46,17 @@ class SimulatedCell(ABC):
 
     # -- the world -------------------------------------------------------------------------
 
-    def reset(self, bodies: Sequence[Body], seed: int, noise: Noise = NO_NOISE) -> None:
+    def reset(
+        self, bodies: Sequence[Body], seed: int, noise: Noise = NO_NOISE, grip: float = GRIP_FORCE
+    ) -> None:
         """Put the arm at home with an open hand and the bodies at their poses, settle, and zero the clock.
 
         Args:
             noise: on the poses that skills observe; `pose` and `poses` stay exact.
+            grip: force of each finger [N].
         """
         _check_bodies(bodies)
-        self.noise = noise
+        self.noise, self.grip = noise, grip
         self._noise_generator = np.random.default_rng((seed % 2**32, 2))
         self.stop_requested = False
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
@@ -214,12 +217,12 @@ class SimulatedCell(ABC):
     def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
         """Command the fingers to an opening [m], each with at most a speed [m/s]."""
         self.hand_closed = False
-        self._drive_fingers(opening, GRIP_FORCE, speed)
+        self._drive_fingers(opening, self.grip, speed)
 
     def close_fingers(self) -> None:
         """Command the fingers to close and to keep pressing."""
         self.hand_closed = True
-        self._press_fingers(GRIP_FORCE, CLOSING_SPEED)
+        self._press_fingers(self.grip, CLOSING_SPEED)
 
     def weaken_fingers(self) -> None:
         """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""

@@ -12,6 +12,7 @@ import typer
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.worlds.habits import RATE, Person
+from ntp_dsl.worlds.protocol import LONGEST_LATENCY
 
 Varied = tuple[tuple[str, tuple[int, int]], ...]  # length, topology, semantics -> range
 
@@ -31,7 +32,7 @@ def optional_number(value: float | None) -> float | None:
 Library = Annotated[Path, typer.Argument(help="An .ntp file, a folder with one, or the name of an example.")]
 Task = Annotated[str, typer.Argument(help="A task of the library.")]
 WorldName = Annotated[
-    str, typer.Option("--world", help="kinematic (fast, no arm) or bullet (simulated arm).")
+    str, typer.Option("--world", help="kinematic (fast, no arm), bullet or mujoco (simulated arm).")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of all random choices.")]
 Workers = Annotated[int, typer.Option(min=1, help="Number of processes; does not affect the results.")]
@@ -59,10 +60,44 @@ Pushes = Annotated[
         min=0, max=1, callback=number, help="Probability that a placed object is pushed, and may topple."
     ),
 ]
+Latency = Annotated[
+    float,
+    typer.Option(
+        min=0, max=LONGEST_LATENCY, callback=number, help="Delay of every look at the scene, in seconds."
+    ),
+]
+CameraOff = Annotated[
+    float,
+    typer.Option(
+        "--camera-off",
+        min=0,
+        callback=number,
+        help="How far a camera is off in metres: the same way in all of an episode, unknown to the program.",
+    ),
+]
+Spread = Annotated[
+    float,
+    typer.Option(
+        min=0,
+        max=0.99,
+        callback=number,
+        help="Share by which masses and friction are off at most; in a world with an arm.",
+    ),
+]
+WeakGrip = Annotated[
+    float,
+    typer.Option(
+        "--weak-grip",
+        min=0,
+        max=0.99,
+        callback=number,
+        help="Share of the hand's force that is missing; in a world with an arm.",
+    ),
+]
 Gui = Annotated[bool, typer.Option("--gui", help="Show the bullet world in a window, in real time.")]
 Arm = Annotated[
     str | None,
-    typer.Option(help="Arm of the bullet world: panda, xarm6, or your own TOML beside its URDF."),
+    typer.Option(help="Arm of the bullet or mujoco world: panda, xarm6, or your own TOML beside its URDF."),
 ]
 Step = Annotated[
     bool, typer.Option("--step", help="Stop before every decision, show it, and wait for a line.")

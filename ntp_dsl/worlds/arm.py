@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import Any
 
@@ -19,7 +18,8 @@ from kinematics.geometry.transforms import Pose
 from kinematics.robot.robot import Robot, with_base_at
 from kinematics.robot.robot import load as load_robot
 from kinematics.shapes.bodies import TABLE
-from kinematics.simulation.simulated_cell import SimulatedCell
+from kinematics.shapes.pose_noise import Noise
+from kinematics.simulation.simulated_cell import GRIP_FORCE, SimulatedCell
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -28,7 +28,8 @@ from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
-from ntp_dsl.worlds.arm_bodies import bodies_of
+from ntp_dsl.worlds.arm_bodies import bodies_of, varied
+from ntp_dsl.worlds.looks import Looks
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
@@ -95,7 +96,10 @@ class ArmWorld:
             raise NtpError(f"the {self.engine} world cannot start with an object in the hand")
         self._cell.on_frame = None
         try:
-            self._cell.reset(bodies_of(scene), seed)
+            bodies = [varied(body, seed, disturbances.spread) for body in bodies_of(scene)]
+            self._looks = Looks(seed, disturbances)
+            off = Noise(offset=self._looks.offset)
+            self._cell.reset(bodies, seed, off, GRIP_FORCE * (1 - disturbances.weakness))
         except UnusableShape as error:
             raise NtpError(
                 f"the {self.engine} world cannot make {error}; give the object another size"
@@ -107,7 +111,6 @@ class ArmWorld:
         self._disturbances = disturbances
         self.facts = scene.facts
         self._seed, self._calls = seed, 0
-        self._noise_rng = np.random.default_rng((seed, 1))
         self._failed: Counter[str] = Counter()
         self._failed_at: dict[str, Vector] = {}
         self.disturbed = set()
@@ -132,15 +135,7 @@ class ArmWorld:
         )
 
     def observe(self) -> Observation:
-        sigma = self._disturbances.noise
-        truth = self.truth()
-        if not sigma:
-            return truth
-        noisy: dict[str, Vector] = {}
-        for name, (x, y, z) in truth.positions.items():
-            dx, dy, dz = self._noise_rng.normal(0, sigma, 3)
-            noisy[name] = (x + float(dx), y + float(dy), z + float(dz))
-        return replace(truth, positions=noisy, deviations=dict.fromkeys(noisy, sigma))
+        return self._looks.of(self.truth(), self.time)
 
     def supported(self, item: str, support: str) -> bool:
         """Return whether they touch; in a container, an item may lie on other contents."""
@@ -290,6 +285,8 @@ class ArmWorld:
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
+        elif self._disturbances.latency:
+            self._looks.note(self.truth(), self.time)
 
 
 def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outcome:

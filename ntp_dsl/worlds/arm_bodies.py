@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
+
+import numpy as np
 
 from kinematics.errors import UnusableShape
 from kinematics.shapes import catalogue
@@ -57,6 +61,15 @@ def bodies_of(scene: Scene) -> list[Body]:
         at, colour = scene.positions[obj.name], colours[obj.name]
         bodies.append(Body(obj.name, shape, at, turned, mass, colour, _told(obj, FRICTION) or PLAIN_FRICTION))
     return bodies
+
+
+def varied(body: Body, seed: int, spread: float) -> Body:
+    """Return a body whose mass and friction are off by a share of at most `spread`, each by the seed."""
+    if not spread:
+        return body
+    generator = np.random.default_rng((seed, 4, zlib.crc32(body.name.encode())))
+    mass, friction = (1 + generator.uniform(-spread, spread, 2)).tolist()
+    return replace(body, mass=body.mass * mass, friction=body.friction * friction)
 
 
 def shape_of(obj: SceneObject) -> Shape:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import hypot
 
 import numpy as np
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import takes
 from ntp_dsl.semantics.free_space import free_places, height_below, place_in
 from ntp_dsl.semantics.geometry import Vector, moved, turned_about, turned_by
 from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, SceneObject
+from ntp_dsl.worlds.looks import Looks
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingObjects
@@ -52,7 +53,12 @@ class KinematicWorld(RestingObjects):
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         self._rng = np.random.default_rng(seed)
-        self._noise_rng = np.random.default_rng((seed, 1))
+        if disturbances.physical:
+            raise NtpError(
+                "the kinematic world has neither friction nor a hand that presses: spread and weakness "
+                "(--spread, --weak-grip) go with --world bullet or mujoco"
+            )
+        self._looks = Looks(seed, disturbances)
         self._objects = scene.objects
         self._by_name = scene.lying
         self._items: dict[str, SceneObject] = {t.name: scene.lying[t.name] for t in movable(scene.objects)}
@@ -89,14 +95,7 @@ class KinematicWorld(RestingObjects):
         )
 
     def observe(self) -> Observation:
-        sigma = self._disturbances.noise
-        if not sigma:
-            return self.truth()
-        noisy = {
-            name: moved(position, self._noise_rng.normal(0, sigma, 3))
-            for name, position in self._positions.items()
-        }
-        return replace(self.truth(), positions=noisy, deviations=dict.fromkeys(noisy, sigma))
+        return self._looks.of(self.truth(), self._time)
 
     def supported(self, item: str, support: str) -> bool:
         seen = self.truth()
@@ -334,6 +333,8 @@ class KinematicWorld(RestingObjects):
     def _emit(self) -> None:
         if self.on_frame is not None:
             self.on_frame(self.observe())
+        elif self._disturbances.latency:
+            self._looks.note(self.truth(), self._time)
 
 
 def between(start: Vector, goal: Vector, fraction: float) -> Vector:

@@ -11,13 +11,12 @@ from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.simulation.mujoco_cell import MujocoCell
 from kinematics.simulation.simulated_cell import SimulatedCell
 
-
 CELLS = {"bullet": BulletCell, "mujoco": MujocoCell}
 
 
 @pytest.fixture(scope="session", params=CELLS)
 def cell(request: pytest.FixtureRequest) -> Iterator[SimulatedCell]:
-    """The Panda's, in every engine."""
+    """Yield the Panda's, in every engine."""
     with CELLS[request.param]() as made:
         yield made
 

@@ -21,8 +21,8 @@ from kinematics.robot import gripper
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import FOLDER, Robot, load
 from kinematics.shapes.bodies import TABLE
-from kinematics.simulation.camera import Camera
 from kinematics.simulation.bullet_cell import BulletCell
+from kinematics.simulation.camera import Camera
 
 Change = Callable[[str], str]
 Write = Callable[[str | bytes | None, str | bytes | None], Robot]

@@ -11,7 +11,6 @@ from kinematics_scenes import HALF, cube, scattered
 from kinematics.errors import Reason, UnusablePose
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.shapes import Box
-from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
 

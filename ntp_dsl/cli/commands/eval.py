@@ -12,11 +12,13 @@ from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
+    CameraOff,
     DemoBy,
     DemoNoise,
     DemoRate,
     DispatchBy,
     Json,
+    Latency,
     Length,
     Library,
     Model,
@@ -26,8 +28,10 @@ from ntp_dsl.cli.options import (
     Seed,
     Semantics,
     Slips,
+    Spread,
     Task,
     Topology,
+    WeakGrip,
     WholeScopes,
     Workers,
     WorldName,
@@ -56,6 +60,10 @@ def command(
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    latency: Latency = 0.0,
+    camera_off: CameraOff = 0.0,
+    spread: Spread = 0.0,
+    weak_grip: WeakGrip = 0.0,
     demo_noise: DemoNoise = 0.0,
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
@@ -83,7 +91,9 @@ def command(
     Example: ntp eval block_stacking block_stacking --world bullet --episodes 100 --json
     """
     path = model_or_expert(model, expert, dispatch)
-    disturbances = Disturbances(slips, pushes, noise)
+    disturbances = Disturbances(
+        slips, pushes, noise, latency=latency, camera=camera_off, spread=spread, weakness=weak_grip
+    )
     ranges = varied(length, topology, semantics)
     if expert and (demo_noise or demo_by or whole_scopes):
         raise NtpError("--expert needs no demonstration: omit --demo-noise, --demo-by and --whole-scopes")

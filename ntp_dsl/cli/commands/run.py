@@ -16,6 +16,7 @@ from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
     BreakAt,
+    CameraOff,
     DemoBy,
     DemoNoise,
     DemoRate,
@@ -23,6 +24,7 @@ from ntp_dsl.cli.options import (
     Gui,
     Inject,
     Json,
+    Latency,
     Length,
     Library,
     Model,
@@ -32,11 +34,13 @@ from ntp_dsl.cli.options import (
     Seed,
     Semantics,
     Slips,
+    Spread,
     Step,
     Task,
     Topology,
     Viewer,
     Watch,
+    WeakGrip,
     WorldName,
     optional_number,
     shown_at,
@@ -83,6 +87,10 @@ def command(
     slips: Slips = 0.0,
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
+    latency: Latency = 0.0,
+    camera_off: CameraOff = 0.0,
+    spread: Spread = 0.0,
+    weak_grip: WeakGrip = 0.0,
     demo_noise: DemoNoise = 0.0,
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
@@ -139,7 +147,9 @@ def command(
     path = model_or_expert(model, expert, dispatch)
     scratch = TemporaryDirectory(prefix="ntp_run_") if (watch or viewer) and out is None else None
     ranges = varied(length, topology, semantics)
-    disturbances = Disturbances(slips, pushes, noise)
+    disturbances = Disturbances(
+        slips, pushes, noise, latency=latency, camera=camera_off, spread=spread, weakness=weak_grip
+    )
     plan = Plan(
         library,
         task,
