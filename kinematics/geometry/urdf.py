@@ -124,6 +124,7 @@ def read(path: Path) -> Urdf:
     root = tree.root
     _keep_what_counts(root)
     for link in root.findall("link"):
+        _drop_absent_visuals(link, path)
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_mesh(mesh.get("filename", ""), path, link.get("name", "?"))))
     joints = [_joint(element) for element in root.findall("joint")]
@@ -200,14 +201,10 @@ def resolved_path(reference: str, folder: Path) -> Path:
         except (OSError, ValueError, RuntimeError):  # a path that no system accepts, or a loop of links
             return folder / reference
     package, _, rest = reference.removeprefix("package://").partition("/")
-    # Located without importing it, since some packages print on import.
-    try:
-        spec = importlib.util.find_spec(package) if package.isidentifier() else None
-    except ValueError:  # of a module without a file
-        spec = None
-    if spec is None or spec.origin is None:
+    found = _installed(package)
+    if found is None:
         raise UnusableRobot(f"the Python package '{package}' of {reference} is not installed")
-    return Path(spec.origin).parent / rest
+    return found / rest
 
 
 def _mesh(filename: str, urdf: Path, link: str) -> Path:
@@ -225,6 +222,29 @@ def _mesh(filename: str, urdf: Path, link: str) -> Path:
         f"{urdf}: link '{link}' refers to a missing mesh {filename}; looked for {tried[0]}"
         + (" and in the folders above" if len(tried) > 1 else "")
     )
+
+
+def _drop_absent_visuals(link: Element, urdf: Path) -> None:
+    """Remove the visuals whose package is nowhere: plans need none, and pictures show other shapes then."""
+    for visual in link.findall("visual"):
+        for mesh in visual.iter("mesh"):
+            filename = mesh.get("filename", "")
+            package = filename.removeprefix("package://").partition("/")[0]
+            if filename.startswith("package://") and not any(exists(up / package) for up in urdf.parents):
+                found = _installed(package)
+                if found is None:
+                    link.remove(visual)
+                    break
+                mesh.set("filename", str(found / filename.removeprefix(f"package://{package}/")))
+
+
+def _installed(package: str) -> Path | None:
+    """Return the folder of an installed Python package, located without importing it: some print then."""
+    try:
+        spec = importlib.util.find_spec(package) if package.isidentifier() else None
+    except ValueError:  # of a module without a file
+        spec = None
+    return None if spec is None or spec.origin is None else Path(spec.origin).parent
 
 
 def _joint(element: Element) -> Joint:

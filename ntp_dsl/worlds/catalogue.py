@@ -215,8 +215,8 @@ def _make(name: str, exact: bool, gui: bool, arm: str | None) -> World:
 
         return KinematicWorld(0.0) if exact else KinematicWorld()
     if name in WITH_ARM:
-        if find_spec("pybullet") is None:  # asked first, since the shipped arms are files of PyBullet's, too
-            raise ModuleNotFoundError(f"the {name} world needs PyBullet", name="pybullet")
+        if name == "bullet" and find_spec("pybullet") is None:  # asked first, as solvers take long to import
+            raise ModuleNotFoundError("the bullet world needs PyBullet", name="pybullet")
         from ntp_dsl.worlds.arm import ArmWorld
 
         return ArmWorld(name, arm, gui)

@@ -12,13 +12,13 @@ from kinematics.geometry import urdf
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import FOLDER, Robot, load
 
-PANDA = urdf.resolved_path("package://pybullet_data/franka_panda/panda.urdf", Path())
-ABSOLUTE = PANDA.read_text().replace("package://", f"{PANDA.parent}/")
+PANDA = FOLDER / "panda" / "panda.urdf"
+ABSOLUTE = PANDA.read_text().replace("collision/", f"{PANDA.parent}/collision/")
 
 
 def custom_arm(folder: Path, description: str = ABSOLUTE, **changes: tuple[str, str]) -> Robot:
     """Return the Panda as a custom arm, with changes to its URDF and its TOML."""
-    toml = (FOLDER / "panda.toml").read_text().replace("package://pybullet_data/franka_panda/", "")
+    toml = (FOLDER / "panda.toml").read_text().replace("panda/panda.urdf", "panda.urdf")
     for before, after in changes.values():
         assert before in toml
         toml = toml.replace(before, after)
