@@ -236,5 +236,5 @@ def picture(world: World, width: int = 400, height: int = 300) -> Any:
 
     render = getattr(world, "render", None)
     if render is None:
-        raise NtpError("this world has no camera; the bullet world has")
+        raise NtpError("this world has no camera: one with an arm has, where PyBullet is installed")
     return Image.fromarray(render(width, height))

@@ -33,12 +33,12 @@ PYBULLET = {"pybullet", "pybullet_data", "pybullet_planning"}
 LAST_WITH_PYBULLET = (3, 11)
 
 
-def missing(who: str, module: str | None, python: tuple[int, int], kinematic: str = "") -> str | None:
+def missing(who: str, module: str | None, python: tuple[int, int], chosen: str = "") -> str | None:
     """Return the sentence for what lacks a module, or None where no extra installs it.
 
     Args:
         python: the version that it runs on.
-        kinematic: how the kinematic world is chosen.
+        chosen: how another world is chosen.
     """
     top = (module or "").partition(".")[0]
     if top not in EXTRAS:
@@ -47,7 +47,7 @@ def missing(who: str, module: str | None, python: tuple[int, int], kinematic: st
         here, last = (".".join(map(str, version)) for version in (python, LAST_WITH_PYBULLET))
         return (
             f"{who} needs PyBullet, which has no wheels for Python {here}: use Python {last}; "
-            f"the kinematic world{kinematic} works here"
+            f"the mujoco world and the kinematic one{chosen} work here"
         )
     return f'{who} needs {top}, which is not installed: pip install "ntp_dsl[{EXTRAS[top]}]"'
 

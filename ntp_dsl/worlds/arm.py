@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from math import atan2, cos, pi, sin
 from typing import Any
 
@@ -79,6 +80,8 @@ class ArmWorld:
             raise NtpError(f"--arm: {unusable}") from unusable
         except NoDisplay as unexpected:
             raise NtpError(f"--gui: {unexpected}") from unexpected
+        if find_spec("pybullet") is not None:  # whose renderer draws the pictures of both engines
+            self.render: Callable[[int, int], NDArray[np.uint8]] = self._cell.render
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
         self.facts: frozenset[DeclaredFact] = frozenset()
@@ -156,10 +159,6 @@ class ArmWorld:
 
     def settle(self, seconds: float) -> None:
         self._cell.settle(seconds)
-
-    def render(self, width: int, height: int) -> NDArray[np.uint8]:
-        """(height, width, 3): the arm and the table from the front and above."""
-        return self._cell.render(width, height)
 
     # Primitives ---------------------------------------------------------------------------------
 

@@ -101,7 +101,7 @@ def test_where_pybullet_has_no_wheels_the_sentence_says_what_works(monkeypatch: 
     monkeypatch.undo()
     assert sentence == (
         "ntp run needs PyBullet, which has no wheels for Python 3.13: use Python 3.11; "
-        "the kinematic world (--world kinematic) works here"
+        "the mujoco world and the kinematic one (--world mujoco, --world kinematic) work here"
     )
 
 

@@ -73,7 +73,7 @@ def arm_builds(plan: Plan, count: int) -> None:
     assert all(episode.simulated_seconds > 2 for episode in episodes)
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 def test_the_number_of_workers_does_not_matter(world: str) -> None:
     plan = replace(STACKING, world=world, task="few_placements", disturbances=Disturbances(0.25, 0.25))
     one, two = (list(run_all(plan, 3, workers)) for workers in (1, 2))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from kinematics.errors import UnusableRobot
-from kinematics.geometry import urdf
 from kinematics.robot.gripper import gripper_of
 from kinematics.robot.robot import FOLDER, Robot, load
 
@@ -18,7 +17,7 @@ ABSOLUTE = PANDA.read_text().replace("collision/", f"{PANDA.parent}/collision/")
 
 def custom_arm(folder: Path, description: str = ABSOLUTE, **changes: tuple[str, str]) -> Robot:
     """Return the Panda as a custom arm, with changes to its URDF and its TOML."""
-    toml = (FOLDER / "panda.toml").read_text().replace("panda/panda.urdf", "panda.urdf")
+    toml = (FOLDER / "panda.toml").read_text().replace("package://kinematics/robots/panda/", "")
     for before, after in changes.values():
         assert before in toml
         toml = toml.replace(before, after)

@@ -54,7 +54,7 @@ def test_what_was_missing_dropped_or_not_ready_is_no_attempt(failure: Failure) -
     assert not ACHIEVED.is_failed_attempt
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 def test_a_world_counts_what_fails_where_a_library_asks(world: str) -> None:
     registry = load_with_python(JAMMED)
     instance = draw(registry, find_task(registry, "jammed"), np.random.default_rng(0))

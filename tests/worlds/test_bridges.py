@@ -29,7 +29,7 @@ PLACES: dict[str, Vector] = {
 MIDDLE = (0.45, 0.0)
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 @pytest.mark.parametrize("place, height", [(MIDDLE, 0.05), ((0.52, 0.3), 0.02), ((0.6, 0.05), 0.01)])
 def test_a_plank_comes_to_rest_on_what_is_below_it(
     world: str, place: tuple[float, float], height: float

@@ -68,7 +68,7 @@ def test_what_rolls_comes_to_rest() -> None:
             assert np.allclose(cell.pose("can").position, before, atol=1e-3)
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 @pytest.mark.parametrize("width, falls_in", [(0.072, False), (0.03, True)])
 def test_a_lid_rests_on_the_rim_and_what_is_narrower_falls_in(
     world: str, width: float, falls_in: bool
@@ -88,7 +88,7 @@ def test_a_lid_rests_on_the_rim_and_what_is_narrower_falls_in(
     assert predicates.on(seen, "lid", "bowl") != falls_in
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 def test_two_bowls_find_room_on_a_tray_that_has_it(world: str) -> None:
     tray = SceneObject("tray", "Place", (0.3, 0.26, 0.01), fixed=True)
     bowls = tuple(SceneObject(f"bowl_{n}", "Movable", (0.11, 0.11, 0.05), "bowl") for n in range(2))

@@ -123,7 +123,7 @@ def test_there_is_no_room_where_something_else_stands() -> None:
     assert not room_beside(state, "mug", "mug", "left")
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 @pytest.mark.parametrize("side", SIDES)
 def test_what_is_put_down_at_a_side_lies_there(world: str, side: str) -> None:
     there = make_world(world, load("layout"))
@@ -142,7 +142,7 @@ def test_what_is_put_down_at_a_side_lies_there(world: str, side: str) -> None:
     assert not any(beside(there.truth(), "mug", "plate", other) for other in others)
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 @pytest.mark.parametrize("degrees", [-80, -35, 10, 55, 90])
 def test_what_is_held_is_turned_where_it_is_and_stays_so_when_it_is_put_down(
     world: str, degrees: int
@@ -163,7 +163,7 @@ def refused(world: World, api: str, *arguments: str | float) -> Outcome:
     return outcome
 
 
-@pytest.mark.parametrize("world", ["kinematic", "bullet"])
+@pytest.mark.parametrize("world", ["kinematic", "bullet", "mujoco"])
 def test_skills_that_cannot_be_carried_out_say_why(world: str) -> None:
     there = make_world(world, load("layout"))
     there.reset(SCENE, 0)

@@ -58,7 +58,7 @@ def at(*names: str) -> DeclaredFact:
     return DeclaredFact("at", names)
 
 
-@pytest.fixture(params=["kinematic", "bullet"])
+@pytest.fixture(params=["kinematic", "bullet", "mujoco"])
 def world(request: pytest.FixtureRequest) -> World:
     registry = trucks()
     found = make_world(request.param, registry)

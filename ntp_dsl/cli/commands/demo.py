@@ -10,7 +10,7 @@ import typer
 from ntp_dsl.cli.commands.run import run_episode
 from ntp_dsl.cli.display import answers
 from ntp_dsl.cli.models import model_or_shipped
-from ntp_dsl.cli.options import Gui, Json
+from ntp_dsl.cli.options import Gui, Json, WorldName
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.tasks.goal_samplers import Goal
@@ -21,6 +21,7 @@ LIBRARY, TASK = examples_folder() / "block_stacking", "block_stacking"
 def command(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the task and the placements.")] = 4,
     out: Annotated[Path, typer.Option(help="Folder for the trace and pictures.")] = Path("runs/demo"),
+    world: WorldName = "bullet",
     gui: Gui = False,
     json: Json = False,
 ) -> int:
@@ -32,7 +33,7 @@ def command(
     Example: ntp demo --seed 7
     """
     out.mkdir(parents=True, exist_ok=True)
-    plan = Plan(LIBRARY, TASK, model_or_shipped(None), "bullet", seed, traces=out, gui=gui)
+    plan = Plan(LIBRARY, TASK, model_or_shipped(None), world, seed, traces=out, gui=gui)
     evaluator = Evaluator(plan)
     instance = evaluator.instance(0)
     if not json:
