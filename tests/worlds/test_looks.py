@@ -52,8 +52,11 @@ def test_masses_and_friction_are_off_by_the_share_at_most_and_by_the_seed() -> N
     assert varied(body, 5, 0.0) is body
 
 
+NO_TIME = float("nan")
+
+
 @pytest.mark.parametrize(
-    "wrong", [{"latency": 0.6}, {"camera": -0.1}, {"spread": 1.0}, {"weakness": 1.0}, {"latency": float("nan")}]
+    "wrong", [{"latency": 0.6}, {"latency": NO_TIME}, {"camera": -0.1}, {"spread": 1.0}, {"weakness": 1.0}]
 )
 def test_what_no_robot_has_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(NtpError, match=next(iter(wrong))):
