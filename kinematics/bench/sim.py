@@ -8,6 +8,7 @@ import numpy as np
 from kinematics.bench.cells import CUBES, cubes
 from kinematics.bench.measuring import Tally, machine
 from kinematics.robot.robot import Robot, panda
+from kinematics.simulation import pybullet_loading
 from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.simulation.mujoco_cell import MujocoCell
 from kinematics.simulation.simulated_cell import SimulatedCell
@@ -16,7 +17,7 @@ from kinematics.skills import skills
 Command: TypeAlias = tuple[str, tuple[Any, ...]]
 
 
-class Recording(SimulatedCell):
+class RecordingCell(SimulatedCell):
     """A cell that records its commands."""
 
     def __init__(self, robot: Robot) -> None:
@@ -40,13 +41,13 @@ class Recording(SimulatedCell):
         super().step()
 
 
-class RecordingBulletCell(Recording, BulletCell): ...
+class RecordingBulletCell(RecordingCell, BulletCell): ...
 
 
-class RecordingMujocoCell(Recording, MujocoCell): ...
+class RecordingMujocoCell(RecordingCell, MujocoCell): ...
 
 
-ENGINES: dict[str, tuple[type[Recording], type[SimulatedCell]]] = {
+CELLS: dict[str, tuple[type[RecordingCell], type[SimulatedCell]]] = {
     "bullet": (RecordingBulletCell, BulletCell),
     "mujoco": (RecordingMujocoCell, MujocoCell),
 }
@@ -55,12 +56,16 @@ ENGINES: dict[str, tuple[type[Recording], type[SimulatedCell]]] = {
 def bench(cycles: int, seed: int, robot: Robot | None = None) -> dict[str, Any]:
     """Return the figures `ours` of pick-and-place cycles by skills; no peer does the same work."""
     robot = robot or panda()
-    figures = {name: _figures(cycles, seed, robot, *cells) for name, cells in ENGINES.items()}
+    figures = {
+        name: _figures(cycles, seed, robot, *cells)
+        for name, cells in CELLS.items()
+        if name != "bullet" or pybullet_loading.is_installed()
+    }
     return {"ours": figures, "peers": {}, "machine": machine()}
 
 
 def _figures(
-    cycles: int, seed: int, robot: Robot, recording: type[Recording], plain: type[SimulatedCell]
+    cycles: int, seed: int, robot: Robot, recording: type[RecordingCell], plain: type[SimulatedCell]
 ) -> dict[str, Any]:
     skilled, replayed = Tally(), Tally()
     simulated: list[float] = []

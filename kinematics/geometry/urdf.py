@@ -8,6 +8,7 @@ import importlib.util
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from dataclasses import dataclass, replace
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 import numpy as np
@@ -114,8 +115,12 @@ class Urdf:
         return replace(self, root=root, joints=self.joints | moved)
 
 
-def read(path: Path) -> Urdf:
-    """Read a URDF file; raise `UnusableRobot` if it or a mesh is missing, or it is malformed."""
+def read(path: Path, optional_visuals: bool = False) -> Urdf:
+    """Read a URDF file; raise `UnusableRobot` if it or a mesh is missing, or it is malformed.
+
+    Args:
+        optional_visuals: leave out visuals whose meshes are in a package that is not installed.
+    """
     if not exists(path):
         raise UnusableRobot(f"there is no URDF at {path}")
     tree = read_xml(path, MOST_BYTES)
@@ -124,7 +129,8 @@ def read(path: Path) -> Urdf:
     root = tree.root
     _keep_what_counts(root)
     for link in root.findall("link"):
-        _drop_absent_visuals(link, path)
+        if optional_visuals:
+            _drop_absent_visuals(link)
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_mesh(mesh.get("filename", ""), path, link.get("name", "?"))))
     joints = [_joint(element) for element in root.findall("joint")]
@@ -208,13 +214,14 @@ def resolved_path(reference: str, folder: Path) -> Path:
 
 
 def _mesh(filename: str, urdf: Path, link: str) -> Path:
-    """Return the path of a mesh; `package://` is looked for beside the URDF and in every folder above it."""
+    """Return a mesh's path; a package is looked for beside the URDF, in the folders above, and in Python."""
     plain = filename.removeprefix("package://").removeprefix("file://")
     tried = [urdf.parent / plain]
     if filename.startswith("package://"):
         _, _, within = plain.partition("/")
         for folder in urdf.parents:
             tried += [folder / plain, folder / within]
+        tried += [found / within for found in [_installed(plain.partition("/")[0])] if found is not None]
     for place in tried:
         if exists(place):
             return place.resolve()
@@ -224,18 +231,14 @@ def _mesh(filename: str, urdf: Path, link: str) -> Path:
     )
 
 
-def _drop_absent_visuals(link: Element, urdf: Path) -> None:
-    """Remove the visuals whose package is nowhere: plans need none, and pictures show other shapes then."""
+def _drop_absent_visuals(link: Element) -> None:
+    """Remove the visuals whose meshes are in a package that is not installed."""
     for visual in link.findall("visual"):
         for mesh in visual.iter("mesh"):
             filename = mesh.get("filename", "")
-            package = filename.removeprefix("package://").partition("/")[0]
-            if filename.startswith("package://") and not any(exists(up / package) for up in urdf.parents):
-                found = _installed(package)
-                if found is None:
+            if filename.startswith("package://"):
+                if PathFinder.find_spec(filename.removeprefix("package://").partition("/")[0]) is None:
                     link.remove(visual)
-                    break
-                mesh.set("filename", str(found / filename.removeprefix(f"package://{package}/")))
 
 
 def _installed(package: str) -> Path | None:

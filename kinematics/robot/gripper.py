@@ -31,7 +31,7 @@ class Gripper:
     driven: Array  # (n, d) of the driven joints
     tips: Array  # (n,) of the fingertips beyond the tool, along the approach [m]
     half_sizes: tuple[float, float]  # of the closed fingers along the tool's x and y [m]
-    palm: float  # of the closed fingers' tips beyond the rest of the hand, along the approach [m]
+    palm_depth: float  # from the closed fingertips back to the palm, along the approach [m]
     sides: tuple[frozenset[str], frozenset[str]]  # links on either side of the middle
 
     @property
@@ -114,8 +114,8 @@ def gripper_of(robot: Robot) -> Gripper:
             f"{robot.name}: the fingers are not on either side of the tool along its closing direction; "
             "check 'closing', 'approach' and the position of the tool under [tool]"
         )
-    palm = float(closed_tips[:, 2].max()) - hand.palm()
-    return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), palm, sides)
+    palm_depth = float(closed_tips[:, 2].max()) - hand.palm_reach()
+    return Gripper(robot, openings, driven, reaches, _half_sizes(closed_tips), palm_depth, sides)
 
 
 def _ends(hand: "_HandModel", k: int) -> tuple[float, float]:
@@ -197,7 +197,7 @@ class _HandModel:
         self.place(driven)
         return self._vertices(self.geoms)
 
-    def palm(self) -> float:
+    def palm_reach(self) -> float:
         """Return how far the hand without its fingers reaches along the approach, in the tool frame [m]."""
         links = set(self.robot.hand_links) - set(self.robot.finger_links)
         ids = {self.model.body(link).id for link in links}

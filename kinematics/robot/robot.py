@@ -187,7 +187,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 def _robot(path: Path, table: Mapping[str, Any]) -> Robot:
     _check_keys(path, table)
-    description = urdf.read(urdf.resolved_path(table["urdf"], path.parent))
+    description = urdf.read(urdf.resolved_path(table["urdf"], path.parent), path.parent == FOLDER)
     arm, gripper = tuple(table["arm"]), tuple(table["gripper"]["joints"])
     for name in (*arm, *gripper):
         if name not in description.joints:

@@ -25,7 +25,7 @@ class Body:
     quaternion_xyzw: Quaternion = UPRIGHT
     mass: float = 0.1  # [kg]
     colour: Colour = (0.7, 0.7, 0.7, 1.0)
-    friction: float = PLAIN_FRICTION  # coefficient; the simulation multiplies those of two bodies
+    friction: float = PLAIN_FRICTION  # coefficient against table and hand
 
     @property
     def pose(self) -> Pose:

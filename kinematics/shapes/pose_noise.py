@@ -18,11 +18,10 @@ from kinematics.geometry.transforms import (
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of observed poses, of which every observation draws anew, and a constant error."""
+    """Standard deviations of observed poses; every observation draws anew."""
 
     position: float = 0.0  # along each of x, y and z [m]
     yaw: float = 0.0  # about the vertical [rad]
-    offset: Vector = (0.0, 0.0, 0.0)  # constant, of which whoever observes knows nothing [m]
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(sigma) and sigma >= 0 for sigma in (self.position, self.yaw)):
@@ -33,8 +32,7 @@ class Noise:
         return {name: self._applied(pose, generator) for name, pose in poses.items()}
 
     def _applied(self, pose: Pose, generator: np.random.Generator) -> Pose:
-        seen_at = np.add(pose.position, self.offset)
-        x, y, z = (seen_at + generator.normal(0, self.position, 3)).tolist()
+        x, y, z = (np.array(pose.position) + generator.normal(0, self.position, 3)).tolist()
         turn = rotation_about(Z_AXIS, float(generator.normal(0, self.yaw)))
         position: Vector = (x, y, z)
         return Pose(position, quaternion_from_rotation(turn @ rotation_from_quaternion(pose.quaternion_xyzw)))

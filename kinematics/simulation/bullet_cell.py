@@ -8,9 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kinematics.errors import NoDisplay
 from kinematics.geometry.transforms import Array, Pose, Vector
 from kinematics.planning.trajectory import TIME_STEP
@@ -20,7 +17,6 @@ from kinematics.shapes.bodies import TABLE
 from kinematics.simulation import pybullet_loading, window
 from kinematics.simulation.bullet_bodies import CollisionBodies
 from kinematics.simulation.bullet_robot import BulletRobot
-from kinematics.simulation.camera import Camera
 from kinematics.simulation.simulated_cell import SimulatedCell
 
 SOLVER_ITERATIONS = 100
@@ -42,14 +38,10 @@ class BulletCell(SimulatedCell):
         self._urdf = folder / "robot.urdf"
         self._urdf.write_text(models.for_bullet(robot, visuals=gui), encoding="utf-8")
         self._collision_bodies = CollisionBodies(self._bullet, self._client, folder)
-        self._camera: Camera | None = None
         super().__init__(robot)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Disconnect from PyBullet, and remove the robot's temporary description."""
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
         self._disconnect()  # once; garbage collection does the same
         self._client = -1
 
@@ -70,9 +62,6 @@ class BulletCell(SimulatedCell):
     def tool_pose(self) -> Pose:
         return self._robot.tool_pose()
 
-    def finger_width(self) -> float:
-        return self._robot.finger_width()
-
     def pressed(self) -> frozenset[str]:
         return frozenset(self._names[each] for each in self._robot.pressed() if each in self._names)
 
@@ -86,11 +75,6 @@ class BulletCell(SimulatedCell):
 
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         self._robot.drive_arm(position, velocity)
-
-    def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
-        if self._camera is None:
-            self._camera = Camera(self.robot)
-        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
 
     # -- inside ----------------------------------------------------------------------------
 

@@ -69,12 +69,6 @@ class BulletRobot:
         )
         return Pose(state[4], state[5])
 
-    def finger_width(self) -> float:
-        """Return the distance between the fingers, from the first and the last finger joint [m]."""
-        ends = [self._fingers[0], self._fingers[-1]]
-        states = self._world.getJointStates(self.id, ends, physicsClientId=self._client)
-        return self.gripper.width_at(states[0][0], states[1][0])
-
     def pressing(self) -> tuple[dict[int, float], dict[int, float]]:
         """Return for each side of the hand the bodies that it presses on, with the forces [N]."""
         left, right = (self._pressing(links) for links in self.gripper.sides)

@@ -49,7 +49,7 @@ class Cell(Protocol):
     # -- measurements ----------------------------------------------------------------------
 
     def pose(self, name: str) -> Pose:
-        """Return the best estimate of a body's pose; `UnknownBody`, `UnusablePose`."""
+        """Return the best estimate of a body's pose; raise `UnknownBody` or `UnusablePose`."""
         ...
 
     def observed_pose(self, name: str) -> Pose:
@@ -69,7 +69,7 @@ class Cell(Protocol):
         ...
 
     def joint_torques(self) -> Array:
-        """Return the torques of the arm's motors (dof,), without those that carry its own weight [N m]."""
+        """Return the torques of the arm's motors (dof,): skills look at their changes only [N m]."""
         ...
 
     def tool_pose(self) -> Pose:
@@ -81,7 +81,7 @@ class Cell(Protocol):
         ...
 
     def held(self) -> str | None:
-        """Return the body that a closed hand has between its fingers."""
+        """Return the body that a closed hand has between its fingers, or None."""
         ...
 
     def touched(self) -> frozenset[str]:

@@ -11,13 +11,12 @@ from kinematics.geometry.transforms import Array, Pose, Vector, wxyz
 from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot.robot import Robot
 from kinematics.shapes.bodies import TABLE, Body
-from kinematics.simulation.camera import Camera
 from kinematics.simulation.mujoco_model import DAMPING, STIFFNESS, SUBSTEPS, cell_model, name_of
 from kinematics.simulation.simulated_cell import SimulatedCell
 
-MODELS = 8  # that are kept: of a task's episodes the bodies differ in their poses alone
+MODELS = 8  # compiled ones that are kept: the episodes of a task mostly differ in poses alone
 _LEAD = DAMPING / STIFFNESS  # of a set point before a moving joint [s]
-_PRESSING_BEYOND = 0.02  # closed, of the set point of fingers that press: their force is at its limit [m]
+_PRESSING_BEYOND = 0.02  # how far beyond closed the set point of pressing fingers is: force at its limit [m]
 _WORLD = 0  # MuJoCo's body that holds the table
 
 
@@ -26,14 +25,9 @@ class MujocoCell(SimulatedCell):
 
     def __init__(self, robot: Robot | None = None) -> None:
         self._models: dict[tuple[object, ...], Any] = {}
-        self._camera: Camera | None = None
         super().__init__(robot)
 
-    def close(self) -> None:
-        """Forget the models, and close the camera."""
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
+    def _close(self) -> None:
         self._models.clear()
 
     # -- measurements ----------------------------------------------------------------------
@@ -61,11 +55,6 @@ class MujocoCell(SimulatedCell):
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         self._set_point = np.add(position, np.multiply(_LEAD, velocity))
 
-    def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
-        if self._camera is None:
-            self._camera = Camera(self.robot)
-        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
-
     # -- inside ----------------------------------------------------------------------------
 
     def _build(self) -> None:
@@ -76,11 +65,11 @@ class MujocoCell(SimulatedCell):
         self._forces: list[int] = []  # bodies that a force is applied to
         mujoco.mj_forward(self._model, self._data)
         self._moved = False  # since the poses of links were computed
-        self._rest: Any = mujoco.MjData(self._model)  # in which nothing sleeps
-        self._resting: NDArray[np.int32] | None = None  # all contacts, once asked for
+        self._awake: Any = mujoco.MjData(self._model)  # in which nothing sleeps
+        self._contact_pairs: NDArray[np.int32] | None = None  # all contacts, once asked for
 
     def _model_of(self, bodies: tuple[Body, ...]) -> Any:
-        key = tuple((b.name, b.shape, b.mass, b.friction, b.colour, b.is_fixed and b.pose) for b in bodies)
+        key = tuple((b.name, b.shape, b.mass, b.friction, b.is_fixed and b.pose) for b in bodies)
         if key not in self._models:
             if len(self._models) >= MODELS:
                 del self._models[next(iter(self._models))]
@@ -97,7 +86,9 @@ class MujocoCell(SimulatedCell):
         self._arm, self._arm_motors = self._joints[: self.robot.dof], self._motors[: self.robot.dof]
         self._fingers, self._finger_motors = self._joints[self.robot.dof :], self._motors[self.robot.dof :]
         names = {model.body(k).name: k for k in range(model.nbody)}
-        self._links = {link: names[link] for link in self.robot.urdf.links if link in names}
+        self._links = {
+            link: names[link] for link in self.robot.urdf.links if names.get(link, _WORLD) != _WORLD
+        }
         tool = self.robot.tool_frame
         self._links.setdefault(tool, names[tool])
         self._ids = {name: names[name_of(name)] for name in self.bodies}
@@ -106,13 +97,13 @@ class MujocoCell(SimulatedCell):
             frozenset(self._links[link] for link in side if link in self._links)
             for side in self.gripper.sides
         ]
-        self._free = {
+        self._qpos_at = {
             name: int(model.jnt_qposadr[model.body_jntadr[identity]])
             for name, identity in self._ids.items()
             if not self.bodies[name].is_fixed
         }
-        self._speeds = {
-            name: int(model.jnt_dofadr[model.body_jntadr[self._ids[name]]]) for name in self._free
+        self._qvel_at = {
+            name: int(model.jnt_dofadr[model.body_jntadr[self._ids[name]]]) for name in self._qpos_at
         }
 
     def _go_home(self) -> None:
@@ -123,7 +114,7 @@ class MujocoCell(SimulatedCell):
         self._set_point = self.robot.home
         self._finger_target = np.array(fingers)
         self._finger_steps = np.zeros(len(fingers))
-        for name, at in self._free.items():
+        for name, at in self._qpos_at.items():
             body = self.bodies[name]
             data.qpos[at : at + 3], data.qpos[at + 3 : at + 7] = body.position, wxyz(body.quaternion_xyzw)
 
@@ -134,7 +125,7 @@ class MujocoCell(SimulatedCell):
         for _ in range(SUBSTEPS):  # in even steps, as a jerk of the hand moves what it holds
             ctrl[motors] += change
             mujoco.mj_step(self._model, self._data)
-        self._moved, self._resting = True, None
+        self._moved, self._contact_pairs = True, None
         for identity in self._forces:
             self._data.xfrc_applied[identity] = 0.0
         self._forces.clear()
@@ -149,9 +140,9 @@ class MujocoCell(SimulatedCell):
             )
 
     def _pose(self, name: str) -> Pose:
-        if name not in self._free:
+        if name not in self._qpos_at:
             return self.bodies[name].pose
-        at = self._free[name]
+        at = self._qpos_at[name]
         x, y, z, qw, qx, qy, qz = self._data.qpos[at : at + 7].tolist()
         return Pose((x, y, z), (qx, qy, qz, qw))
 
@@ -165,9 +156,9 @@ class MujocoCell(SimulatedCell):
         return Pose((x, y, z), (qx, qy, qz, qw))
 
     def _velocity(self, name: str) -> tuple[Sequence[float], Sequence[float]]:
-        if name not in self._free:
+        if name not in self._qpos_at:
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        at = self._speeds[name]
+        at = self._qvel_at[name]
         velocity = self._data.qvel[at : at + 6].tolist()
         return velocity[:3], velocity[3:]
 
@@ -183,15 +174,15 @@ class MujocoCell(SimulatedCell):
 
     def _all_contacts(self) -> NDArray[np.int32]:
         """Return the two bodies of every contact now (n, 2), of those that sleep, too."""
-        if self._resting is None:
-            model, rest = self._model, self._rest
-            rest.qpos[:] = self._data.qpos
+        if self._contact_pairs is None:
+            model, awake = self._model, self._awake
+            awake.qpos[:] = self._data.qpos
             enabled, model.opt.enableflags = model.opt.enableflags, 0
-            mujoco.mj_kinematics(model, rest)
-            mujoco.mj_collision(model, rest)
+            mujoco.mj_kinematics(model, awake)
+            mujoco.mj_collision(model, awake)
             model.opt.enableflags = enabled
-            self._resting = _bodies_of(model, rest)
-        return self._resting
+            self._contact_pairs = _bodies_of(model, awake)
+        return self._contact_pairs
 
     def _pressing(self) -> tuple[dict[str, float], dict[str, float]]:
         left, right = (self._pressed_by(side) for side in self._sides)
@@ -227,7 +218,7 @@ class MujocoCell(SimulatedCell):
         self._finger_steps = speed * TIME_STEP * np.abs(self.gripper.rates)
 
     def _apply_force(self, name: str, force: Vector, at: Vector) -> None:
-        if name not in self._free:
+        if name not in self._qpos_at:
             return
         identity = self._ids[name]
         lever = np.subtract(at, self._data.xipos[identity])

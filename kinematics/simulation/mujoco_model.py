@@ -7,12 +7,12 @@ MuJoCo takes the larger of two friction coefficients, where a cell's bodies mult
 have nearly none of their own here, so that what touches them brings its own, as times one.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 
-from kinematics.errors import unforeseen_is_unusable
+from kinematics.errors import UnusableRobot, UnusableShape, unforeseen_is_unusable
 from kinematics.geometry.transforms import wxyz
 from kinematics.planning.trajectory import TIME_STEP
 from kinematics.robot import models
@@ -27,16 +27,17 @@ STIFFNESS, DAMPING = 10000.0, 200.0  # of an arm joint's controller [N m/rad], [
 ARMATURE = 0.1  # of an arm joint: its motor's inertia behind the gears [kg m2]
 FINGER_STIFFNESS, FINGER_DAMPING = 8000.0, 200.0  # at the finger's pad [N/m], [N s/m]
 FINGER_ARMATURE = 0.05  # at the finger's pad [kg]
-SLIDING, TORSION, ROLLING = 1.0, 3e-3, 1e-4  # friction [1], [m], [m]
+TORSION, ROLLING = 3e-3, 1e-4  # friction against turning on the spot and against rolling [m]
 ROUND_ROLLING = 1e-3  # of bodies that roll, as on a tablecloth [m]
 _ROBOT, _MOVABLE, _FIXED = 1, 2, 4  # which geoms meet: the robot not itself, nor fixed bodies each other
+_LIGHTEST = (1e-6, 1e-10)  # mass and moment that MuJoCo can do with [kg], [kg m2]
 _NOTHING = 1e-5  # the least friction that MuJoCo takes
 _CONTACT = (2 * TIME_STEP / SUBSTEPS, 1.0)  # time constant and damping ratio: as hard as the time step admits
-_IMPEDANCE = (0.95, 0.99, 0.001)
+_IMPEDANCE = (0.95, 0.99, 0.001)  # of contacts, and the depth at which it rises [1], [m]: pads give half a mm
 _GEAR = (0.004, 1.0)  # time constant and damping ratio of what couples the fingers
 
 
-def cell_model(robot: Robot, bodies: Iterable[Body]) -> Any:
+def cell_model(robot: Robot, bodies: Sequence[Body]) -> Any:
     """Return arm, table and bodies; movable bodies have free joints, fixed ones their pose.
 
     Joints, actuators and bodies are called as the URDF's joints and links, and as the bodies themselves.
@@ -44,18 +45,19 @@ def cell_model(robot: Robot, bodies: Iterable[Body]) -> Any:
     with unforeseen_is_unusable(robot.urdf.path):
         spec = models.mujoco_spec_of(models.for_dynamics(robot), robot)
         _set_options(spec)
+        _set_links(spec)
         _add_motors(spec, robot)
-        _add_table(spec)
-        for body in bodies:
-            _add_body(spec, body)
-        for geom in spec.geoms:
-            geom.solref, geom.solimp[:3] = _CONTACT, _IMPEDANCE
-        for joint in robot.finger_joints:
-            spec.joint(joint.name).solref_limit, spec.joint(joint.name).solimp_limit[:3] = (
-                _CONTACT,
-                _IMPEDANCE,
-            )
-    return models.compiled(spec, robot)
+    _add_table(spec)
+    for body in bodies:
+        _add_body(spec, body)
+    for geom in spec.geoms:
+        geom.solref, geom.solimp[:3] = _CONTACT, _IMPEDANCE
+    try:
+        return models.compiled(spec, robot)
+    except UnusableRobot as unexpected:
+        if not bodies:
+            raise
+        raise UnusableShape(f"bodies that MuJoCo cannot make: {unexpected.__cause__}") from unexpected
 
 
 def name_of(body: str) -> str:
@@ -70,9 +72,12 @@ def _set_options(spec: Any) -> None:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10.0  # a held body creeps out of the hand otherwise
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP  # what rests costs no time
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what flies apart is to be noticed
+    spec.compiler.boundmass, spec.compiler.boundinertia = _LIGHTEST
 
 
-def _add_motors(spec: Any, robot: Robot) -> None:
+def _set_links(spec: Any) -> None:
+    """Give the links their weights, which are compensated, and their contacts."""
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for body in spec.bodies:
         body.gravcomp = 1.0
@@ -81,6 +86,9 @@ def _add_motors(spec: Any, robot: Robot) -> None:
         geom.contype, geom.conaffinity = _ROBOT, 0
         geom.friction = [_NOTHING, TORSION, ROLLING]
         geom.condim = 4
+
+
+def _add_motors(spec: Any, robot: Robot) -> None:
     for name, effort in zip(robot.arm_joints, robot.limits.effort, strict=True):
         spec.joint(name).armature = ARMATURE
         spec.joint(name).actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE  # the motor has the limit
@@ -91,6 +99,7 @@ def _add_motors(spec: Any, robot: Robot) -> None:
         lever = abs(rate)  # [1] or [rad/m]
         spec.joint(joint.name).armature = FINGER_ARMATURE / lever**2
         spec.joint(joint.name).actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        spec.joint(joint.name).solref_limit, spec.joint(joint.name).solimp_limit[:3] = _CONTACT, _IMPEDANCE
         _add_servo(spec, joint.name, FINGER_STIFFNESS / lever**2, FINGER_DAMPING / lever**2, 1.0)
         if joint.name != first:
             _couple(spec, joint.name, first, gripper)
@@ -148,9 +157,8 @@ def _add_body(spec: Any, body: Body) -> None:
         geom.contype = _FIXED if body.is_fixed else _MOVABLE
         geom.conaffinity = _ROBOT | _MOVABLE
         geom.mass = body.mass * volume / sum(volumes)
-        geom.friction = [body.friction * SLIDING, TORSION, ROUND_ROLLING if _rolls(piece) else ROLLING]
+        geom.friction = [body.friction, TORSION, ROUND_ROLLING if _rolls(piece) else ROLLING]
         geom.condim = 6 if _rolls(piece) else 4
-        geom.rgba = body.colour
 
 
 def _rolls(piece: Piece) -> bool:

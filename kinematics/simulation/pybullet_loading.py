@@ -6,6 +6,7 @@ import importlib
 import os
 import sys
 from collections.abc import Iterator
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,11 @@ def load_arm(bullet: Any, client: int, path: Path, source: Path) -> int:
     except bullet.error as unexpected:
         raise UnusableRobot(f"{source}: PyBullet cannot read it: {unexpected}") from unexpected
     return identity
+
+
+def is_installed() -> bool:
+    """Return whether there is a PyBullet; it is not imported."""
+    return "pybullet" in sys.modules or PathFinder.find_spec("pybullet") is not None
 
 
 def load() -> Any:

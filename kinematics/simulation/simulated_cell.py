@@ -1,7 +1,7 @@
 """A simulated cell: clock, frames, noise and disturbances over any engine that steps the physics.
 
-The arm's base is at the world's origin, the table's top is the plane z = 0. Every reset rebuilds the world,
-so that nothing of an earlier episode has an effect, not even the order of its contacts.
+The arm's base is where its description has it, the table's top is the plane z = 0. Every reset rebuilds the
+world, so that nothing of an earlier episode has an effect, not even the order of its contacts.
 """
 
 import math
@@ -23,6 +23,7 @@ from kinematics.robot.robot import Robot, panda
 from kinematics.shapes.bodies import TABLE, Body, check_body
 from kinematics.shapes.pose_noise import NO_NOISE, Noise
 from kinematics.shapes.shapes import half_extents_of
+from kinematics.simulation.camera import Camera
 
 FRAME_STEPS = 24  # between two calls of `on_frame`: 0.1 s
 STILL = 0.01  # speed below which a body is at rest [m/s]
@@ -41,22 +42,29 @@ class SimulatedCell(ABC):
         always_touching(self.robot)  # an arm that no motion could use is refused here, not at the first one
         models.pinocchio_model(self.robot)
         self.gripper = gripper_of(self.robot)
+        self._camera: Camera | None = None
         self.on_frame: Callable[[], None] | None = None
         self.reset([], seed=0)
 
     # -- the world -------------------------------------------------------------------------
 
     def reset(
-        self, bodies: Sequence[Body], seed: int, noise: Noise = NO_NOISE, grip: float = GRIP_FORCE
+        self,
+        bodies: Sequence[Body],
+        seed: int,
+        noise: Noise = NO_NOISE,
+        camera_offset: Vector = (0.0, 0.0, 0.0),
+        grip: float = GRIP_FORCE,
     ) -> None:
         """Put the arm at home with an open hand and the bodies at their poses, settle, and zero the clock.
 
         Args:
             noise: on the poses that skills observe; `pose` and `poses` stay exact.
+            camera_offset: by which all observed poses are off, unknown to the skills, world frame [m].
             grip: force of each finger [N].
         """
         _check_bodies(bodies)
-        self.noise, self.grip = noise, grip
+        self.noise, self._camera_offset, self._grip = noise, camera_offset, grip
         self._noise_generator = np.random.default_rng((seed % 2**32, 2))
         self.stop_requested = False
         self.bodies: Mapping[str, Body] = {body.name: body for body in bodies}
@@ -71,9 +79,12 @@ class SimulatedCell(ABC):
         self.on_frame = frame
         self._steps = 0
 
-    @abstractmethod
     def close(self) -> None:
-        """Give back what the engine holds."""
+        """Give back what the camera and the engine hold."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+        self._close()
 
     def __enter__(self) -> Self:
         return self
@@ -100,15 +111,16 @@ class SimulatedCell(ABC):
 
     def observed_poses(self) -> dict[str, Pose]:
         """Return the poses of all bodies as one observation gives them, world frame."""
-        poses = self.poses()
-        return poses if self.noise == NO_NOISE else self.noise.applied(poses, self._noise_generator)
+        return self._observed(self.poses())
 
     def observed_pose(self, name: str) -> Pose:
         """Return the pose of a body as one observation gives it, world frame."""
-        pose = self.pose(name)
-        if self.noise == NO_NOISE:
-            return pose
-        return self.noise.applied({name: pose}, self._noise_generator)[name]
+        return self._observed({name: self.pose(name)})[name]
+
+    def _observed(self, poses: dict[str, Pose]) -> dict[str, Pose]:
+        if any(self._camera_offset):
+            poses = {name: _shifted(pose, self._camera_offset) for name, pose in poses.items()}
+        return poses if self.noise == NO_NOISE else self.noise.applied(poses, self._noise_generator)
 
     def speed(self, name: str) -> float:
         """Return an upper bound on the speed of any point of the body [m/s]."""
@@ -135,7 +147,7 @@ class SimulatedCell(ABC):
 
     @abstractmethod
     def joint_torques(self) -> Array:
-        """Return the last torques of the arm's motors (dof,) [N m]."""
+        """Return the last torques of the arm's motors (dof,): skills look at their changes only [N m]."""
 
     @abstractmethod
     def all_joints(self) -> dict[str, float]:
@@ -217,12 +229,12 @@ class SimulatedCell(ABC):
     def open_fingers(self, opening: float, speed: float = CLOSING_SPEED) -> None:
         """Command the fingers to an opening [m], each with at most a speed [m/s]."""
         self.hand_closed = False
-        self._drive_fingers(opening, self.grip, speed)
+        self._drive_fingers(opening, self._grip, speed)
 
     def close_fingers(self) -> None:
         """Command the fingers to close and to keep pressing."""
         self.hand_closed = True
-        self._press_fingers(self.grip, CLOSING_SPEED)
+        self._press_fingers(self._grip, CLOSING_SPEED)
 
     def weaken_fingers(self) -> None:
         """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""
@@ -241,15 +253,20 @@ class SimulatedCell(ABC):
             self.step()
         self.settle_until_still(list(self.bodies), at_most=2.0)
 
-    @abstractmethod
     def render(self, width: int, height: int, smooth: bool = True) -> NDArray[np.uint8]:
-        """Return a picture of the cell from the front and above (height, width, 3)."""
+        """Return a picture of the cell from the front and above (height, width, 3), drawn by PyBullet."""
+        if self._camera is None:
+            self._camera = Camera(self.robot)
+        return self._camera.picture(self.bodies, self.poses(), self.all_joints(), width, height, smooth)
 
     # -- what an engine brings -------------------------------------------------------------
 
     @abstractmethod
     def _build(self) -> None:
         """Build the world of `self.bodies`, with the arm at home and the fingers wide open."""
+
+    @abstractmethod
+    def _close(self) -> None: ...
 
     @abstractmethod
     def _advance(self) -> None:
@@ -260,7 +277,7 @@ class SimulatedCell(ABC):
 
     @abstractmethod
     def _velocity(self, name: str) -> tuple[Sequence[float], Sequence[float]]:
-        """Return a body's linear and angular velocity, each (3,) [m/s], [rad/s]."""
+        """Return a body's linear and angular velocity, of which only the lengths count [m/s], [rad/s]."""
 
     @abstractmethod
     def _touch(self, a: str, b: str) -> bool: ...
@@ -280,6 +297,11 @@ class SimulatedCell(ABC):
     @abstractmethod
     def _apply_force(self, name: str, force: Vector, at: Vector) -> None:
         """Apply a force [N] at a point [m] of a body during the next step, world frame."""
+
+
+def _shifted(pose: Pose, by: Vector) -> Pose:
+    x, y, z = (a + b for a, b in zip(pose.position, by, strict=True))
+    return Pose((x, y, z), pose.quaternion_xyzw)
 
 
 def _check_bodies(bodies: Sequence[Body]) -> None:

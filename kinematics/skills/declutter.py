@@ -168,7 +168,9 @@ def _push_along(
     radius = support(body.shape, -rotation.T @ direction)
     bottom = pose.position[2] - height_below(body.shape, rotation)
     if tips is None:
-        tips = max(bottom + TIP_HEIGHT, height_above(body.shape, pose) - arm.gripper.palm + PALM_SPARE)
+        tips = max(bottom + TIP_HEIGHT, height_above(body.shape, pose) - arm.gripper.palm_depth + PALM_SPARE)
+        if tips > bottom + max(TIP_HEIGHT, radius):  # with friction of about 1 it topples
+            return None
     state = snapshot.state.with_opening(opening)
     for turn, half_size in zip((0.0, math.pi / 2), arm.gripper.half_sizes, strict=True):
         depth = half_size + FINGER_SPARE

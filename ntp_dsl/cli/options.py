@@ -63,13 +63,15 @@ Pushes = Annotated[
 Latency = Annotated[
     float,
     typer.Option(
-        min=0, max=LONGEST_LATENCY, callback=number, help="Delay of every look at the scene, in seconds."
+        min=0,
+        max=LONGEST_LATENCY,
+        callback=number,
+        help="Delay of every observation in seconds, to the frame of 0.1 s.",
     ),
 ]
-CameraOff = Annotated[
+CameraOffset = Annotated[
     float,
     typer.Option(
-        "--camera-off",
         min=0,
         callback=number,
         help="How far a camera is off in metres: the same way in all of an episode, unknown to the program.",

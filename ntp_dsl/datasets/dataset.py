@@ -64,7 +64,7 @@ class RecordingPlan:
     command: str = ""  # as it was typed, for the manifest
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
-    arm: str | None = None  # of the bullet world; the Panda by default
+    arm: str | None = None  # of a world with one; the Panda by default
     overwrite: bool = False  # whether the folder may hold what no recording's manifest names
 
 

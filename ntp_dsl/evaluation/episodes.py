@@ -57,7 +57,7 @@ class Plan:
     traces: Path | None = None
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     gui: bool = False  # a window on the bullet world
-    arm: str | None = None  # of the bullet world; None for the Panda
+    arm: str | None = None  # of a world with one; None for the Panda
     dispatch: Dispatch | None = None  # of the one core; learned where None
     demo_noise: float = 0.0  # standard, of the positions that a demonstration shows [m]
     demo_by: Person | None = None  # a simulated person, by whose hand the expert demonstrates

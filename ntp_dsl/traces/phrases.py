@@ -88,9 +88,9 @@ def conditions(header: Header) -> str:
         "clumsiness": made.clumsiness or None,
         "noise": f"{1000 * made.noise:g} mm" if made.noise else None,
         "latency": f"{1000 * made.latency:g} ms" if made.latency else None,
-        "camera off by": f"{1000 * made.camera:g} mm" if made.camera else None,
+        "camera off by": f"{1000 * made.camera_offset:g} mm" if made.camera_offset else None,
         "masses and friction": f"within {100 * made.spread:g} %" if made.spread else None,
-        "grip weaker by": f"{100 * made.weakness:g} %" if made.weakness else None,
+        "grip weaker by": f"{100 * made.weak_grip:g} %" if made.weak_grip else None,
         "noise of the demonstration": f"{1000 * shown:g} mm" if shown else None,
     }
     return ", ".join(f"{name} {value}" for name, value in parts.items() if value is not None)

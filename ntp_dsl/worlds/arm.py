@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from importlib.util import find_spec
 from math import atan2, cos, pi, sin
 from typing import Any
 
@@ -19,8 +18,9 @@ from kinematics.geometry.transforms import Pose
 from kinematics.robot.robot import Robot, with_base_at
 from kinematics.robot.robot import load as load_robot
 from kinematics.shapes.bodies import TABLE
-from kinematics.shapes.pose_noise import Noise
-from kinematics.simulation.simulated_cell import GRIP_FORCE, SimulatedCell
+from kinematics.simulation import pybullet_loading
+from kinematics.simulation.engines import cell_in
+from kinematics.simulation.simulated_cell import GRIP_FORCE
 from kinematics.skills import skills
 from kinematics.skills.workspace import workspace_of
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -29,8 +29,8 @@ from ntp_dsl.semantics.free_space import free_places, height_below, load
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import Argument, DeclaredFact, Observation
-from ntp_dsl.worlds.arm_bodies import bodies_of, varied
-from ntp_dsl.worlds.looks import Looks
+from ntp_dsl.worlds.arm_bodies import bodies_of, with_spread
+from ntp_dsl.worlds.observer import Observer
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.starts import CENTRE, furniture_positions
@@ -75,12 +75,12 @@ class ArmWorld:
         """
         self.engine = engine
         try:
-            self._cell = _cell(engine, _standing(arm), gui)
+            self._cell = cell_in(engine, _standing(arm), gui)
         except UnusableRobot as unusable:
             raise NtpError(f"--arm: {unusable}") from unusable
         except NoDisplay as unexpected:
             raise NtpError(f"--gui: {unexpected}") from unexpected
-        if find_spec("pybullet") is not None:  # whose renderer draws the pictures of both engines
+        if pybullet_loading.is_installed():  # its renderer draws the pictures of both engines
             self.render: Callable[[int, int], NDArray[np.uint8]] = self._cell.render
         self.on_frame: Callable[[Observation], None] | None = None
         self.disturbed: set[str] = set()
@@ -99,10 +99,14 @@ class ArmWorld:
             raise NtpError(f"the {self.engine} world cannot start with an object in the hand")
         self._cell.on_frame = None
         try:
-            bodies = [varied(body, seed, disturbances.spread) for body in bodies_of(scene)]
-            self._looks = Looks(seed, disturbances)
-            off = Noise(offset=self._looks.offset)
-            self._cell.reset(bodies, seed, off, GRIP_FORCE * (1 - disturbances.weakness))
+            bodies = [with_spread(body, seed, disturbances.spread) for body in bodies_of(scene)]
+            self._observer = Observer(seed, disturbances)
+            self._cell.reset(
+                bodies,
+                seed,
+                camera_offset=self._observer.camera_offset,
+                grip=GRIP_FORCE * (1 - disturbances.weak_grip),
+            )
         except UnusableShape as error:
             raise NtpError(
                 f"the {self.engine} world cannot make {error}; give the object another size"
@@ -138,7 +142,7 @@ class ArmWorld:
         )
 
     def observe(self) -> Observation:
-        return self._looks.of(self.truth(), self.time)
+        return self._observer.observe(self.truth(), self.time)
 
     def supported(self, item: str, support: str) -> bool:
         """Return whether they touch; in a container, an item may lie on other contents."""
@@ -285,7 +289,7 @@ class ArmWorld:
         if self.on_frame is not None:
             self.on_frame(self.observe())
         elif self._disturbances.latency:
-            self._looks.note(self.truth(), self.time)
+            self._observer.note(self.truth(), self.time)
 
 
 def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outcome:
@@ -302,17 +306,6 @@ def _outcome(motion: skills.Motion, disturbances: tuple[str, ...] = ()) -> Outco
         motion.planner,
         disturbances,
     )
-
-
-def _cell(engine: str, robot: Robot, gui: bool) -> SimulatedCell:
-    """Return the cell of an engine. Imports only that engine."""
-    if engine == "mujoco":
-        from kinematics.simulation.mujoco_cell import MujocoCell
-
-        return MujocoCell(robot)
-    from kinematics.simulation.bullet_cell import BulletCell
-
-    return BulletCell(robot, gui=gui)
 
 
 def _standing(arm: str | None) -> Robot:

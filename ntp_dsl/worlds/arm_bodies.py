@@ -63,7 +63,7 @@ def bodies_of(scene: Scene) -> list[Body]:
     return bodies
 
 
-def varied(body: Body, seed: int, spread: float) -> Body:
+def with_spread(body: Body, seed: int, spread: float) -> Body:
     """Return a body whose mass and friction are off by a share of at most `spread`, each by the seed."""
     if not spread:
         return body

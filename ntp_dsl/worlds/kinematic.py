@@ -14,7 +14,7 @@ from ntp_dsl.semantics.free_space import free_places, height_below, place_in
 from ntp_dsl.semantics.geometry import Vector, moved, turned_about, turned_by
 from ntp_dsl.semantics.layout import angle_between_lines, bottom_of, places_beside, yaw
 from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Observation, SceneObject
-from ntp_dsl.worlds.looks import Looks
+from ntp_dsl.worlds.observer import Observer
 from ntp_dsl.worlds.places import table_regions
 from ntp_dsl.worlds.protocol import ACHIEVED, UNDISTURBED, Disturbances, Failure, Outcome, Scene
 from ntp_dsl.worlds.resting import RestingObjects
@@ -52,13 +52,13 @@ class KinematicWorld(RestingObjects):
         }
 
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
-        self._rng = np.random.default_rng(seed)
-        if disturbances.physical:
+        if disturbances.need_an_arm:
             raise NtpError(
-                "the kinematic world has neither friction nor a hand that presses: spread and weakness "
+                "the kinematic world has neither friction nor a hand that presses: spread and weak_grip "
                 "(--spread, --weak-grip) go with --world bullet or mujoco"
             )
-        self._looks = Looks(seed, disturbances)
+        self._rng = np.random.default_rng(seed)
+        self._observer = Observer(seed, disturbances)
         self._objects = scene.objects
         self._by_name = scene.lying
         self._items: dict[str, SceneObject] = {t.name: scene.lying[t.name] for t in movable(scene.objects)}
@@ -95,7 +95,7 @@ class KinematicWorld(RestingObjects):
         )
 
     def observe(self) -> Observation:
-        return self._looks.of(self.truth(), self._time)
+        return self._observer.observe(self.truth(), self._time)
 
     def supported(self, item: str, support: str) -> bool:
         seen = self.truth()
@@ -334,7 +334,7 @@ class KinematicWorld(RestingObjects):
         if self.on_frame is not None:
             self.on_frame(self.observe())
         elif self._disturbances.latency:
-            self._looks.note(self.truth(), self._time)
+            self._observer.note(self.truth(), self._time)
 
 
 def between(start: Vector, goal: Vector, fraction: float) -> Vector:

@@ -69,7 +69,7 @@ class Failure(StrEnum):
     TIME_OUT = "time-out"
 
 
-LONGEST_LATENCY = 0.5  # of a look [s]
+LONGEST_LATENCY = 0.5  # of an observation [s]
 NO_ATTEMPT = frozenset({Failure.NOT_READY, Failure.MISSING_OBJECT, Failure.OBJECT_DROPPED})
 
 
@@ -104,17 +104,17 @@ class Disturbances:
 
     slips: float = 0.0
     pushes: float = 0.0
-    noise: float = 0.0  # standard deviation of each look [m]
+    noise: float = 0.0  # standard deviation of each observation [m]
     clumsiness: float = 0.0  # motions and placements that miss; only in the kinematic world
-    latency: float = 0.0  # of every look [s]
-    camera: float = 0.0  # by which it is off, the same way in all of an episode [m]
+    latency: float = 0.0  # of every observation [s]
+    camera_offset: float = 0.0  # by which a camera is off, the same way in all of an episode [m]
     spread: float = 0.0  # of masses and friction about what the scene says, as a share; with an arm
-    weakness: float = 0.0  # of the hand: the share of its force that is missing; with an arm
+    weak_grip: float = 0.0  # the share of the hand's force that is missing; with an arm
 
     @property
-    def physical(self) -> tuple[str, ...]:
-        """The names of those that only a world with an arm has."""
-        return tuple(name for name in ("spread", "weakness") if getattr(self, name))
+    def need_an_arm(self) -> bool:
+        """Whether only a world with an arm has them."""
+        return bool(self.spread or self.weak_grip)
 
     def __post_init__(self) -> None:
         """Raise `NtpError` for what is no probability, no share, and no finite length or time."""
@@ -125,9 +125,9 @@ class Disturbances:
             raise NtpError(f"noise: expected a standard deviation in metres, found {self.noise}")
         if not 0 <= self.latency <= LONGEST_LATENCY:
             raise NtpError(f"latency: expected 0 to {LONGEST_LATENCY:g} seconds, found {self.latency}")
-        if not 0 <= self.camera < inf:
-            raise NtpError(f"camera: expected a distance in metres, found {self.camera}")
-        for name in ("spread", "weakness"):
+        if not 0 <= self.camera_offset < inf:
+            raise NtpError(f"camera_offset: expected a distance in metres, found {self.camera_offset}")
+        for name in ("spread", "weak_grip"):
             if not 0 <= getattr(self, name) < 1:
                 raise NtpError(f"{name}: expected a share, from 0 to below 1; found {getattr(self, name)}")
 

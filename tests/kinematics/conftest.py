@@ -7,17 +7,14 @@ import pytest
 from kinematics_arms import WRITTEN
 
 from kinematics.robot.robot import SHIPPED, Robot, load
-from kinematics.simulation.bullet_cell import BulletCell
-from kinematics.simulation.mujoco_cell import MujocoCell
+from kinematics.simulation.engines import ENGINES, cell_in
 from kinematics.simulation.simulated_cell import SimulatedCell
 
-CELLS = {"bullet": BulletCell, "mujoco": MujocoCell}
 
-
-@pytest.fixture(scope="session", params=CELLS)
+@pytest.fixture(scope="session", params=ENGINES)
 def cell(request: pytest.FixtureRequest) -> Iterator[SimulatedCell]:
     """Yield the Panda's, in every engine."""
-    with CELLS[request.param]() as made:
+    with cell_in(request.param) as made:
         yield made
 
 

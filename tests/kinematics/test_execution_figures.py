@@ -19,7 +19,7 @@ from kinematics.skills.routines import pick, place
 SURE, UNSURE = Noise(0.002, math.radians(2)), Noise(0.005, math.radians(2))
 
 
-@pytest.fixture(params=sim.ENGINES)
+@pytest.fixture(params=sim.CELLS)
 def engine(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
@@ -27,7 +27,7 @@ def engine(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def arm_cell(robot: Robot, engine: str) -> Iterator[SimulatedCell]:
     """Every arm's, in every engine."""
-    with sim.ENGINES[engine][1](robot) as made:
+    with sim.CELLS[engine][1](robot) as made:
         yield made
 
 
@@ -108,7 +108,7 @@ def test_a_replay_of_motor_commands_ends_bit_for_bit_in_the_same_state(
     arm_cell: SimulatedCell, engine: str
 ) -> None:
     bodies = cubes(arm_cell.robot, np.random.default_rng(3), 4)
-    with sim.ENGINES[engine][0](arm_cell.robot) as cell:
+    with sim.CELLS[engine][0](arm_cell.robot) as cell:
         for each in (cell, arm_cell):
             each.reset(bodies, 3)
         cell.commands.clear()

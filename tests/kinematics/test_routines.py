@@ -11,7 +11,7 @@ from kinematics.errors import NoDisplay, Reason
 from kinematics.geometry.transforms import transform_of
 from kinematics.shapes.bodies import Body
 from kinematics.shapes.pose_noise import Noise
-from kinematics.shapes.shapes import Cylinder
+from kinematics.shapes.shapes import Box, Cylinder
 from kinematics.simulation.bullet_cell import BulletCell
 from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.routines import pick, place
@@ -30,6 +30,15 @@ def test_a_body_is_pushed_to_its_goal(cell: SimulatedCell, seed: int) -> None:
     moved = np.array(cell.pose("can").position) - before
     there = distance * np.array([math.cos(angle), math.sin(angle), 0.0])
     assert float(np.linalg.norm(moved - there)) < 0.015
+
+
+@pytest.mark.parametrize("height", [0.12, 0.16])
+def test_what_a_push_would_topple_is_a_reason_and_nothing_moves(cell: SimulatedCell, height: float) -> None:
+    tall = Body("tall", Box((0.02, 0.02, height / 2)), (0.45, 0.0, height / 2))
+    cell.reset([tall], 0)
+    before = cell.pose("tall")
+    assert not push(cell, "tall", (1.0, 0.0), 0.06, 0).achieved
+    assert math.dist(cell.pose("tall").position, before.position) < 1e-3
 
 
 def test_nothing_is_pushed_into_its_neighbour(cell: SimulatedCell) -> None:

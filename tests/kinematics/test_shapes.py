@@ -13,8 +13,7 @@ from kinematics.shapes.bodies import Body
 from kinematics.shapes.catalogue import bowl, compound_from_urdf, fork, hull_from_mesh, prism, tub
 from kinematics.shapes.containers import is_inside
 from kinematics.shapes.shapes import Box, Cylinder, Hull, Shape, Sphere, half_extents_of, reach_of, support
-from kinematics.simulation.bullet_cell import BulletCell
-from kinematics.simulation.mujoco_cell import MujocoCell
+from kinematics.simulation.engines import ENGINES, cell_in
 from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.routines import drop_into, pick, place, put_down
 from kinematics.skills.workspace import workspace_of
@@ -72,12 +71,12 @@ def test_a_shape_is_put_down_free_of_everything(cell: SimulatedCell, name: str, 
 
 
 @pytest.mark.parametrize("thickness", [0.004, 0.006])
-@pytest.mark.parametrize("engine", [BulletCell, MujocoCell])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_small_forks_are_picked_up_by_every_arm(
-    robot: Robot, engine: type[SimulatedCell], thickness: float, soak: bool
+    robot: Robot, engine: str, thickness: float, soak: bool
 ) -> None:
     (x0, x1), (y0, y1) = workspace_of(robot).region
-    with engine(robot) as cell:
+    with cell_in(engine, robot) as cell:
         for seed in range(20 if soak else 2):
             generator = np.random.default_rng(seed)
             x, y = generator.uniform((x0 + 0.05, y0 + 0.05), (x1 - 0.05, y1 - 0.05))

@@ -52,7 +52,8 @@ def _measure(what: str, count: int, seed: int, arm: str) -> dict[str, Any]:
     from kinematics.robot.robot import load
     from kinematics.simulation import pybullet_loading
 
-    pybullet_loading.load()  # first, since the shipped arms are files of PyBullet's, too
+    if what != "sim":  # whose peers need PyBullet: said before anything else is done
+        pybullet_loading.load()
     try:
         robot = load(arm)
         messages.print(f"{count} of each kind, on one processor core; this takes a while")

@@ -12,7 +12,7 @@ from ntp_dsl.cli.display import answers, messages, print_json, progress
 from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
-    CameraOff,
+    CameraOffset,
     DemoBy,
     DemoNoise,
     DemoRate,
@@ -61,7 +61,7 @@ def command(
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
     latency: Latency = 0.0,
-    camera_off: CameraOff = 0.0,
+    camera_offset: CameraOffset = 0.0,
     spread: Spread = 0.0,
     weak_grip: WeakGrip = 0.0,
     demo_noise: DemoNoise = 0.0,
@@ -92,7 +92,7 @@ def command(
     """
     path = model_or_expert(model, expert, dispatch)
     disturbances = Disturbances(
-        slips, pushes, noise, latency=latency, camera=camera_off, spread=spread, weakness=weak_grip
+        slips, pushes, noise, latency=latency, camera_offset=camera_offset, spread=spread, weak_grip=weak_grip
     )
     ranges = varied(length, topology, semantics)
     if expert and (demo_noise or demo_by or whole_scopes):

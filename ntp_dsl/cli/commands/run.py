@@ -16,7 +16,7 @@ from ntp_dsl.cli.models import model_or_expert
 from ntp_dsl.cli.options import (
     Arm,
     BreakAt,
-    CameraOff,
+    CameraOffset,
     DemoBy,
     DemoNoise,
     DemoRate,
@@ -88,7 +88,7 @@ def command(
     pushes: Pushes = 0.0,
     noise: Noise = 0.0,
     latency: Latency = 0.0,
-    camera_off: CameraOff = 0.0,
+    camera_offset: CameraOffset = 0.0,
     spread: Spread = 0.0,
     weak_grip: WeakGrip = 0.0,
     demo_noise: DemoNoise = 0.0,
@@ -148,7 +148,7 @@ def command(
     scratch = TemporaryDirectory(prefix="ntp_run_") if (watch or viewer) and out is None else None
     ranges = varied(length, topology, semantics)
     disturbances = Disturbances(
-        slips, pushes, noise, latency=latency, camera=camera_off, spread=spread, weakness=weak_grip
+        slips, pushes, noise, latency=latency, camera_offset=camera_offset, spread=spread, weak_grip=weak_grip
     )
     plan = Plan(
         library,

@@ -1,4 +1,4 @@
-"""What is observed of a world: the truth, late, from a camera that is off, and with noise."""
+"""From the truth of a world to what is observed: late, by a camera that is off, and with noise."""
 
 from __future__ import annotations
 
@@ -11,34 +11,36 @@ from ntp_dsl.semantics.geometry import Vector, moved
 from ntp_dsl.semantics.observation import TOO_WIDE, Observation
 from ntp_dsl.worlds.protocol import Disturbances
 
+_ROUNDING = 1e-6  # of sums of time steps [s]
 
-class Looks:
-    """The looks of one episode. All of a look is late, the hand included, as it is one message."""
+
+class Observer:
+    """The observations of one episode. All of one is late, the hand included, as it is one message."""
 
     def __init__(self, seed: int, disturbances: Disturbances) -> None:
         self._sigma, self._latency = disturbances.noise, disturbances.latency
         self._generator = np.random.default_rng((seed, 1))
-        self.offset = camera_offset(seed, disturbances.camera)
-        self._seen: deque[tuple[float, Observation]] = deque()
+        self.camera_offset = offset_of(seed, disturbances.camera_offset)
+        self._noted: deque[tuple[float, Observation]] = deque()
 
     def note(self, truth: Observation, time: float) -> None:
-        """Take in the truth at a time [s], for later looks."""
+        """Take in the truth at a time [s], for later observations."""
         if self._latency:
-            self._seen.append((time, truth))
-            while len(self._seen) > 1 and self._seen[1][0] <= time - self._latency:
-                self._seen.popleft()
+            self._noted.append((time, truth))
+            while len(self._noted) > 1 and self._noted[1][0] <= time - self._latency + _ROUNDING:
+                self._noted.popleft()
 
-    def of(self, truth: Observation, time: float) -> Observation:
-        """Return what is observed at a time [s], given the truth then."""
+    def observe(self, truth: Observation, time: float) -> Observation:
+        """Return what is observed at a time [s], given the truth then: of what was noted, if that is late."""
         if self._latency:
             self.note(truth, time)
-            truth = self._seen[0][1]  # the latest that is old enough, or the first of all
-        if any(self.offset):
+            truth = self._noted[0][1]  # the latest that is old enough, or the first of all
+        if any(self.camera_offset):
             small = {obj.name for obj in truth.objects if obj.size[0] <= TOO_WIDE}
             truth = replace(
                 truth,
                 positions={
-                    name: moved(position, self.offset) if name in small else position
+                    name: moved(position, self.camera_offset) if name in small else position
                     for name, position in truth.positions.items()
                 },
             )
@@ -51,8 +53,8 @@ class Looks:
         return replace(truth, positions=noisy, deviations=dict.fromkeys(noisy, self._sigma))
 
 
-def camera_offset(seed: int, length: float) -> Vector:
-    """Return a camera's error of an episode: a vector of a length [m], in a direction by the seed."""
+def offset_of(seed: int, length: float) -> Vector:
+    """Return the error of an episode's camera: a vector of a length [m], in a direction by the seed."""
     if not length:
         return (0.0, 0.0, 0.0)
     direction = np.random.default_rng((seed, 3)).normal(size=3)
