@@ -37,10 +37,12 @@ class Body:
 
 
 def check_body(body: Body) -> None:
-    """Raise `UnusablePose`, or `UnusableShape` for a body without volume or with an impossible mass."""
+    """Raise `UnusablePose`, or `UnusableShape` for no volume, or for an impossible mass or friction."""
     check_pose(body.name, body.pose)
     if not (math.isfinite(body.mass) and body.mass >= 0):
         raise UnusableShape(f"'{body.name}' needs a mass of zero or more, found {body.mass}")
+    if not (math.isfinite(body.friction) and body.friction >= 0):
+        raise UnusableShape(f"'{body.name}' needs a friction of zero or more, found {body.friction}")
     pieces = pieces_of(body.shape)
     if not pieces or not all(_has_volume(piece.shape) for piece in pieces):
         raise UnusableShape(f"'{body.name}' has a piece without volume, or none: {body.shape}")

@@ -14,6 +14,8 @@ from kinematics.shapes.bodies import TABLE, Body
 from kinematics.simulation.mujoco_model import DAMPING, STIFFNESS, SUBSTEPS, cell_model, name_of
 from kinematics.simulation.simulated_cell import SimulatedCell
 
+mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file into the user's folder
+
 MODELS = 8  # compiled ones that are kept: the episodes of a task mostly differ in poses alone
 _LEAD = DAMPING / STIFFNESS  # of a set point before a moving joint [s]
 _PRESSING_BEYOND = 0.02  # how far beyond closed the set point of pressing fingers is: force at its limit [m]
@@ -222,7 +224,7 @@ class MujocoCell(SimulatedCell):
             return
         identity = self._ids[name]
         lever = np.subtract(at, self._data.xipos[identity])
-        self._data.xfrc_applied[identity] = [*force, *np.cross(lever, force)]
+        self._data.xfrc_applied[identity] += [*force, *np.cross(lever, force)]
         self._forces.append(identity)
 
 

@@ -28,9 +28,10 @@ ARMATURE = 0.1  # of an arm joint: its motor's inertia behind the gears [kg m2]
 FINGER_STIFFNESS, FINGER_DAMPING = 8000.0, 200.0  # at the finger's pad [N/m], [N s/m]
 FINGER_ARMATURE = 0.05  # at the finger's pad [kg]
 TORSION, ROLLING = 3e-3, 1e-4  # friction against turning on the spot and against rolling [m]
-ROUND_ROLLING = 1e-3  # of bodies that roll, as on a tablecloth [m]
+ROUND_ROLLING = 2e-3  # of bodies that roll, as on a tablecloth [m]
 _ROBOT, _MOVABLE, _FIXED = 1, 2, 4  # which geoms meet: the robot not itself, nor fixed bodies each other
 _LIGHTEST = (1e-6, 1e-10)  # mass and moment that MuJoCo can do with [kg], [kg m2]
+_TABLE = [50.0, 50.0, 0.5]  # half extents [m]
 _NOTHING = 1e-5  # the least friction that MuJoCo takes
 _CONTACT = (2 * TIME_STEP / SUBSTEPS, 1.0)  # time constant and damping ratio: as hard as the time step admits
 _IMPEDANCE = (0.95, 0.99, 0.001)  # of contacts, and the depth at which it rises [1], [m]: pads give half a mm
@@ -133,10 +134,12 @@ def _couple(spec: Any, joint: str, first: str, gripper: Gripper) -> None:
 
 
 def _add_table(spec: Any) -> None:
+    """Add the table as a box: on a plane, a cylinder that stands upright to the last bit may jump."""
     spec.worldbody.add_geom(
         name=TABLE,
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0, 0, 1],
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=_TABLE,
+        pos=[0, 0, -_TABLE[2]],
         contype=_FIXED,
         conaffinity=_ROBOT | _MOVABLE,
         friction=[_NOTHING, TORSION, ROLLING],

@@ -238,7 +238,7 @@ class SimulatedCell(ABC):
 
     def weaken_fingers(self) -> None:
         """Disturb the grasp: the fingers lose their force and give way, in spite of their command."""
-        self._drive_fingers(0.5 * self.finger_width() + 3e-3, WEAK_FORCE, CLOSING_SPEED)
+        self._drive_fingers(0.5 * self.finger_width() + 3e-3, min(WEAK_FORCE, self._grip), CLOSING_SPEED)
 
     def push(self, name: str, impulse_Ns: float, direction_xy: tuple[float, float]) -> None:
         """Push a body horizontally, above its centre, for 50 ms; then wait until all bodies are at rest."""

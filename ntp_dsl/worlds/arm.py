@@ -37,6 +37,7 @@ from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple an object [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved an object [m]
+FRAME = 0.1  # [s]
 LIKE_FAILURES = 3  # after so many in a row an object is unreachable until it moves
 
 FAILURES: Mapping[Reason, Failure] = {
@@ -167,12 +168,14 @@ class ArmWorld:
     # Primitives ---------------------------------------------------------------------------------
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
-        self._calls += 1
+        self._calls, started = self._calls + 1, self.time
         self._rng = np.random.default_rng((self._seed, self._calls))
         try:
             outcome = self.skills[api](*arguments)
         except NoDisplay as closed:
             raise NtpError(f"--gui: {closed}") from closed
+        if self._disturbances.latency and self.time == started:
+            self._cell.settle(FRAME)  # what is late must not stand still where a call takes no time
         self._remember(outcome, str(arguments[0]) if arguments else "")
         self._emit()
         return outcome

@@ -113,7 +113,12 @@ class KinematicWorld(RestingObjects):
     # Primitives ---------------------------------------------------------------------------------
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
+        started = self._time
         outcome = self.skills[api](*arguments)
+        if self._disturbances.latency and self._time == started:
+            self.settle(
+                2 * self.frame_seconds
+            )  # what is late must not stand still where a call takes no time
         self._emit()
         return outcome
 

@@ -116,6 +116,11 @@ class Disturbances:
         """Whether only a world with an arm has them."""
         return bool(self.spread or self.weak_grip)
 
+    @property
+    def misleads(self) -> bool:
+        """Whether what is observed differs from what is true."""
+        return bool(self.noise or self.latency or self.camera_offset)
+
     def __post_init__(self) -> None:
         """Raise `NtpError` for what is no probability, no share, and no finite length or time."""
         for name in ("slips", "pushes", "clumsiness"):

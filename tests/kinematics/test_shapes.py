@@ -86,6 +86,21 @@ def test_small_forks_are_picked_up_by_every_arm(
             assert motion.achieved, (seed, motion)
 
 
+def test_what_stands_upright_stays_where_it_is_put(cell: SimulatedCell) -> None:
+    """At whatever yaw, to the last bit: MuJoCo's plane throws such cylinders now and then."""
+    generator = np.random.default_rng(0)
+    for seed in range(4):
+        bodies = [
+            standing(f"{k}", shape, 0.05, 0.25 + 0.15 * (k % 5), 0.2 * (k // 5) - 0.4, yaw)
+            for k, yaw in enumerate(generator.uniform(-math.pi, math.pi, 25).tolist())
+            for shape in [(Cylinder(0.015, 0.03), Cylinder(0.03, 0.06), bowl())[k % 3]]
+        ]
+        cell.reset(bodies, seed)
+        cell.settle(0.5)
+        moved = [math.dist(cell.pose(body.name).position, body.position) for body in bodies]
+        assert max(moved) < 2e-3
+
+
 def test_a_can_is_placed_on_a_base(cell: SimulatedCell) -> None:
     scene(cell, *SHAPES["can"], seed=3)
     for motion in (pick(cell, "item", 3), place(cell, "base", 3)):

@@ -128,17 +128,19 @@ class _Finder:
         if kind is DivergenceKind.OUTCOME:
             assert x is not None and y is not None
             return attribute_call(y) or attribute_call(x) or Attribution.DECISION
-        noise = max((trace.header.disturbances or UNDISTURBED).noise for trace in (self.a, self.b))
-        if apart is None or apart.largest <= STATE_TOLERANCE + MOST_NOISE * noise:
-            misled = noise > 0 and decision is not None and bool(decision.mistaken)
+        made = [trace.header.disturbances or UNDISTURBED for trace in (self.a, self.b)]
+        tolerance = STATE_TOLERANCE + max(MOST_NOISE * each.noise + each.camera_offset for each in made)
+        misleads = any(each.misleads for each in made)
+        if apart is None or apart.largest <= tolerance:
+            misled = misleads and decision is not None and bool(decision.mistaken)
             return Attribution.NOISE if misled else Attribution.DECISION
         # The states differ although all calls so far are the same.
         if y is not None and self.disturbed < y.id:
             return Attribution.DISTURBANCE
         initial = state_differences(_first_state(self.a), _first_state(self.b))
-        if initial is None or initial.largest > STATE_TOLERANCE + MOST_NOISE * noise:
+        if initial is None or initial.largest > tolerance:
             return Attribution.START
-        return Attribution.NOISE if noise else Attribution.PHYSICS  # what was seen is where the hand went
+        return Attribution.NOISE if misleads else Attribution.PHYSICS  # what was seen is where the hand went
 
     def _returned(self, trace: Trace, caller: int) -> Decision | None:
         return None if caller == ROOT else trace.calls[caller].return_decision
