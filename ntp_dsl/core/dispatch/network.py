@@ -131,7 +131,7 @@ class DispatchNetwork(nn.Module):
         self.of_call = _mlp(CALL_FEATURES, width)
         self.of_fact = _mlp(FACT_FEATURES, width)
         self.rounds = nn.ModuleList(_Round(width) for _ in range(rounds))
-        self.query = _mlp(2 * width, width)
+        self.query = _mlp(2 * width + 1, width)
         self.key = nn.Linear(width, width)
         self.bias = nn.Linear(width, 1)
 
@@ -152,8 +152,9 @@ class DispatchNetwork(nn.Module):
         for each in last:
             calls, facts = each(calls, facts, rows)
         goals = facts * rows.facts[:, 2:3]
+        lacking = rows.facts[:, 2:3] * (1 - rows.facts[:, 0:1])  # of the contract, whatever was heard of it
         summary = torch.cat(
-            [_most(goals, rows.row_of_fact, rows.count), _most(facts, rows.row_of_fact, rows.count)], 1
+            [_most(each, rows.row_of_fact, rows.count) for each in (goals, facts, lacking)], 1
         )
         asked = self.query(summary)[rows.row_of_call]
         hazard = (asked * self.key(calls)).sum(-1) / self.width**0.5 + self.bias(calls)[:, 0]

@@ -17,6 +17,7 @@ NOWHERE = Observation((), {}, (0.0, 0.0, 0.0), closed=False)
 GUARDED = 0.25  # of the statements
 NEGATIVE = 0.25  # of the literals
 DOUBTFUL = 0.3  # of the facts
+UNPROMISED = 0.25  # of the programs: they achieve what none of their calls says that it brings about
 
 
 def nameless(rng: np.random.Generator) -> Sample | None:
@@ -74,6 +75,10 @@ def random_program(rng: np.random.Generator) -> Registry:
     statements = tuple(_statement(name, names, rng) for name in apis)
     promised = [each.achieves for each in apis.values() if each.achieves is not None and rng.random() < 0.5]
     achieves = joined(promised[:3]) or _literals(names, rng, 1, 2)
+    brought = {name for each in apis.values() for name in _names_in(each.achieves)}
+    silent = [name for name in names if name not in brought]
+    if silent and rng.random() < UNPROMISED:
+        achieves = joined([each for each in (_literals(silent, rng, 1, 1), joined(promised[:1])) if each])
     return nameless_library(names, apis, statements, _literals(names, rng, 0, 1), achieves)
 
 
@@ -88,6 +93,13 @@ def nameless_library(
     program = Program("p", (), requires, achieves, "", body=body, callees=tuple(apis))
     predicates = {name: nodes.PredicateDeclaration(name) for name in names}
     return Registry("nameless", {}, {}, {}, {}, predicates, apis, {"p": program}, {})
+
+
+def _names_in(condition: nodes.Expression | None) -> set[str]:
+    """Return the names of a conjunction of literals."""
+    parts = condition.values if isinstance(condition, nodes.And) else (condition,)
+    atoms = [each.value if isinstance(each, nodes.Not) else each for each in parts]
+    return {each.predicate for each in atoms if isinstance(each, nodes.Atom)}
 
 
 def _statement(name: str, names: Sequence[str], rng: np.random.Generator) -> nodes.Statement:

@@ -18,6 +18,7 @@ TOOLS = 3  # at most: facts that one step brings about for those after it, and a
 FOLLOWS, EARLIER, WITHIN = 0.85, 0.2, 0.7  # how often a step needs the one before, another one, a tool
 WANTED, ENDED, LAST = 0.1, 0.8, 0.95  # how often a step's fact is wanted, the end of a tool, the last fact
 KEPT, LENT = 0.5, 0.3  # how often a tool comes from where it is to go, and is out of use for a while
+SILENT, RESULT = 0.2, "g"  # how often the last step brings about what no call promises, and that fact
 GUARDED, STRAY, DOUBTFUL = 0.1, 0.05, 0.1
 
 
@@ -45,13 +46,15 @@ def sequence(rng: np.random.Generator) -> list[Sample]:
 
 def way(registry: Registry, true: dict[str, float]) -> Iterator[dict[str, float]]:
     """Yield the states that an expert comes through: at most as many as there are calls."""
-    expert = Expert(registry)
+    expert, last = Expert(registry), [*registry.apis][-1]
     for _ in registry.apis:
         yield true
         call = expert.decide("p", (), believed(registry, true))
         if not isinstance(call, NextCall):
             return
         true = _after(registry.apis[call.callee], true)
+        if call.callee == last and RESULT in true:
+            true[RESULT] = 1.0
 
 
 def _after(api: Api, true: Mapping[str, float]) -> dict[str, float]:
@@ -71,6 +74,8 @@ def random_sequence(rng: np.random.Generator) -> tuple[Registry, set[str]]:
     steps = _plain_steps(int(rng.integers(SHORTEST, LONGEST + 1)), rng)
     wanted = [each.achieves[0] for each in steps[:-1] if rng.random() < WANTED]
     wanted += [steps[-1].achieves[0]] if rng.random() < LAST or not wanted else []
+    if rng.random() < SILENT:
+        wanted = [RESULT]
     initially: set[str] = set()
     for number in range(int(rng.integers(0, TOOLS + 1))):
         tool, home = f"t{number}", f"h{number}" if rng.random() < KEPT else ""
@@ -78,7 +83,7 @@ def random_sequence(rng: np.random.Generator) -> tuple[Registry, set[str]]:
         steps = _with_tool(tool, home, steps, rng)
         wanted += [home or f"-{tool}"] if rng.random() < ENDED else []
     named = {each.removeprefix("-") for step in steps for each in (*step.achieves, *step.requires)}
-    names = sorted(named | initially)
+    names = sorted(named | initially | {each.removeprefix("-") for each in wanted})
     apis = {
         f"c{number}": Api(f"c{number}", (), _all(step.requires), _all(step.achieves), "")
         for number, step in enumerate(steps)
