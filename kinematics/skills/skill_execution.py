@@ -200,7 +200,7 @@ class SkillExecution:
         if fits and held == target and off < OFF_CENTRE + execution.position_uncertainty(self.cell):
             return None
         return KinematicsError(
-            Reason.GRASP_FAILED, f"the fingers are {1000 * width:.1f} mm apart and hold {held}"
+            Reason.GRASP_FAILED, f"the fingers are {1000 * width:.1f} mm apart and hold {held or 'nothing'}"
         )
 
     def _go_back(self, above: Array) -> None:

@@ -66,15 +66,17 @@ Latency = Annotated[
         min=0,
         max=LONGEST_LATENCY,
         callback=number,
-        help="Delay of every observation in seconds, to the frame of 0.1 s.",
+        help="Delay of every observation in seconds; after each call the robot waits as long.",
     ),
 ]
 CameraOffset = Annotated[
     float,
     typer.Option(
         min=0,
+        max=0.2,
         callback=number,
-        help="How far a camera is off in metres: the same way in all of an episode, unknown to the program.",
+        help="How far a camera is off in metres: in one direction, up or down as well, for all of an episode, "
+        "unknown to program and skills.",
     ),
 ]
 Spread = Annotated[

@@ -37,7 +37,6 @@ from ntp_dsl.worlds.starts import CENTRE, furniture_positions
 
 IMPULSE = 0.12  # of a push: enough to topple an object [N s]
 MOVED = 0.005  # from where a disturbance counts as having moved an object [m]
-FRAME = 0.1  # [s]
 LIKE_FAILURES = 3  # after so many in a row an object is unreachable until it moves
 
 FAILURES: Mapping[Reason, Failure] = {
@@ -168,16 +167,15 @@ class ArmWorld:
     # Primitives ---------------------------------------------------------------------------------
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
-        self._calls, started = self._calls + 1, self.time
+        self._calls += 1
         self._rng = np.random.default_rng((self._seed, self._calls))
         try:
             outcome = self.skills[api](*arguments)
         except NoDisplay as closed:
             raise NtpError(f"--gui: {closed}") from closed
-        if self._disturbances.latency and self.time == started:
-            self._cell.settle(FRAME)  # what is late must not stand still where a call takes no time
         self._remember(outcome, str(arguments[0]) if arguments else "")
         self._emit()
+        self._cell.settle(self._disturbances.latency)  # until what came of it is seen
         return outcome
 
     def move_over(self, x: float, y: float) -> Outcome:

@@ -54,8 +54,8 @@ class KinematicWorld(RestingObjects):
     def reset(self, scene: Scene, seed: int, disturbances: Disturbances = UNDISTURBED) -> None:
         if disturbances.need_an_arm:
             raise NtpError(
-                "the kinematic world has neither friction nor a hand that presses: spread and weak_grip "
-                "(--spread, --weak-grip) go with --world bullet or mujoco"
+                "the kinematic world has neither friction nor a hand that presses: "
+                f"{'--spread' if disturbances.spread else '--weak-grip'} goes with --world bullet or mujoco"
             )
         self._rng = np.random.default_rng(seed)
         self._observer = Observer(seed, disturbances)
@@ -113,13 +113,10 @@ class KinematicWorld(RestingObjects):
     # Primitives ---------------------------------------------------------------------------------
 
     def call(self, api: str, arguments: tuple[Argument, ...]) -> Outcome:
-        started = self._time
         outcome = self.skills[api](*arguments)
-        if self._disturbances.latency and self._time == started:
-            self.settle(
-                2 * self.frame_seconds
-            )  # what is late must not stand still where a call takes no time
         self._emit()
+        if self._disturbances.latency:
+            self.settle(self._disturbances.latency)  # until what came of it is seen
         return outcome
 
     def _move_to(self, target: str) -> Outcome:

@@ -15,7 +15,10 @@ _ROUNDING = 1e-6  # of sums of time steps [s]
 
 
 class Observer:
-    """The observations of one episode. All of one is late, the hand included, as it is one message."""
+    """The observations of one episode. All of one is late, the hand included, as it is one message.
+
+    Worlds wait after each call until what came of it is observed, as whoever reads time stamps would.
+    """
 
     def __init__(self, seed: int, disturbances: Disturbances) -> None:
         self._sigma, self._latency = disturbances.noise, disturbances.latency

@@ -38,16 +38,18 @@ def test_a_late_observation_shows_what_was_so_long_ago(latency: float, frames: i
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_what_nobody_watched_is_seen_late_too(name: str) -> None:
-    """Frames count whether or not somebody is told of them."""
-    world, watched = made(name, Disturbances(latency=0.5)), made(name, Disturbances(latency=0.5))
+def test_a_robot_waits_until_it_sees_what_came_of_a_call(name: str) -> None:
+    """Whether or not somebody is told of the frames."""
+    world, watched = made(name, Disturbances(latency=0.3)), made(name, Disturbances(latency=0.3))
+    prompt = made(name, Disturbances())
     watched.on_frame = lambda _: None
-    for each in (world, watched):
-        assert each.call("move_to", ("cup",)).achieved
-        assert dist(each.observe().gripper, each.truth().gripper) > 0.05
-    assert world.observe() == watched.observe()
-    world.settle(0.7)
-    assert dist(world.observe().gripper, world.truth().gripper) < 1e-3
+    for call in (("move_to", ("cup",)), ("grasp", ("cup",)), ("grasp", ("cup",))):
+        for each in (world, watched, prompt):
+            each.call(*call)
+        assert world.observe() == watched.observe()
+        assert dist(world.observe().gripper, prompt.truth().gripper) < 1e-3
+        assert world.observe().closed == prompt.truth().closed
+    assert world.time > prompt.time + 0.8
 
 
 def test_a_camera_that_is_off_shows_all_objects_off_alike_but_not_the_table() -> None:
@@ -83,7 +85,7 @@ def test_what_no_robot_has_is_refused(wrong: dict[str, float]) -> None:
 def test_the_kinematic_world_has_neither_friction_nor_grip() -> None:
     world = make_world("kinematic", load("block_stacking"))
     for disturbances in (Disturbances(spread=0.1), Disturbances(weak_grip=0.5)):
-        with pytest.raises(NtpError, match=r"--world bullet or mujoco"):
+        with pytest.raises(NtpError, match="--world bullet or mujoco"):
             world.reset(SCENE, 0, disturbances)
 
 
