@@ -75,8 +75,8 @@ CameraOffset = Annotated[
         min=0,
         max=0.2,
         callback=number,
-        help="How far a camera is off in metres: in one direction of an episode, perhaps up or down, unknown to "
-        "program and skills.",
+        help="How far a camera is off in metres, in a direction by the seed, perhaps up or down; neither "
+        "program nor skills know.",
     ),
 ]
 Spread = Annotated[
