@@ -28,6 +28,7 @@ def overview(trace: Trace) -> list[str]:
         *_unmet(trace),
         *_absent(trace),
         *_disturbed(trace),
+        *_misled(trace),
         *_mistaken(trace),
         *_misread(trace),
     ]
@@ -170,6 +171,22 @@ def _disturbed(trace: Trace) -> Iterator[str]:
         were = "was" if left == 1 else "were"
         good = f"; {left} of the {counted(len(disturbed), 'call')} {were} never made good"
     yield f"It was disturbed {counted(kinds.total(), 'time')}{ways}{good}."
+
+
+def _misled(trace: Trace) -> Iterator[str]:
+    """Yield what a failed episode knew nothing of: it may be the cause of all that went wrong."""
+    made = trace.header.disturbances or UNDISTURBED
+    if trace.end is not None and trace.end.success is False:
+        if made.camera_offset:
+            yield (
+                f"All objects were seen {1000 * made.camera_offset:g} mm from where they were, which neither "
+                "program nor skills knew: that alone may have misled them."
+            )
+        if made.weak_grip:
+            yield (
+                f"The hand had {100 * (1 - made.weak_grip):g} % of its force: what it cannot hold, or loses, "
+                "may be too heavy for that."
+            )
 
 
 def _mistaken(trace: Trace) -> Iterator[str]:

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ntp_dsl.core.one_core import shipped_core
 from ntp_dsl.evaluation.episodes import Evaluator, Plan
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.loader import load
 from ntp_dsl.semantics.observation import Observation, SceneObject
+from ntp_dsl.traces.overview import overview
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.worlds.arm_bodies import bodies_of, with_spread
 from ntp_dsl.worlds.catalogue import WITH_ARM, WORLDS, make_world
@@ -124,3 +126,13 @@ def test_an_episode_with_all_of_it_is_done_and_its_trace_names_it(name: str, tmp
     assert evaluator.episode(0).success
     (path,) = tmp_path.glob("*.trace.jsonl")
     assert read_trace(path).header.disturbances == trouble
+
+
+def test_a_failed_episode_tells_what_it_knew_nothing_of(tmp_path: Path) -> None:
+    trouble = Disturbances(camera_offset=0.06)
+    plan = Plan(
+        Path("block_stacking"), "block_stacking", shipped_core(), "kinematic", 2, trouble, traces=tmp_path
+    )
+    assert not Evaluator(plan).episode(0).success
+    (path,) = tmp_path.glob("*.trace.jsonl")
+    assert any("seen 60 mm from where they were" in each for each in overview(read_trace(path)))
