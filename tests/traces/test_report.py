@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Record four scripted and four learned episodes, and the report of their comparison."""
     path = tmp_path_factory.mktemp("reported")
     assert run([*EVAL, "--expert", "--out", str(path / "scripted")]) == 0
-    assert run([*EVAL, "--noise", ".02", "--demo-noise", ".02", "--out", str(path / "learned")]) == 0
+    assert run([*EVAL, "--noise", ".01", "--demo-noise", ".01", "--out", str(path / "learned")]) == 0
     words = ["trace", "report", str(path / "learned"), "--against", str(path / "scripted"), "--worst", "2"]
     assert run([*words, "--out", str(path / "report")]) == 0
     return path
