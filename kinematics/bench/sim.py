@@ -26,7 +26,7 @@ class RecordingCell(SimulatedCell):
 
     def drive_arm(self, position: Any, velocity: Any) -> None:
         self.commands.append(("drive_arm", (position, velocity)))
-        super().drive_arm(position, velocity)  # type: ignore[safe-super]
+        super().drive_arm(position, velocity)
 
     def open_fingers(self, *how: float) -> None:
         self.commands.append(("open_fingers", how))

@@ -73,7 +73,7 @@ class BulletCell(SimulatedCell):
         if self._has_window:
             time.sleep(TIME_STEP)
 
-    def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+    def _drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         self._robot.drive_arm(position, velocity)
 
     # -- inside ----------------------------------------------------------------------------

@@ -54,7 +54,7 @@ class MujocoCell(SimulatedCell):
 
     # -- commands --------------------------------------------------------------------------
 
-    def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
+    def _drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         self._set_point = np.add(position, np.multiply(_LEAD, velocity))
 
     # -- inside ----------------------------------------------------------------------------

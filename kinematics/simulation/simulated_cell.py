@@ -210,9 +210,9 @@ class SimulatedCell(ABC):
             if all(self.speed(name) < STILL for name in names):
                 return
 
-    @abstractmethod
     def drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None:
         """Set the set points of the arm's controllers, with velocity feed-forward [rad], [rad/s]."""
+        self._drive_arm(position, velocity)
 
     def hold(self) -> None:
         """Hold the arm where it is; the fingers keep their command."""
@@ -285,6 +285,9 @@ class SimulatedCell(ABC):
     @abstractmethod
     def _pressing(self) -> tuple[dict[str, float], dict[str, float]]:
         """Return for each side of the hand the bodies that it presses on, with the forces [N]."""
+
+    @abstractmethod
+    def _drive_arm(self, position: Sequence[float], velocity: Sequence[float]) -> None: ...
 
     @abstractmethod
     def _drive_fingers(self, opening: float, force: float, speed: float) -> None:
