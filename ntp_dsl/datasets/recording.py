@@ -108,6 +108,7 @@ def demonstrate(
         writer,
         limits=Limits(primitives=enough_primitives(instance)),
         frame_number=lambda: len(recorder),
+        expert=expert,
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None
@@ -158,6 +159,7 @@ def record_episode(
         limits=Limits(primitives=enough_primitives(instance)),
         frame_number=lambda: len(recorder),
         interfere=_inject_wrong_subprogram(registry, expert, shown, rng, perturbation_rate),
+        expert=expert,
     )
     run = interpreter.run(instance.program, instance.arguments)
     world.on_frame = None

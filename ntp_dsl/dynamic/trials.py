@@ -113,6 +113,7 @@ class Trials:
             Limits(primitives=limit or enough_primitives(instance), retries=1),
             policy.watch,
             lambda: writer.frames,
+            expert=self.expert,
         )
         run, fault = Run(), None
         try:

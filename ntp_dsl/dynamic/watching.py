@@ -120,7 +120,7 @@ class WatchedPolicy(ScriptedPolicy):
                 own = (each for each in reversed(self.steps) if each.run == self._runs[-1])
                 unfinished = Unfinished(frame, decision.reason, seen, next(own, None))
                 self.unfinished.append((len(self.steps), unfinished))
-                state = State(self.expert.registry, seen)
+                state = self.expert.state_of(seen)
                 if deadlock := find_deadlock(self.expert, frame.program, frame.arguments, state, self.way):
                     self.deadlocks.append((len(self.steps), deadlock))
             reason = traced.Decision(reason=decision.reason)
@@ -136,7 +136,7 @@ class WatchedPolicy(ScriptedPolicy):
 
     def _ask(self, frame: Frame, seen: Observation) -> Decision:
         registry = self.expert.registry
-        decision = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
+        decision = self.expert.decide(frame.program, frame.arguments, self.expert.state_of(seen))
         if registry.programs[frame.program].in_python:
             again = self.expert.decide(frame.program, frame.arguments, State(registry, seen))
             if again != decision:

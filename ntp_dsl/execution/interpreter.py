@@ -139,6 +139,7 @@ class Interpreter:
         frame_number: Callable[[], int] = lambda: 0,
         interfere: Interference | None = None,
         supervisor: Supervisor | None = None,
+        expert: Expert | None = None,
     ) -> None:
         self.registry, self.policy, self.world = registry, policy, world
         self.writer = writer or TraceWriter()
@@ -147,7 +148,7 @@ class Interpreter:
         self.frame_number = frame_number
         self.interfere = interfere
         self.supervisor = supervisor
-        self._expert = Expert(registry)
+        self._expert = expert or Expert(registry)
 
     def run(self, program: str, arguments: tuple[Argument, ...]) -> Run:
         run = Run()
@@ -279,7 +280,7 @@ class Interpreter:
             shown: the world as the policy saw it.
         """
         decision = choice.decision
-        state = State(self.registry, self.world.truth())
+        state = self._expert.state_of(self.world.truth())
         seen = state if shown is self.world else State(self.registry, shown.truth())
 
         def told(each: FactProbability, fact: Fact) -> FactProbability:
@@ -413,7 +414,7 @@ class Interpreter:
         assert choice.callee is not None
         if not self.writer.is_open:
             return ()
-        row, state = self.registry.apis[choice.callee], State(self.registry, after)
+        row, state = self.registry.apis[choice.callee], self._expert.state_of(after)
         promised = state.literals(row.achieves, row.bind(choice.arguments))
         return tuple(str(fact) for fact in promised if not state.holds(fact))
 

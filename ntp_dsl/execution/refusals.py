@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from math import acos, dist
 
-from ntp_dsl.semantics.geometry import Quaternion
+from ntp_dsl.semantics.geometry import Quaternion, Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 
 TRIES = 4  # of a call that fails by chance, in one state
@@ -69,17 +69,19 @@ class Refusals:
 
 def differ(a: Observation, b: Observation) -> bool:
     """Return whether the hand or any object has moved or turned, or a fact of the state has changed."""
-    if (
-        a.facts != b.facts
+    return (
+        _moved(a.gripper, b.gripper)
         or a.closed != b.closed
+        or a.facts != b.facts
         or a.unreachable != b.unreachable
         or a.positions.keys() != b.positions.keys()
-    ):
-        return True
-    if any(_turned(a.orientation(name), b.orientation(name)) for name in a.positions):
-        return True
-    moved = (dist(a.positions[name], b.positions[name]) for name in a.positions)
-    return max(dist(a.gripper, b.gripper), *moved) > UNCHANGED
+        or any(_moved(at, b.positions[name]) for name, at in a.positions.items())
+        or any(_turned(a.orientation(name), b.orientation(name)) for name in a.positions)
+    )
+
+
+def _moved(a: Vector, b: Vector) -> bool:
+    return a != b and dist(a, b) > UNCHANGED
 
 
 def _turned(a: Quaternion, b: Quaternion) -> bool:

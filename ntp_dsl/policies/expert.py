@@ -14,7 +14,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api, Program, Registry, place_of
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.parts import Wanted
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import guess, plain, types_of, unfit_call
@@ -68,6 +68,13 @@ class Expert:
     def __init__(self, registry: Registry, functions: Mapping[str, PythonExpert] | None = None):
         self.registry = registry
         self._functions = dict(functions or {})
+        self._latest: State | None = None
+
+    def state_of(self, observation: Observation) -> State:
+        """Return the state of a moment: of the one before, with all that is known of it, if they are equal."""
+        if self._latest is None or self._latest.observation != observation:
+            self._latest = State(self.registry, observation)
+        return self._latest
 
     def decide(self, program: str, arguments: tuple[Argument, ...], state: State) -> Decision:
         """Return the first due call, or a return. Asking twice gives the same answer.

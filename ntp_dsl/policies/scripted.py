@@ -6,7 +6,6 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.policies.protocol import Barred, Choice, Frame
 from ntp_dsl.semantics.observation import Argument, Record, without_lists
-from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import check_ranges
 from ntp_dsl.traces.decision import Decision
 from ntp_dsl.traces.schema import Call, DemonstratedCall, PolicyKind
@@ -113,8 +112,7 @@ class ScriptedPolicy:
     def decide(self, frame: Frame, world: World, barred: Barred = frozenset()) -> Choice:
         """Return the expert's choice; it never makes a forbidden call, so `barred` is not needed."""
         seen = world.truth()
-        state = State(self.expert.registry, seen)
-        decision = self.expert.decide(frame.program, frame.arguments, state)
+        decision = self.expert.decide(frame.program, frame.arguments, self.expert.state_of(seen))
         if isinstance(decision, Return):
             return Choice(None, done=decision.done, decision=Decision(reason=decision.reason), seen=seen)
         check_numbers(self.expert.registry, decision)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from math import cos, isclose, sin, sqrt
 
 Vector = tuple[float, float, float]  # [m], world frame: x ahead of the robot's base, z up
@@ -37,6 +38,7 @@ def turned_about(middle: Vector, at: Vector, angle: float) -> Vector:
     return middle[0] + cos(angle) * dx - sin(angle) * dy, middle[1] + sin(angle) * dx + cos(angle) * dy, at[2]
 
 
+@lru_cache(4096)  # most objects lie as they lay a moment before
 def extents_as_it_lies(size: Vector, orientation: Quaternion) -> Vector:
     """Return an object's extents along the world's axes, to the nearest quarter turn [m].
 

@@ -175,7 +175,8 @@ class KinematicWorld(RestingObjects):
             return Outcome(False, Failure.NOT_READY, {"never moves": target})
         x, y, z = self._grip(target)
         over = hypot(self._gripper[0] - x, self._gripper[1] - y) < REACH
-        blocked = [other for other in self._items if self._on_top_of(other, target)]
+        seen = self.truth()
+        blocked = [other for other in self._items if predicates.covers(seen, other, target)]
         if not over or blocked:
             evidence = {"target": target, "blocked by": blocked, "above": over}
             return Outcome(False, Failure.NOT_READY, evidence)

@@ -11,6 +11,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.free_space import free_places
 from ntp_dsl.semantics.geometry import Vector, moved
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.predicates import covers
 from ntp_dsl.worlds.habits import HABITS, RATE, Person
 from ntp_dsl.worlds.kinematic import HOME, KinematicWorld, between
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances, Outcome, Scene
@@ -122,7 +123,8 @@ class PersonWorld(KinematicWorld):
     def _is_loose(self, name: str) -> bool:
         """Return whether an object lies on the table, and bears nothing."""
         low = self._positions[name][2] - self._items[name].size[2] / 2
-        bears = any(self._on_top_of(other, name) for other in self._items)
+        seen = self.truth()
+        bears = any(covers(seen, other, name) for other in self._items)
         return name != self._held and abs(low) < LIES and not bears and not self._contents(name)
 
     def _from_way(self, name: str, start: np.ndarray, end: np.ndarray) -> float:

@@ -7,11 +7,10 @@ from math import hypot
 
 import numpy as np
 
-from ntp_dsl.semantics import predicates
 from ntp_dsl.semantics.containers import container_below, contents, floor_in, top_for
 from ntp_dsl.semantics.free_space import FREE_GAP, Region, clearance, rank_places
 from ntp_dsl.semantics.geometry import Vector
-from ntp_dsl.semantics.observation import Observation, SceneObject
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.worlds.scenes import CUBE
 
 BESIDE = 0.06  # from the edge of an object to where an item that falls off it lands [m]
@@ -32,9 +31,6 @@ class RestingObjects:
     _gripper: Vector
     _rng: np.random.Generator
     disturbed: set[str]
-
-    def truth(self) -> Observation:
-        raise NotImplementedError
 
     def _fall(self, item: str, x: float, y: float) -> None:
         """Let an item fall onto what is below, or off the edge of what does not support its centre.
@@ -151,11 +147,6 @@ class RestingObjects:
                 break
         x, y = places[0].tolist()
         return x, y
-
-    def _on_top_of(self, item: str, support: str) -> bool:
-        if item in (support, self._held):
-            return False
-        return predicates.covers(self.truth(), item, support)
 
     def _tower_below(self, item: str) -> list[str]:
         """Return the item and the objects below it, from the top down."""
