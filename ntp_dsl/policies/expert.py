@@ -71,7 +71,7 @@ class Expert:
         self._latest: State | None = None
 
     def state_of(self, observation: Observation) -> State:
-        """Return the state of a moment: of the one before, with all that is known of it, if they are equal."""
+        """Return the state of a moment; while nothing changes it is the same, with all that is known of it."""
         if self._latest is None or self._latest.observation != observation:
             self._latest = State(self.registry, observation)
         return self._latest

@@ -47,7 +47,7 @@ def test_what_is_not_understood_is_not_held_for_done() -> None:
 
 def test_confidence_tells_failures_from_successes(soak: bool) -> None:
     """Of stars that stand 7 cm apart, one centimetre of noise hides which is beside which."""
-    count = 60 if soak else 12
+    count = 60 if soak else 6
     noise = Disturbances(noise=0.01)
     plan = replace(STACKING, library=FOLDER / "sky", task="sky", demo_noise=0.01, disturbances=noise)
     episodes = [*run_all(plan, count, workers=1)]

@@ -12,9 +12,9 @@ from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.evaluation.episodes import Plan, run_all
 
 BY_THE_ARM = [
-    ("object_sorting", "many_objects", 0.97),
+    pytest.param("object_sorting", "many_objects", 0.97, marks=pytest.mark.minutes),
     ("table_cleanup", "three_and_three", 0.96),
-    ("table_cleanup", "four_and_twelve", 0.90),
+    pytest.param("table_cleanup", "four_and_twelve", 0.90, marks=pytest.mark.minutes),
     ("set_the_table", "set_the_table", 0.97),
 ]
 TRAINED = ["object_sorting", "table_cleanup", "set_the_table"]

@@ -15,6 +15,7 @@ from ntp_dsl.worlds.protocol import Disturbances
 
 FOLDER = Path(__file__).parent / "domains"
 LARGE = {"crowded", "four_and_twenty"}
+SLOW = {"many_objects", "four_and_twelve", "twenty_objects", "trading"}  # once; by the arm for `--soak`
 DOMAINS = sorted(path.name for path in FOLDER.iterdir())
 
 
@@ -32,17 +33,20 @@ def tasks() -> list[Any]:
     return [pytest.param(*each, marks=[pytest.mark.minutes] * (each[1] in LARGE)) for each in found]
 
 
-FOR_THE_ARM = [each for each in tasks() if each.values[1] not in LARGE]  # which are too crowded for fingers
+def for_the_arm() -> list[Any]:
+    """Return all tasks but those that are too crowded for fingers."""
+    found = [each.values for each in tasks() if each.values[1] not in LARGE]
+    return [pytest.param(*each, marks=[pytest.mark.minutes] * (each[1] in SLOW)) for each in found]
 
 
 @pytest.mark.parametrize("library, task", tasks(), ids=lambda value: getattr(value, "name", value))
 def test_a_task_is_done_from_one_demonstration_without_training(library: Path, task: str, soak: bool) -> None:
-    count = 100 if soak and task not in LARGE else 3
+    count = 100 if soak and task not in LARGE else 1 if task in SLOW else 3
     plan = Plan(library, task, shipped_core(), seed=5)
     assert sum(bool(each.success) for each in run_all(plan, count, workers=1)) >= 0.95 * count
 
 
-@pytest.mark.parametrize("library, task", FOR_THE_ARM, ids=lambda value: getattr(value, "name", value))
+@pytest.mark.parametrize("library, task", for_the_arm(), ids=lambda value: getattr(value, "name", value))
 def test_the_arm_does_a_task_from_its_own_demonstration(library: Path, task: str, soak: bool) -> None:
     """The arm grasps at other heights than the kinematic hand, and to fractions of a millimetre."""
     count = 10 if soak else 1

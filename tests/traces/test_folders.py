@@ -91,13 +91,13 @@ def test_of_a_folder_the_first_failure_is_explained(
     shown = capsys.readouterr()
     assert "episode_00000.trace.jsonl: none failed" in shown.err and " succeeded." in shown.out
     words = ["eval", "block_stacking", "few_placements", "--seed", "5", "--slips", "1", "--noise", ".1"]
-    run([*words, "-n", "6", "--out", str(tmp_path)])
+    run([*words, "-n", "2", "--out", str(tmp_path)])
     capsys.readouterr()
     run(["trace", "show", str(tmp_path), "--json"])
     failed = [row["file"] for row in json.loads(capsys.readouterr().out) if not row["success"]]
     assert run(["trace", "explain", str(tmp_path)]) == 0
     shown = capsys.readouterr()
-    assert failed and f"{failed[0]}: the first of {len(failed)} that failed, of 6 traces" in shown.err
+    assert failed and f"{failed[0]}: the first of {len(failed)} that failed, of 2 traces" in shown.err
     assert run(["trace", "explain", str(tmp_path / failed[0])]) == 0
     assert capsys.readouterr().out == shown.out
     (tmp_path / "damaged.trace.jsonl").write_text("no trace", encoding="utf-8")
