@@ -71,7 +71,7 @@ class Expert:
         self._latest: State | None = None
 
     def state_of(self, observation: Observation) -> State:
-        """Return the state of a moment; while nothing changes it is the same, with all that is known of it."""
+        """Return the state of a moment; while nothing changes it is the same one, and keeps what it knows."""
         if self._latest is None or self._latest.observation != observation:
             self._latest = State(self.registry, observation)
         return self._latest
