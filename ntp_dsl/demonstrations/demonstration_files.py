@@ -174,13 +174,20 @@ def _version_1(table: Any, header: _HeaderOfVersion1) -> Demonstration:
     return Demonstration(header.things, times, _closed(table), at_origin, places, origin=Origin(goal=goal))
 
 
+def _column(table: Any, name: str) -> Any:
+    """Return a column. Raises `Unreadable` where there is none of that name."""
+    if name not in table.column_names:
+        raise Unreadable(f"there is no '{name}'")
+    return table[name]
+
+
 def _times(table: Any) -> NDArray[np.float32]:
-    times: NDArray[np.float32] = table["time"].to_numpy().astype(np.float32)
+    times: NDArray[np.float32] = _column(table, "time").to_numpy().astype(np.float32)
     return times
 
 
 def _closed(table: Any) -> NDArray[np.bool_]:
-    values = table["closed"].to_numpy(zero_copy_only=False)
+    values = _column(table, "closed").to_numpy(zero_copy_only=False)
     closed: NDArray[np.bool_] = values.astype(bool)
     if values.dtype.kind not in "biuf" or not (closed == values).all():
         raise Unreadable("'closed' is expected to be true or false, or 1 or 0")
@@ -258,10 +265,11 @@ def _fixed(rows: NDArray[Any], kind: Any) -> Any:
 
 def _rows(table: Any, column: str, length: int) -> NDArray[np.float64]:
     """Return a column of lists as (T, length). Raises `Unreadable` where a frame has no value."""
-    if table[column].null_count:
-        missing = table[column].is_null().to_pylist().index(True)
+    values = _column(table, column)
+    if values.null_count:
+        missing = values.is_null().to_pylist().index(True)
         raise Unreadable(f"there is no value in '{column}' at frame {missing}")
-    flat = np.asarray(table[column].combine_chunks().flatten(), dtype=np.float64)
+    flat = np.asarray(values.combine_chunks().flatten(), dtype=np.float64)
     return flat.reshape(-1, length)
 
 
@@ -273,7 +281,7 @@ def _optional(
     if not any(each in table.column_names for each in columns):
         return None
     if length == 1:
-        return np.stack([table[each].to_numpy().astype(np.float32) for each in columns], axis=1)
+        return np.stack([_column(table, each).to_numpy().astype(np.float32) for each in columns], axis=1)
     return np.stack([_rows(table, each, length).astype(np.float32) for each in columns], axis=1)
 
 
