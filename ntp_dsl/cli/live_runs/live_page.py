@@ -19,15 +19,13 @@ from ntp_dsl.cli.shown_beside import demonstration_beside
 from ntp_dsl.cli.terminal import has_typist, read_line
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.traces.page.page import encoded, live_document, live_page
+from ntp_dsl.traces.page.page import encoded, live_document, live_page, waiting_page
 from ntp_dsl.traces.reader import read_trace
 from ntp_dsl.traces.trace import Trace
 
 HERE = "127.0.0.1"
 DRAIN_TIMEOUT = 5.0  # [s] that pages have for fetching the end
 LINES = {"step": "\n", "over": "o\n", "go": "c\n"}  # of the page's buttons, as if typed at the terminal
-NOT_YET = """<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="1">
-<title>ntp run</title><p>The run has not begun; this page looks again every second."""
 
 
 class LiveRun:
@@ -199,7 +197,7 @@ def _handler(run: LiveRun, token: str) -> type[BaseHTTPRequestHandler]:
                 if self._asked():
                     self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
                 else:
-                    self._send(NOT_YET, "text/html")
+                    self._send(waiting_page(), "text/html")
             except ConnectionError:
                 self.close_connection = True  # the page was closed
 

@@ -16,19 +16,20 @@ function cell(row, side, number) {
   if (!callData) return box;
   const folds = row.end > number + 1 && (side === "a" || row.a === null);
   const toggle = folds ? (chosen.folded.has(number) ? "▸" : "▾") : "";
-  box.append(element("span", { class: "toggle", "aria-hidden": "true" }, toggle));
   const name = element("span", { class: callData.program ? "program" : "side-" + side });
   highlight(name, callData.name);
   const args = element("span", {});
   highlight(args, `(${callData.arguments})`);
   const succeeded = callData.outcome === "done" || callData.outcome === "achieved";
   const runs = !callData.outcome && page.goes_on;
-  const mark = succeeded ? " ✓" : `${runs ? " …" : " ✗"} ${outcome(callData)}`;
-  box.append(name, args, element("span", { class: succeeded ? "good" : runs ? "dim" : "bad" }, mark));
-  if (callData.unmet.length) box.append(element("span", { class: "bad" }, ` but not ${callData.unmet.join(", ")}`));
+  const triangle = element("span", { class: "toggle", "aria-hidden": "true" }, toggle);
+  const mark = succeeded ? "✓" : `${runs ? "…" : "✗"} ${outcome(callData)}`;
+  const colour = succeeded ? "good" : runs ? "dim" : "bad";
+  box.append(element("span", { class: "shrinks" }, triangle, name, args), element("span", { class: `outcome ${colour}` }, mark));
+  if (callData.unmet.length) box.append(element("span", { class: "bad shrinks" }, `but not ${callData.unmet.join(", ")}`));
   const unsure = callData.probability !== null && callData.probability < SURE;
   const notes = [unsure ? percentage(callData.probability) : "", ...callData.disturbances];
-  box.append(element("span", { class: "dim" }, ` ${notes.filter(Boolean).join(" ")}`));
+  box.append(element("span", { class: "dim" }, notes.filter(Boolean).join(" ")));
   box.title = callText(callData);
   return box;
 }
