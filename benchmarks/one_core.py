@@ -50,6 +50,7 @@ TASKS = (
     (DOMAINS / "picnic", "picnic"),
     (DOMAINS / "vending", "vending"),
 )
+IN_PYTHON = (examples_folder() / "blueprint", "blueprint")  # as `set_the_table` is
 NOISES = (0.0, 0.004, 0.008, 0.012, 0.016, 0.02)  # standard [m]
 CONSTANT = 0.008  # error of each object's position, the same at each look [m]
 
@@ -134,31 +135,40 @@ class BiasedWorld(KinematicWorld):
 
 
 def dispatch(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the success of rule and learnt dispatcher over the same facts, at each noise."""
-    found: dict[str, dict[str, float]] = {}
+    """Return the success of rule and learnt dispatcher over the same facts, at each noise.
+
+    Of programs whose bodies are declared, and of libraries in which a program leaves its body to Python.
+    """
+    found: dict[str, dict[str, dict[str, float]]] = {}
     for name in (*(f"{1000 * noise:g} mm" for noise in NOISES), "constant 8 mm"):
+        found[name] = {}
         for way in Dispatch:
-            wins = 0
-            for library, task in TASKS:
+            shares: dict[str, list[float]] = {}
+            for library, task in (*TASKS, IN_PYTHON):
                 plan = Plan(library, task, arguments.model, seed=arguments.seed, dispatch=way)
-                if name.startswith("constant"):
-                    evaluator = Evaluator(plan)
-                    world = BiasedWorld()
-                    equip(world, evaluator.registry)
-                    demonstrate = evaluator.demonstration
-                    clean = evaluator.world
-                    for number in range(arguments.episodes):
-                        evaluator.world = clean
-                        shown, _ = demonstrate(evaluator.instance(number), number)
-                        evaluator.world = world
-                        wins += bool(evaluator.episode(number, shown).success)
-                else:
-                    noisy = replace(plan, disturbances=Disturbances(noise=float(name.split()[0]) / 1000))
-                    wins += sum(bool(each.success) for each in run_all(noisy, arguments.episodes, 1))
-            share = wins / (arguments.episodes * len(TASKS))
-            found.setdefault(name, {})[str(way)] = round(share, 3)
+                evaluator = Evaluator(plan)
+                wins = _wins(plan, evaluator, name, arguments.episodes)
+                in_python = any(row.in_python for row in evaluator.registry.programs.values())
+                kind = "bodies in Python" if in_python else "declared bodies"
+                shares.setdefault(kind, []).append(wins / arguments.episodes)
+            found[name][str(way)] = {kind: round(sum(each) / len(each), 3) for kind, each in shares.items()}
         print(name, found[name], flush=True)
     return found
+
+
+def _wins(plan: Plan, evaluator: Evaluator, noise: str, episodes: int) -> int:
+    """Return how many episodes succeed."""
+    if not noise.startswith("constant"):
+        noisy = replace(plan, disturbances=Disturbances(noise=float(noise.split()[0]) / 1000))
+        return sum(bool(each.success) for each in run_all(noisy, episodes, 1))
+    wins, clean, world = 0, evaluator.world, BiasedWorld()
+    equip(world, evaluator.registry)
+    for number in range(episodes):
+        evaluator.world = clean
+        shown, _ = evaluator.demonstration(evaluator.instance(number), number)
+        evaluator.world = world
+        wins += bool(evaluator.episode(number, shown).success)
+    return wins
 
 
 # Times ------------------------------------------------------------------------------------------
