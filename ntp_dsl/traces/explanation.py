@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
@@ -29,6 +30,7 @@ from ntp_dsl.traces.trace import Trace
 
 NOT = "not "  # with which the text of a fact begins that is to be false
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
+NAME = re.compile(r"\w+")
 LONG = 300  # characters of a measurement
 Quoted = Callable[[int], str]  # the text of a statement at a line; empty where it is unknown
 SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
@@ -67,9 +69,10 @@ def interesting(trace: Trace) -> Call | None:
 
     Of a run that says that it is done and is not, that is the task's program, which read what to do. Of one
     that goes round in a circle, it is the call of it that does not succeed, or whose effect another undoes.
-    Of any other that failed, it is the last primitive that went wrong and was not made good, one that nothing
-    disturbed if there is one, or else the last call that failed, innermost. Of a run that succeeded it is the
-    first that failed, or else the least probable.
+    Of any other that failed, it is the last primitive that went wrong and was not made good: if there are
+    such, one that nothing disturbed, that has the failure's attribution, and that is about its objects. Where
+    none went wrong, it is the innermost program that found nothing left to do, of those that had done
+    something. Of a run that succeeded it is the first that failed, or else the least probable.
     """
     failed = [call for call in trace.calls if _went_wrong(trace, call)]
     end = trace.end
@@ -80,13 +83,32 @@ def interesting(trace: Trace) -> Call | None:
         if found := circle(trace):
             undone = found.undone()
             return next(iter(found.failing), undone[1] if undone else found.calls[0])
-        bad = [each for each in never_made_good(trace) if aftermath(trace, each)]
-        undisturbed = [each for each in bad if not each.execution.disturbances]
-        return (undisturbed or bad or never_made_good(trace) or failed)[-1]
+        bad = never_made_good(trace)
+        if not bad:
+            return _dead_end(trace, roots) or failed[-1]
+        about = set(NAME.findall(end.verdict))
+        for is_telling in (
+            lambda each: aftermath(trace, each),
+            lambda each: not each.execution.disturbances,
+            lambda each: attribute_call(each) is end.attributed_to,
+            lambda each: not about.isdisjoint(map(str, without_lists(each.arguments))),
+        ):
+            bad = [each for each in bad if is_telling(each)] or bad
+        return bad[-1]
     if failed:
         return failed[0]
     made = [call for call in trace.calls if call.parent != ROOT]
     return min(made, key=_sureness, default=None)
+
+
+def _dead_end(trace: Trace, roots: Sequence[Call]) -> Call | None:
+    """Return the innermost of the last calls that returned unfinished although each had called something."""
+    found = None
+    below: Sequence[Call] = [each for each in roots if trace.children(each.id)]
+    while below and below[-1].is_program and not below[-1].succeeded:
+        found = below[-1]
+        below = [each for each in trace.children(found.id) if trace.children(each.id)]
+    return found
 
 
 def _sureness(call: Call) -> float:
@@ -269,8 +291,22 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
             yield from _skipped(trace, call, made[-1])
         yield from _seen(returned)
         yield from _statements(returned.statements, _of(trace, call.name))
+        yield from _against_the_rule(trace, call, returned)
         if returned.asked is not None:
             yield f"Somebody was asked: {format_asked(returned.asked)}."
+
+
+def _against_the_rule(trace: Trace, call: Call, returned: Decision) -> Iterator[str]:
+    """Yield that a learned policy returned although a call was due that had never failed."""
+    if returned.probability is None or call.succeeded:
+        return
+    failed = {(each.name, each.arguments) for each in trace.calls if not each.succeeded}
+    due = [each for each in returned.statements if each.status is Status.DUE and not each.lacks]
+    if due and all((each.callee, each.arguments) not in failed for each in due):
+        yield (
+            f"By the declaration it would have called {format_invocation(due[0].callee, due[0].arguments)}: "
+            "the network decided otherwise. See whether `--dispatch rule` succeeds; then the model does not fit."
+        )
 
 
 def _skipped(trace: Trace, call: Call, last: Call) -> Iterator[str]:

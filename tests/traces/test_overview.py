@@ -14,8 +14,9 @@ from ntp_dsl.traces.aftermath import never_made_good
 from ntp_dsl.traces.comparison.divergence import compare
 from ntp_dsl.traces.explanation import explanation, interesting
 from ntp_dsl.traces.overview import overview
+from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.reader import read_trace
-from ntp_dsl.traces.schema import Attribution, Ending
+from ntp_dsl.traces.schema import Attribution, CallOutcome, Ending
 from ntp_dsl.traces.trace import Trace
 
 STACK = """library planted
@@ -157,3 +158,29 @@ def test_a_loop_over_a_type_without_objects_is_named(tmp_path: Path) -> None:
     line = next(iter(trace.header.sources.values())).split("\n").index(LOOP) + 1
     said = [each for each in overview(trace) if each.startswith("No object of the scene is a ")]
     assert said == [f"No object of the scene is a Shelf, so that line {line} of aside calls nothing."]
+
+
+LIFT = """program bring(item: Movable, support: Place):
+    requires present(item) and reachable(item) and present(support) and reachable(support)
+    achieves on(item, support)
+    pick(item)
+"""
+
+
+def test_where_nothing_went_wrong_the_program_that_got_stuck_is_explained(tmp_path: Path) -> None:
+    trace = traced(tmp_path, LIFT, "bring(p.item, p.support)")
+    asked = interesting(trace)
+    assert asked is not None and asked.name == "bring" and trace.children(asked.id)
+    told = " ".join(explanation(trace, asked))
+    assert "Its reason: no statement achieves on(" in told and "pick(" in told
+
+
+def test_a_return_that_the_declaration_would_not_make_is_told(tmp_path: Path) -> None:
+    trace = traced(tmp_path, "", "pick_and_place(p.item, p.support)")
+    call = next(each for each in trace.calls if each.name == "pick")
+    made = trace.children(call.id)[0]
+    sentence = f"By the declaration it would have called {format_call(made)}: the network decided otherwise."
+    call.return_decision = made.decision
+    assert sentence not in " ".join(explanation(trace, call))
+    call.outcome = CallOutcome.UNFINISHED
+    assert sentence in " ".join(explanation(trace, call))

@@ -118,7 +118,9 @@ def page_document(
 def waiting_page() -> str:
     """Return what a browser shows before a run has begun; it asks again every second."""
     style = joined(PARTS, ("palette.css",))
-    layout = "margin: 0; height: 100vh; display: grid; place-content: center; font: 1.1rem system-ui, sans-serif"
+    layout = (
+        "margin: 0; height: 100vh; display: grid; place-content: center; font: 1.1rem system-ui, sans-serif"
+    )
     return f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta http-equiv="refresh" content="1">
 <title>ntp run: not begun</title>
 <style>{style} body {{ {layout}; background: var(--back); color: var(--text); }}</style>
