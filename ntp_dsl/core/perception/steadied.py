@@ -15,6 +15,8 @@ from ntp_dsl.semantics.attempts import without_attempts
 from ntp_dsl.semantics.observation import Observation
 
 FLICKER = 0.2  # of the hand: opened or closed for a shorter time than that does not count [s]
+REGRASP = 3.0  # of a hand that opens and closes where it is, for less than that: it goes on holding [s]
+STAYS = 0.02  # of such a hand from where it opened [m]
 MOVED = 0.015  # of a trajectory's spread, above which an object does not rest [m]
 RIGID = 0.6  # of the spread in the world, below which that in the hand makes an object a held one
 FALL = 0.02  # of the spread, above which an object has moved within a phase without the hand [m]
@@ -32,7 +34,7 @@ class Steadied:
     """
 
     demonstration: Demonstration
-    closed: NDArray[np.bool_]  # (T,) without flicker
+    closed: NDArray[np.bool_]  # (T,) without flicker and regrasps
     positions: Points  # (T, N, 3): centres, world frame [m]
     deviations: NDArray[np.float64]  # (T, N): standard, of these [m]
 
@@ -84,7 +86,7 @@ class Steadied:
 
 def steadied(demonstration: Demonstration) -> Steadied:
     """Return the states that a demonstration's frames are looks at."""
-    closed = _without_flicker(demonstration)
+    closed = _deliberate(demonstration)
     positions = demonstration.positions.copy()
     deviations = np.zeros(positions.shape[:2])
     raw = Steadied(demonstration, closed, positions, deviations)
@@ -119,15 +121,24 @@ def steadied(demonstration: Demonstration) -> Steadied:
     return Steadied(demonstration, closed, positions, deviations)
 
 
-def _without_flicker(demonstration: Demonstration) -> NDArray[np.bool_]:
+def _deliberate(demonstration: Demonstration) -> NDArray[np.bool_]:
+    """Return whether the hand is closed, (T,), without flicker, and without opening to grasp better."""
     closed = demonstration.closed.copy()
     begins = [0, *(np.flatnonzero(np.diff(closed.astype(int))) + 1).tolist()]
     ends = [*begins[1:], len(closed)]
     times = demonstration.times
     for begin, end in list(zip(begins, ends, strict=True))[1:-1]:
-        if times[end] - times[begin] < FLICKER - 1e-6:
+        lasted = times[end] - times[begin]
+        is_better_grasp = not closed[begin] and lasted < REGRASP and _stays(demonstration, begin, end)
+        if lasted < FLICKER - 1e-6 or is_better_grasp:
             closed[begin:end] = closed[begin - 1]
     return closed
+
+
+def _stays(demonstration: Demonstration, begin: int, end: int) -> bool:
+    """Return whether the hand is where it was when it opened, until it closes."""
+    hand = demonstration.grippers[begin - 1 : end + 1]
+    return bool(np.linalg.norm(hand - hand[0], axis=1).max() < STAYS)
 
 
 def _noise(demonstration: Demonstration, raw: Steadied) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ explained where that is what has just come true. As in an execution, a call goes
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,7 +15,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Api
 from ntp_dsl.language.syntax.nodes import PYTHON
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.state_changes import changed_by, says_of_state
 from ntp_dsl.traces.schema import DemonstratedCall
@@ -32,6 +33,12 @@ class Running:
     caller: Running | None = None
     call: DemonstratedCall | None = field(default=None, compare=False)  # in which what is shown is noted
     rest: int = 0  # acts that still belong to the primitive that was called
+
+    def is_about(self, item: str) -> bool:
+        """Return whether it is called with an object, or by a call that is; of the first call, nobody says."""
+        if self.caller is None:
+            return False
+        return item in _names(self.arguments) or self.caller.is_about(item)
 
 
 @dataclass
@@ -172,6 +179,17 @@ def unmarked(top: Running) -> Running:
     """Return a running call in which nothing of what is shown is noted."""
     caller = unmarked(top.caller) if top.caller is not None else None
     return replace(top, caller=caller, call=None)
+
+
+def _names(arguments: Iterable[Argument]) -> Iterator[str]:
+    """Yield the objects and members among arguments, in their records and lists too."""
+    for each in arguments:
+        if isinstance(each, str):
+            yield each
+        elif isinstance(each, Record):
+            yield from _names(value for _, value in each.fields)
+        elif isinstance(each, tuple):
+            yield from _names(each)
 
 
 def _ends(call: DemonstratedCall | None, frame: int) -> None:

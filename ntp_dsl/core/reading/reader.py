@@ -198,7 +198,7 @@ class Reader:
         Whoever demonstrates may go about it in another order than the program would.
         """
         acts = {act.frame: act for act in self.moments.acts}
-        for stray in [*self._strays(chosen, reading.acts_explained)]:
+        for stray in [*self._strays(chosen, reading.acts_explained - reading.in_passing)]:
             act = acts[stray.frame]
             for each in found:
                 if each.rise <= act.number or each in chosen or not self._is_served(each, stray.item, act):
@@ -403,7 +403,7 @@ class Reader:
             name=self.program.name, arguments=arguments, scope=self.moments.scope, done=True
         )
         call.children = []
-        top, explained = self._root(chosen, call), set[int]()
+        top, explained, in_passing = self._root(chosen, call), set[int](), set[int]()
         for at, act in enumerate(self.moments.acts):
             if self._explanation.step(unmarked(top), act) is None:
                 if self._after_anew(top, self._root(chosen), at) is None:
@@ -413,6 +413,9 @@ class Reader:
             assert after is not None, "it was explained just now"
             top = after
             explained.add(act.number)
+            item = self.moments.ends[act.number].observation.held
+            if item is not None and top.caller is not None and not top.is_about(item):
+                in_passing.add(act.number)
         self._explanation.finish(top)
         call.scope, call.done = self.moments.scope, True
         _close(call)
@@ -423,7 +426,15 @@ class Reader:
             for field in contract.unmentioned
         )
         missed = tuple(act.frame for act in self.moments.acts if act.number not in explained)
-        return Reading(arguments, call, frozenset(explained), len(self.moments.acts), missed, unshown)
+        return Reading(
+            arguments,
+            call,
+            frozenset(explained),
+            len(self.moments.acts),
+            missed,
+            unshown,
+            in_passing=frozenset(in_passing),
+        )
 
 
 def _size(element: Element) -> int:

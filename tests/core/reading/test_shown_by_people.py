@@ -15,6 +15,7 @@ TASKS = {
     "block_stacking": "block_stacking",
     "table_cleanup": "three_and_three",
     "set_the_table": "set_the_table",
+    "zoning": "zoning",
 }
 
 
@@ -26,3 +27,11 @@ def test_what_a_person_shows_is_read_at_every_rate(name: str, person: Person) ->
         shown = demonstrate(task, PersonWorld(person, rate)).demonstration
         seen = noisy(shown, 0.003, np.random.default_rng((5, number)))
         assert read(task, seen).arguments == task.instance.arguments, (name, person, rate)
+
+
+def test_a_hand_that_opens_to_grasp_better_goes_on_holding() -> None:
+    """Where what is held is in its zone already, only the acts themselves tell that it is put down there."""
+    task = draw(library("zoning"), "zoning", seed=3)
+    shown = demonstrate(task, PersonWorld(Person.REGRASPS, 30.0)).demonstration
+    opened = np.flatnonzero(np.diff(shown.closed.astype(int)) < 0)
+    assert len(opened) > len(task.instance.goal) and read(task, shown).acts == 2 * len(task.instance.goal)
