@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from ntp_dsl.common.text import counted
 from ntp_dsl.core.default_bodies import with_default_bodies
 from ntp_dsl.core.dispatch.dispatcher import Dispatcher
 from ntp_dsl.core.dispatch.learned import LearnedDispatcher
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
+from ntp_dsl.core.learnt.learnt_rows import LearntRows, rows_beside
 from ntp_dsl.core.one_core import FORMAT, MADE_BY, OneCore, one_core
 from ntp_dsl.core.per_library.checkpoint import check_fits, core_of
 from ntp_dsl.core.per_library.model import Core
@@ -51,10 +53,14 @@ class OneCoreModel:
     core: OneCore
     registry: Registry
     dispatch: Dispatch
+    rows: LearntRows = LearntRows({})
 
     @property
     def training(self) -> str:
-        return fewer_than_usual(self.core.recipe.get("pretraining"))
+        """Return with what it was trained, where that is far less than usual, and whose rows were learnt."""
+        few = fewer_than_usual(self.core.recipe.get("pretraining"))
+        learnt = [f"{counted(each.decisions, 'decision')} of {name}" for name, each in self.rows.rows.items()]
+        return ", ".join([few] * bool(few) + learnt)
 
     def read(self, demonstration: Demonstration, whole_scopes: bool = False) -> Shown:
         """Return a demonstration as it is read."""
@@ -70,7 +76,7 @@ class OneCoreModel:
         expert = Expert(self.registry)
         if self.dispatch is Dispatch.RULE:
             return RuleDispatcher(expert)
-        return LearnedDispatcher(expert, self.core.dispatch)
+        return LearnedDispatcher(expert, self.core.dispatch, self.rows.preferences)
 
 
 @dataclass(frozen=True)
@@ -100,8 +106,12 @@ def open_model(path: Path, registry: Registry, program: str, dispatch: Dispatch 
     """
     weights = read_weights(path, MADE_BY)
     if weights.format[0] == FORMAT:
-        core = one_core(weights, path)
-        return OneCoreModel(core, with_default_bodies(registry), dispatch or Dispatch.LEARNED)
+        core, rows = one_core(weights, path), rows_beside(registry)
+        if rows.rows and dispatch is Dispatch.RULE:
+            names = ", ".join(rows.rows)
+            raise NtpError(f"the rule knows nothing of the rows learnt of {names}: omit --dispatch rule")
+        known = with_default_bodies(rows.applied(registry))
+        return OneCoreModel(core, known, dispatch or Dispatch.LEARNED, rows)
     if dispatch is not None:
         raise NtpError(f"{path}: is a checkpoint of `ntp train`, which has its own way: omit --dispatch")
     baseline = core_of(weights, path).core

@@ -305,7 +305,7 @@ def _against_the_rule(trace: Trace, call: Call, returned: Decision) -> Iterator[
     if due and all((each.callee, each.arguments) not in failed for each in due):
         yield (
             f"By the declaration it would have called {format_invocation(due[0].callee, due[0].arguments)}: "
-            "the network decided otherwise. See whether `--dispatch rule` succeeds; then the model does not fit."
+            "the network decided otherwise. Where `--dispatch rule` succeeds, the model does not fit."
         )
 
 

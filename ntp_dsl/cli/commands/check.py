@@ -89,6 +89,8 @@ def command(
         diagnostics, sources = [*diagnostics, *simulated], {**sources, **more}
     if format is Format.TEXT:
         _print_text(checks.paths, diagnostics, sources)
+        if not static and not has_errors(diagnostics):
+            checks.print_who_decides()
     else:
         _print_document(diagnostics, format)
     return int(has_errors(diagnostics))
@@ -122,6 +124,16 @@ class _Checks:
         if key not in self._simulated:
             self._simulated[key] = self._simulate(texts, out)
         return self._simulated[key]
+
+    def print_who_decides(self) -> None:
+        """Say how the programs that are left to Python are decided."""
+        from ntp_dsl.cli.python_programs import who_decides
+        from ntp_dsl.user_code.loading import with_python
+
+        for path in self.paths:
+            checked = _report(path, {}).checked()
+            for line in who_decides(with_python(checked) if self._execute else checked, self._execute):
+                print(line)
 
     def _simulate(self, texts: Texts, out: Path | None) -> Found:
         from ntp_dsl.cli.display import progress

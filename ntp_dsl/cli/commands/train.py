@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
+from ntp_dsl.cli.learnt_rows import train_row
 from ntp_dsl.cli.options import Json, Library, Seed
 from ntp_dsl.core.per_library.checkpoint import resume_training, save_core, save_training
 from ntp_dsl.core.per_library.config import TrainingConfig
@@ -36,7 +37,17 @@ SHOW_EVERY = 20
 def command(
     library: Library,
     data: Annotated[list[Path], typer.Option(help="Folder of `ntp record`; may be repeated.")],
-    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("runs/model"),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder to write; with --program the file.",
+            show_default="runs/model, or beside the library",
+        ),
+    ] = None,
+    program: Annotated[
+        str | None,
+        typer.Option(help="Learn the row of this program alone, for the core that ships; it takes seconds."),
+    ] = None,
     iterations: Annotated[
         int, typer.Option(min=1, help="Number of optimiser steps.")
     ] = TrainingConfig.iterations,
@@ -46,10 +57,21 @@ def command(
 ) -> int:
     """Train a core on the recorded traces of a library's expert.
 
-    After an interruption, the same command continues from the last saved iteration.
+    With --program NAME it learns what that program calls, if its expert is a function in Python, and which of
+    the calls that are due come first, as far as the expert's traces show it (`ntp record`, or `ntp eval
+    --expert --out`). The row is written beside the library, as NAME.rows.json, where the core that ships
+    finds it. Without --program, it trains a core of the library's own, the baseline; after an interruption,
+    the same command continues from the last saved iteration.
 
     Example: ntp train block_stacking --data runs/data --out runs/model
     """
+    if program is not None:
+        if (iterations, seed, threads) != (TrainingConfig.iterations, 0, 1):
+            raise NtpError(
+                "--program goes without --iterations, --seed and --threads: a row is fitted at once"
+            )
+        return train_row(library, program, data, out, json)
+    out = out or Path("runs/model")
     use_threads(threads)
     registry = load_with_python(library)
     started = perf_counter()

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import heapq
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 import torch
 from msgspec.structs import replace
+from torch import Tensor
 
 from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
-from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
+from ntp_dsl.core.dispatch.network import DispatchNetwork, batched, first_hit
 from ntp_dsl.core.dispatch.rows import Key, Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
+from ntp_dsl.core.learnt.preferences import Preference, scores
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.evidence import evidence, rounded, weighed
@@ -37,8 +40,11 @@ class LearnedDispatcher:
     among what is not barred, averaged over where objects may be.
     """
 
-    def __init__(self, expert: Expert, network: DispatchNetwork) -> None:
+    def __init__(
+        self, expert: Expert, network: DispatchNetwork, preferences: Mapping[str, Preference] | None = None
+    ) -> None:
         self._expert, self._network, self._rule = expert, network, RuleDispatcher(expert)
+        self._preferences = preferences or {}
 
     def dispatch(self, situations: Sequence[Situation]) -> list[Dispatched]:
         programs = [self._expert.registry.programs[each.program] for each in situations]
@@ -46,27 +52,34 @@ class LearnedDispatcher:
             [] if program.in_python else self._variants(program, each.arguments, each.state)
             for program, each in zip(programs, situations, strict=True)
         ]
-        answers = iter(self._answers([row for some in variants for _, row in some]))
+        answers = iter(self._answers([case for some in variants for case in some]))
         return [
-            self._dispatched(each, [(weight, next(answers)) for weight, _ in some])
+            self._dispatched(each, [(case.weight, next(answers)) for case in some])
             if some
             else self._rule.dispatch([each])[0]
             for each, some in zip(situations, variants, strict=True)
         ]
 
-    def _variants(
-        self, program: Program, arguments: tuple[Argument, ...], state: Believed
-    ) -> list[tuple[float, Row]]:
+    def _variants(self, program: Program, arguments: tuple[Argument, ...], state: Believed) -> list[_Case]:
         """Return a program's row as things are seen, by which is decided, and those that may be.
 
         Each has its probability: the first one 0, where there are others.
         """
-        row = unrolled(self._expert.registry, program, arguments, state)
-        variants = state.variants(row.facts)
+        seen = self._case(1.0, program, arguments, state)
+        variants = state.variants(seen.row.facts)
         if variants[0][1] is state:
-            return [(1.0, row)]
-        others = [(w, unrolled(self._expert.registry, program, arguments, each)) for w, each in variants]
-        return [(0.0, row), *others]
+            return [seen]
+        others = [self._case(weight, program, arguments, each) for weight, each in variants]
+        return [dataclasses.replace(seen, weight=0.0), *others]
+
+    def _case(
+        self, weight: float, program: Program, arguments: tuple[Argument, ...], state: Believed
+    ) -> _Case:
+        row = unrolled(self._expert.registry, program, arguments, state)
+        preference = self._preferences.get(program.name)
+        if preference is None or not preference.terms:
+            return _Case(weight, row)
+        return _Case(weight, row, scores(preference, row, state))
 
     def _dispatched(self, situation: Situation, variants: Sequence[tuple[float, _Answer]]) -> Dispatched:
         barred = situation.barred
@@ -111,15 +124,36 @@ class LearnedDispatcher:
         return Dispatched(answer, decision, achieved, grounds, others)
 
     @torch.inference_mode()
-    def _answers(self, rows: Sequence[Row]) -> list[_Answer]:
+    def _answers(self, cases: Sequence[_Case]) -> list[_Answer]:
+        rows = [each.row for each in cases]
         if not any(row.calls for row in rows):
             return [_Answer(row, [], 1.0) for row in rows]
-        calls, ends = self._network(batched(rows))
-        answers = zip(rows, calls.exp().tolist(), ends.exp().tolist(), strict=True)
+        hazards = self._network.hazards(batched(rows))
+        calls, ends = first_hit(hazards)
+        answers = zip(cases, hazards, calls.exp().tolist(), ends.exp().tolist(), strict=True)
         return [
-            _Answer(row, chances[: len(row.calls)], end) if row.calls else _Answer(row, [], 1.0)
-            for row, chances, end in answers
+            _Answer(case.row, case.preferring(due, chances[: len(case.row.calls)], end), end)
+            if case.row.calls
+            else _Answer(case.row, [], 1.0)
+            for case, due, chances, end in answers
         ]
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A row, how probably things are so, and the score of each call where a preference is known."""
+
+    weight: float
+    row: Row
+    scores: tuple[float, ...] = ()
+
+    def preferring(self, hazards: Tensor, chances: list[float], end: float) -> list[float]:
+        """Return the chances of the calls: with a preference, of those that are due, by their scores."""
+        due = hazards[: len(chances)] > 0
+        if not self.scores or not due.any():
+            return chances
+        scores = torch.tensor(self.scores).masked_fill(~due, -torch.inf)
+        return (scores.softmax(0) * (1 - end)).tolist()
 
 
 @dataclass(frozen=True)

@@ -137,6 +137,10 @@ class DispatchNetwork(nn.Module):
 
     def forward(self, rows: Rows) -> tuple[Tensor, Tensor]:
         """Return the logarithms of the probability of each call (rows, longest), and of the end (rows,)."""
+        return first_hit(self.hazards(rows))
+
+    def hazards(self, rows: Rows) -> Tensor:
+        """Return how surely each call is made where none before it is, as logits (rows, longest)."""
         calls, facts = self.of_call(rows.calls), self.of_fact(rows.facts)
         first, again, *last = self.rounds
         calls, facts = first(calls, facts, rows)
@@ -159,10 +163,14 @@ class DispatchNetwork(nn.Module):
         asked = self.query(summary)[rows.row_of_call]
         hazard = (asked * self.key(calls)).sum(-1) / self.width**0.5 + self.bias(calls)[:, 0]
         hazards = torch.full((rows.count, max(1, rows.longest)), LEAST)
-        hazards = hazards.index_put((rows.row_of_call, rows.places), hazard)
-        none = nn.functional.logsigmoid(-hazards)
-        passed = none.cumsum(1)
-        return nn.functional.logsigmoid(hazards) + passed - none, passed[:, -1]
+        return hazards.index_put((rows.row_of_call, rows.places), hazard)
+
+
+def first_hit(hazards: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the logarithms of the probability that a call is the first that is made, and that none is."""
+    none = nn.functional.logsigmoid(-hazards)
+    passed = none.cumsum(1)
+    return nn.functional.logsigmoid(hazards) + passed - none, passed[:, -1]
 
 
 class _Round(nn.Module):

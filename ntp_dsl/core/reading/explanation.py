@@ -35,7 +35,7 @@ class Running:
     rest: int = 0  # acts that still belong to the primitive that was called
 
     def is_about(self, item: str) -> bool:
-        """Return whether it is called with an object, or by a call that is; of the first call, nobody says."""
+        """Return whether it, or a call that led to it but the first, is called with an object."""
         if self.caller is None:
             return False
         return item in _names(self.arguments) or self.caller.is_about(item)

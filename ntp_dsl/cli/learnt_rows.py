@@ -1,0 +1,90 @@
+"""Learning the row of one program from traces, and what is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ntp_dsl.cli.display import messages, print_json, progress
+from ntp_dsl.cli.trace_folders import traces_in
+from ntp_dsl.common.text import counted
+from ntp_dsl.core.learnt.bodies import lines_of
+from ntp_dsl.core.learnt.learning import learn
+from ntp_dsl.core.learnt.learnt_rows import LearntRow, read_row, rows_file, save_row
+from ntp_dsl.core.one_core import load_one_core, shipped_core
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.semantics.value_checks import guess
+from ntp_dsl.traces.reader import read_trace
+from ntp_dsl.traces.schema import PolicyKind
+from ntp_dsl.traces.trace import Trace
+from ntp_dsl.user_code.loading import load_with_python
+
+FORESEEN = 0.9  # share of the decisions below which something is missing
+
+
+def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, json: bool) -> int:
+    """Learn the row of one program, write it, and say what it is. Raises `NtpError` where none can be."""
+    registry = load_with_python(library)
+    program = registry.programs.get(name)
+    if program is None:
+        raise NtpError(f"library '{registry.name}' has no program '{name}'{guess(name, registry.programs)}")
+    path = out or rows_file(program)
+    if path is None:
+        raise NtpError(f"'{name}' is in no file: say with --out where its row is to be written")
+    if path.exists():
+        _check_is_row(path)
+    row = learn(registry, load_one_core(shipped_core()).dispatch, name, _experts_traces(data))
+    save_row(row, path)
+    if json:
+        print_json({"row": str(path), "learnt": row})
+    else:
+        for line in _told(registry, program, row):
+            messages.print(line)
+        used = "`ntp run` and `ntp eval` decide by it" if out is None else f"beside {library} it is used"
+        messages.print(f"{path}: {used} as long as '{name}', and what it calls, is declared as it is")
+    return 0
+
+
+def _check_is_row(path: Path) -> None:
+    """Raise `NtpError` where a file is not one that this command would have written."""
+    try:
+        read_row(path)
+    except NtpError as error:
+        raise NtpError(f"{path}: exists, and is no learnt row: nothing is replaced") from error
+
+
+def _experts_traces(folders: Sequence[Path]) -> list[Trace]:
+    """Return the traces of experts that did not fail; the others show no right decisions."""
+    files = [file for folder in folders for file in traces_in(folder)]
+    found, left_out = [], 0
+    with progress("reading traces", len(files)) as bar:
+        for file in files:
+            trace = read_trace(file)
+            is_right = trace.end is not None and trace.end.success is not False
+            if trace.header.policy is PolicyKind.SCRIPTED and is_right:
+                found.append(trace)
+            else:
+                left_out += 1
+            bar.advance()
+    if left_out:
+        messages.print(f"{counted(left_out, 'trace')} left out: not by an expert, or failed")
+    return found
+
+
+def _told(registry: Registry, program: Program, row: LearntRow) -> list[str]:
+    terms = row.preference.terms
+    liked = f"those with {row.preference} come first" if terms else "none is preferred: they come in order"
+    told = [
+        f"{program.name}: learnt from {counted(row.decisions, 'decision')} in {counted(row.traces, 'trace')}",
+        *(f"    {each}" for each in lines_of(registry, program, row.calls)),
+        f"of the calls that are due, {liked}",
+    ]
+    if row.foreseen < FORESEEN:
+        told.append(
+            f"only {row.foreseen:.0%} of the decisions are foreseen: what they hang on cannot be seen of a "
+            "call; declare it as a predicate or a reading of the call's objects"
+        )
+    else:
+        told.append(f"{row.foreseen:.0%} of the decisions are foreseen")
+    return told

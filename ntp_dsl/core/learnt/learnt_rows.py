@@ -1,0 +1,109 @@
+"""Rows learnt from traces: of one program what it calls, and which of the calls that are due it prefers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from ntp_dsl.common.decoding import Count, Unreadable, decode
+from ntp_dsl.common.files import written_whole
+from ntp_dsl.core.learnt.bodies import ShownCall, with_calls
+from ntp_dsl.core.learnt.preferences import Preference
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Program, Registry
+
+FORMAT, VERSION = "ntp-rows", 1
+SUFFIX = ".rows.json"
+MADE_BY = "ntp train --program"
+
+
+class LearntRow(Struct, frozen=True, kw_only=True):
+    """What was learnt of one program. `of` names its declaration, and those of what it calls."""
+
+    format: str = FORMAT
+    version: int = VERSION
+    program: str
+    of: str
+    calls: tuple[ShownCall, ...]  # none where the program declares its body
+    preference: Preference
+    traces: Count
+    decisions: Count
+    foreseen: float  # share of them in which the call that is now likeliest was made
+
+
+def declaration_of(registry: Registry, program: str) -> str:
+    """Return what tells declarations of a program apart: its hash, and those of what it calls directly."""
+    row = registry.programs[program]
+    hashes = [row.hash, *(registry[each].hash for each in row.callees)]
+    return sha256(";".join(hashes).encode()).hexdigest()[:16]
+
+
+# Files ----------------------------------------------------------------------------------------------
+
+
+def rows_file(program: Program) -> Path | None:
+    """Return where a program's learnt row is kept: beside its library. None where that is no file."""
+    path = program.span.path
+    return path.parent / f"{program.name}{SUFFIX}" if path is not None else None
+
+
+def save_row(row: LearntRow, path: Path) -> None:
+    """Write a row, whole or not at all. Raises `OSError`."""
+    with written_whole(path) as partial:
+        partial.write_bytes(msgspec.json.format(msgspec.json.encode(row)) + b"\n")
+
+
+def read_row(path: Path) -> LearntRow:
+    """Read a row. Raises `NtpError` for anything else."""
+    try:
+        row = decode(path.read_bytes(), LearntRow)
+    except (Unreadable, OSError) as error:
+        raise NtpError(f"{path}: expected a row of `{MADE_BY}`: {error}") from error
+    if (row.format, row.version) != (FORMAT, VERSION):
+        raise NtpError(f"{path}: expected {FORMAT}, version {VERSION}; found {row.format}, {row.version}")
+    return row
+
+
+@dataclass(frozen=True)
+class LearntRows:
+    """The rows that lie beside a library, by program."""
+
+    rows: Mapping[str, LearntRow]
+
+    def applied(self, registry: Registry) -> Registry:
+        """Return the registry in which programs in Python have the bodies that traces showed."""
+        changed = {
+            name: with_calls(registry, registry.programs[name], row.calls)
+            for name, row in self.rows.items()
+            if row.calls and registry.programs[name].in_python
+        }
+        return replace(registry, programs={**registry.programs, **changed}) if changed else registry
+
+    @property
+    def preferences(self) -> dict[str, Preference]:
+        return {name: row.preference for name, row in self.rows.items()}
+
+
+def rows_beside(registry: Registry) -> LearntRows:
+    """Return the learnt rows that lie beside a library's files.
+
+    Raises `NtpError` for a row that was learnt of another declaration.
+    """
+    found = {}
+    for name, program in registry.programs.items():
+        path = rows_file(program)
+        if path is None or not path.is_file():
+            continue
+        row = read_row(path)
+        if row.program != name or row.of != declaration_of(registry, name):
+            raise NtpError(
+                f"{path}: was learnt of another declaration of '{name}', or of what it calls: train it anew "
+                f"(`{MADE_BY} {name}`), or remove the file"
+            )
+        found[name] = row
+    return LearntRows(found)
