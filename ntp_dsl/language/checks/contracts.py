@@ -12,8 +12,8 @@ from ntp_dsl.language.logic.facts import EVERY
 from ntp_dsl.language.logic.preconditions import Contracts, UnmetRequirement
 from ntp_dsl.language.names.signatures import leading_span
 from ntp_dsl.language.repairs import contract_repairs
-from ntp_dsl.language.syntax.formatter import format_expression
-from ntp_dsl.language.syntax.nodes import Expression, ProgramDeclaration, TaskDeclaration
+from ntp_dsl.language.syntax.formatter import format_expression, format_statement
+from ntp_dsl.language.syntax.nodes import Call, Expression, ProgramDeclaration, Statement, TaskDeclaration
 
 
 def check_contract(
@@ -58,6 +58,20 @@ def _missing(requirements: Sequence[UnmetRequirement], contracts: Contracts) -> 
         yield _missing_of_call(unmet, [requirements[each].fact for each in alike], repaired, contracts)
 
 
+def _is_one_of_several(unmet: UnmetRequirement, contracts: Contracts) -> bool:
+    """Return whether another statement of the program brings about what a call does."""
+    others = {each.callee for each in _calls(unmet.program.body)} - {unmet.call.callee}
+    promised = contracts.contract(unmet.call, "achieves")
+    return any(not others.isdisjoint(contracts.achievers(each)) for each in promised)
+
+
+def _calls(body: Sequence[Statement]) -> Iterator[Call]:
+    for statement in body:
+        while not isinstance(statement, Call):
+            statement = statement.body
+        yield statement
+
+
 def _missing_of_call(
     unmet: UnmetRequirement,
     facts: Sequence[Expression],
@@ -73,6 +87,9 @@ def _missing_of_call(
     if names:
         help = f"call what achieves it ({', '.join(names)}) first, or {help}"
     fix, help = repaired or (None, help)
+    if _is_one_of_several(unmet, contracts):
+        call = format_statement(unmet.call)[0].strip()
+        help += f"; or, as it is one of several ways: when {what}: {call}"
     note = Note(f"'{callee.name}' is declared here", callee.name_span)
     code = "E403" if unmet.certain else "N403"
     span = leading_span(unmet.call.span, unmet.call.callee)

@@ -196,6 +196,9 @@ class TypeChecker:
         if name in UNITS or in_our_units(0.0, name) is not None:
             help = "a unit follows a number; products of units, such as a torque's, are not in the language"
             return Diagnostic("E101", f"nothing is called '{name}'", node.span, help=help, name=name)
+        if numbered := _numbered(name, names):
+            help = f"objects are numbered by their type, over all groups: here are {', '.join(numbered)}"
+            return Diagnostic("E101", f"nothing is called '{name}'", node.span, help=help, name=name)
         if name in self._table.types:
             help = f"'{name}' is a type; an object of that type needs a parameter or a loop"
         likely = known if expected is None else self._of_type(expected, names)
@@ -376,3 +379,13 @@ def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
         meant = truth if word == (node.operator == "==") else nodes.Not(truth)
         fix = Fix(node.span, format_expression(meant), certain=True)
     return Diagnostic("E205", message, node.span, fix=fix)
+
+
+def _numbered(name: str, names: Names) -> list[str]:
+    """Return the numbered objects of the type that a group has, where a name is that group's and a number."""
+    stem, _, number = name.rpartition("_")
+    if not number.isdigit():
+        return []
+    groups = [type for each, type in names.items() if type.is_list and each in (stem, f"{stem}s")]
+    wanted = {type.name for type in groups}
+    return [each for each, type in names.items() if type.name in wanted and not type.is_list and "_" in each]
