@@ -9,6 +9,7 @@ import numpy as np
 from ntp_dsl.common.text import printable
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
+from ntp_dsl.evaluation.tracking_remarks import tracking_remarks
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.attempts import without_attempts
 from ntp_dsl.semantics.facts import Fact, Literal
@@ -36,6 +37,7 @@ def remarks(registry: Registry, instance: Instance, shown: Demonstration) -> Ite
     yield from _odd_beginning(shown)
     yield from _jumps(shown)
     yield from _nothing_carried(shown)
+    yield from tracking_remarks(shown)
     state = State(registry, last)
     facts = instance.literals(registry, last) if instance.is_judged else []
     lacking = [str(fact) for fact in facts if not state.holds(fact)]
