@@ -206,6 +206,8 @@ def _advice(unfinished: Sequence[Unfinished], starved: Starving | None, undone: 
         )
     if undone is not None and undone.is_in_order:
         first, second = undone.achieved_by.callee, undone.ended_by.callee
+        if first == second:
+            return f"a call of '{first}' ends what another achieves: see whether their arguments are meant"
         return (
             f"'{second}' ends what '{first}' achieves: see whether its arguments are meant, and whether it "
             f"brings about what is needed then; or let '{second}' require that, so that '{first}' is due "

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from math import dist
 
 from ntp_dsl.semantics.observation import Observation, SceneObject, without_lists
@@ -11,6 +12,7 @@ from ntp_dsl.traces.phrases import format_call
 from ntp_dsl.traces.schema import ROOT, Call, CallOutcome
 from ntp_dsl.traces.trace import Trace
 
+NAME = re.compile(r"\w+")
 NOTABLE = 0.002  # off the middle of what is below [m]
 NEARBY = 0.12  # of an object that may be in the way, from centre to centre [m]
 CLOSE = 0.035  # between an object and one that it came down beside [m]
@@ -36,7 +38,18 @@ def aftermath(trace: Trace, call: Call) -> str:
     """Return where a call's objects were seen after it, if it was executed in vain; else nothing."""
     in_vain = call.outcome is CallOutcome.UNFINISHED or call.outcome in ATTRIBUTION_OF_OUTCOME
     seen = seen_after(trace, call) if in_vain or call.execution.unmet else None
-    return "" if seen is None else "; ".join(_places(seen, call))
+    if seen is None:
+        return ""
+    return "; ".join(_places(seen, objects_of(call, seen), bool(call.execution.unmet)))
+
+
+def at_the_end(trace: Trace, call: Call, told: str) -> str:
+    """Return where the objects that a text names were when a call returned; empty where it names none."""
+    if call.end_state is None:
+        return ""
+    seen = trace.states[call.end_state]
+    names = [each for each in dict.fromkeys(NAME.findall(told)) if each in seen.positions]
+    return "; ".join(_places(seen, names, False))
 
 
 def seen_after(trace: Trace, call: Call) -> Observation | None:
@@ -48,10 +61,14 @@ def seen_after(trace: Trace, call: Call) -> Observation | None:
     return None if number is None else trace.states[number]
 
 
-def _places(seen: Observation, call: Call) -> Iterator[str]:
-    """Yield where the call's objects are, how far the first is from the second, and what is at the first."""
-    at = {name: seen.positions[name] for name in objects_of(call, seen)}
-    if len(at) == 1 and call.execution.unmet:
+def _places(seen: Observation, names: Sequence[str], with_hand: bool) -> Iterator[str]:
+    """Yield where objects are, how far the first is from the second, and what is at the first.
+
+    Args:
+        with_hand: whether to say where the hand is, beside a single object.
+    """
+    at = {name: seen.positions[name] for name in names}
+    if len(at) == 1 and with_hand:
         at = {"the gripper": seen.gripper, **at}
     for name, place in at.items():
         yield f"{name} at {_vector(place)}"

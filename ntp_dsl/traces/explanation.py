@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
@@ -10,7 +9,7 @@ from msgspec.structs import replace as with_fields
 
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
-from ntp_dsl.traces.aftermath import aftermath, never_made_good
+from ntp_dsl.traces.aftermath import NAME, aftermath, at_the_end, never_made_good
 from ntp_dsl.traces.circles import circle
 from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
@@ -30,7 +29,6 @@ from ntp_dsl.traces.trace import Trace
 
 NOT = "not "  # with which the text of a fact begins that is to be false
 MOST, FEW = 6, 3  # facts or statements that a sentence names, and a line
-NAME = re.compile(r"\w+")
 LONG = 300  # characters of a measurement
 Quoted = Callable[[int], str]  # the text of a statement at a line; empty where it is unknown
 SURE, LEAST = 0.995, 0.005  # probabilities that are not worth telling: from the one, and below the other
@@ -273,6 +271,9 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
         yield f"It reported success, but {_listed(call.execution.unmet[:MOST])} did not hold."
     if where := aftermath(trace, call):
         yield f"Seen afterwards: {where}."
+    if call.parent == ROOT and call.succeeded and trace.end is not None and trace.end.success is False:
+        if where := at_the_end(trace, call, trace.end.verdict):
+            yield f"At its end: {where}."
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]

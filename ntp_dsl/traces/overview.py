@@ -217,9 +217,13 @@ def _misread(trace: Trace) -> Iterator[str]:
         lacking = [each for each in goal if not any(_like(each, other) for other in elements)]
         if lacking:
             others = [each for each in elements if not any(_like(each, other) for other in goal)]
-            instead = f"; {_few(others)} was read instead" if others else ""
-            yield f"Of its goal, {_few(lacking)} was not read from the demonstration{instead}."
+            instead = f"; {_few(others)} {_was(others)} read instead" if others else ""
+            yield f"Of its goal, {_few(lacking)} {_was(lacking)} not read from the demonstration{instead}."
         return
+
+
+def _was(elements: Sequence[Argument]) -> str:
+    return "was" if len(elements) == 1 else "were"
 
 
 def _few(elements: Sequence[Argument]) -> str:

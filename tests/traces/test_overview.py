@@ -130,7 +130,7 @@ def test_a_number_that_was_read_with_a_small_error_was_read(tmp_path: Path) -> N
                 )
                 call.decision = with_fields(call.decision, read=with_fields(read, lists=lists))
         trace.header = with_fields(trace.header, goal=near)
-        assert ("was not read from the demonstration" in " ".join(overview(trace))) is told
+        assert ("not read from the demonstration" in " ".join(overview(trace))) is told
 
 
 def with_number(elements: Sequence[Argument], number: float) -> tuple[Record, ...]:

@@ -25,7 +25,7 @@ NAMED = {  # by what the commands print, and not by the fault's own text
         "ends with block_2 in the hand",
         "never closed",
         "lacks block_0",
-        "(block_1, block_4) was read instead",
+        "(block_1, block_4) were read instead",
     ),
     "7": (
         "slips 1.0",
