@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ntp_dsl.cli.display import messages, print_json, progress
 from ntp_dsl.cli.trace_folders import traces_in
+from ntp_dsl.common.resources import examples_folder, library_folder
 from ntp_dsl.common.text import counted
 from ntp_dsl.core.learnt.bodies import lines_of
 from ntp_dsl.core.learnt.learning import learn
@@ -32,6 +33,11 @@ def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, 
     path = out or rows_file(program)
     if path is None:
         raise NtpError(f"'{name}' is in no file: say with --out where its row is to be written")
+    if out is None and any(path.is_relative_to(each) for each in (examples_folder(), library_folder())):
+        raise NtpError(
+            f"{path.parent} ships with the package: copy the library and train the copy, or say with --out "
+            "where the row is to be written"
+        )
     if path.exists():
         _check_is_row(path)
     row = learn(registry, load_one_core(shipped_core()).dispatch, name, _experts_traces(data))
@@ -41,8 +47,8 @@ def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, 
     else:
         for line in _told(registry, program, row):
             messages.print(line)
-        used = "`ntp run` and `ntp eval` decide by it" if out is None else f"beside {library} it is used"
-        messages.print(f"{path}: {used} as long as '{name}', and what it calls, is declared as it is")
+        used = "" if out is None else f"move it beside {library} to use it; "
+        messages.print(f"{path}: {used}it holds while '{name}' and what it calls are declared as they are")
     return 0
 
 
@@ -72,19 +78,19 @@ def _experts_traces(folders: Sequence[Path]) -> list[Trace]:
     return found
 
 
-def _told(registry: Registry, program: Program, row: LearntRow) -> list[str]:
+def _told(registry: Registry, program: Program, row: LearntRow) -> Iterator[str]:
+    seen = f"{counted(row.decisions, 'decision')} in {counted(row.traces, 'trace')}"
+    yield f"{program.name}: learnt from {seen}"
+    yield from (f"    {each}" for each in lines_of(registry, program, row.calls))
     terms = row.preference.terms
     liked = f"those with {row.preference} come first" if terms else "none is preferred: they come in order"
-    told = [
-        f"{program.name}: learnt from {counted(row.decisions, 'decision')} in {counted(row.traces, 'trace')}",
-        *(f"    {each}" for each in lines_of(registry, program, row.calls)),
-        f"of the calls that are due, {liked}",
-    ]
+    yield f"of the calls that are due, {liked}"
+    if row.due < row.decisions:
+        left_out = counted(row.decisions - row.due, "decision")
+        yield f"{left_out} left out: the call that was made was not due by the contracts"
+    yield f"{row.foreseen:.0%} of the decisions are foreseen by what other traces show"
     if row.foreseen < FORESEEN:
-        told.append(
-            f"only {row.foreseen:.0%} of the decisions are foreseen: what they hang on cannot be seen of a "
-            "call; declare it as a predicate or a reading of the call's objects"
+        yield (
+            "what the others hang on cannot be seen of a call: declare it as a predicate or a reading of "
+            "the call's objects, or record more"
         )
-    else:
-        told.append(f"{row.foreseen:.0%} of the decisions are foreseen")
-    return told

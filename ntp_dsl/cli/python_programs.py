@@ -1,4 +1,4 @@
-"""Who decides for a program that is left to Python: its learnt row, its calls in order, or the function."""
+"""Who decides for a program that is left to Python, or of which a row was learnt."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ from ntp_dsl.language.registry import Registry
 
 
 def who_decides(registry: Registry, executes: bool) -> Iterator[str]:
-    """Yield a line for each program that is left to Python.
+    """Yield a line for each program that is left to Python, or of which a row was learnt.
 
     Args:
         executes: whether the library's functions may be run, to try whether the calls in order are enough.
 
     Raises `NtpError` for a row that was learnt of another declaration.
     """
-    names = [name for name, each in registry.programs.items() if each.in_python]
-    if not names:
-        return
     from ntp_dsl.core.default_bodies import with_default_bodies
     from ntp_dsl.core.learnt.learnt_rows import rows_beside, rows_file
 
     rows = rows_beside(registry).rows
-    known = with_default_bodies(registry) if executes else registry
-    for name in names:
+    in_python = [name for name, each in registry.programs.items() if each.in_python]
+    known = with_default_bodies(registry) if executes and {*in_python} - {*rows} else registry
+    for name, program in registry.programs.items():
         if name in rows:
-            path = rows_file(registry.programs[name])
-            yield f"{name}: decided by its row, learnt from {counted(rows[name].traces, 'trace')} ({path})"
+            from_traces = f"learnt from {counted(rows[name].traces, 'trace')} ({rows_file(program)})"
+            what = "decided" if program.in_python else "its calls are ordered"
+            yield f"{name}: {what} by its row, {from_traces}"
+        elif not program.in_python:
+            continue
         elif not known.programs[name].in_python:
             yield f"{name}: decided by its calls in order, which reach the goal as a simulation shows"
         elif executes:

@@ -57,10 +57,10 @@ class OneCoreModel:
 
     @property
     def training(self) -> str:
-        """Return with what it was trained, where that is far less than usual, and whose rows were learnt."""
+        """Say whether training was far shorter than usual, and whose rows were learnt."""
         few = fewer_than_usual(self.core.recipe.get("pretraining"))
         learnt = [f"{counted(each.decisions, 'decision')} of {name}" for name, each in self.rows.rows.items()]
-        return ", ".join([few] * bool(few) + learnt)
+        return ", ".join([*([few] if few else []), *learnt])
 
     def read(self, demonstration: Demonstration, whole_scopes: bool = False) -> Shown:
         """Return a demonstration as it is read."""
@@ -107,8 +107,9 @@ def open_model(path: Path, registry: Registry, program: str, dispatch: Dispatch 
     weights = read_weights(path, MADE_BY)
     if weights.format[0] == FORMAT:
         core, rows = one_core(weights, path), rows_beside(registry)
-        if rows.rows and dispatch is Dispatch.RULE:
-            names = ", ".join(rows.rows)
+        used = sorted(registry.called_by(program) & rows.rows.keys())
+        if used and dispatch is Dispatch.RULE:
+            names = ", ".join(used)
             raise NtpError(f"the rule knows nothing of the rows learnt of {names}: omit --dispatch rule")
         known = with_default_bodies(rows.applied(registry))
         return OneCoreModel(core, known, dispatch or Dispatch.LEARNED, rows)

@@ -86,9 +86,13 @@ class Expert:
             assert isinstance(known, NextCall | Return)
             return known
         state.memo[self, program, arguments] = NextCall(program, arguments)  # until it is known: no return
-        answer = self._step(self.registry.programs[program], arguments, state)
-        if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
-            answer = Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
+        try:
+            answer = self._step(self.registry.programs[program], arguments, state)
+            if isinstance(answer, NextCall) and (end := self._end_at_once(answer, state)):
+                answer = Return(False, f"{answer.callee} would return at once: {end.reason or 'it is done'}")
+        except BaseException:
+            del state.memo[self, program, arguments]  # the state outlives this question
+            raise
         state.memo[self, program, arguments] = answer
         return answer
 

@@ -11,7 +11,7 @@ from ntp_dsl.common.text import counted, printable
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.aftermath import NAME, aftermath, at_the_end, never_made_good
 from ntp_dsl.traces.circles import circle
-from ntp_dsl.traces.decision import Decision, FactProbability, Option, StatementStatus, Status
+from ntp_dsl.traces.decision import Decision, Dispatch, FactProbability, Option, StatementStatus, Status
 from ntp_dsl.traces.failure_attribution import attribute_call
 from ntp_dsl.traces.phrases import (
     format_argument,
@@ -299,7 +299,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
 
 def _against_the_rule(trace: Trace, call: Call, returned: Decision) -> Iterator[str]:
     """Yield that a learned policy returned although a call was due that had never failed."""
-    if returned.probability is None or call.succeeded:
+    if returned.probability is None or call.succeeded or trace.header.dispatch is Dispatch.RULE:
         return
     failed = {(each.name, each.arguments) for each in trace.calls if not each.succeeded}
     due = [each for each in returned.statements if each.status is Status.DUE and not each.lacks]

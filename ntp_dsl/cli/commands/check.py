@@ -88,9 +88,10 @@ def command(
         simulated, more = checks.simulate(texts, out)
         diagnostics, sources = [*diagnostics, *simulated], {**sources, **more}
     if format is Format.TEXT:
+        decided = [] if static or has_errors(diagnostics) else checks.who_decides()
         _print_text(checks.paths, diagnostics, sources)
-        if not static and not has_errors(diagnostics):
-            checks.print_who_decides()
+        for line in decided:
+            print(line)
     else:
         _print_document(diagnostics, format)
     return int(has_errors(diagnostics))
@@ -125,15 +126,16 @@ class _Checks:
             self._simulated[key] = self._simulate(texts, out)
         return self._simulated[key]
 
-    def print_who_decides(self) -> None:
-        """Say how the programs that are left to Python are decided."""
+    def who_decides(self) -> list[str]:
+        """Return how the programs are decided that are left to Python, or of which a row was learnt."""
         from ntp_dsl.cli.python_programs import who_decides
         from ntp_dsl.user_code.loading import with_python
 
+        found: list[str] = []
         for path in self.paths:
             checked = _report(path, {}).checked()
-            for line in who_decides(with_python(checked) if self._execute else checked, self._execute):
-                print(line)
+            found += who_decides(with_python(checked) if self._execute else checked, self._execute)
+        return found
 
     def _simulate(self, texts: Texts, out: Path | None) -> Found:
         from ntp_dsl.cli.display import progress

@@ -16,7 +16,8 @@ from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.network import DispatchNetwork, batched, first_hit
 from ntp_dsl.core.dispatch.rows import Key, Row, unrolled
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
-from ntp_dsl.core.learnt.preferences import Preference, scores
+from ntp_dsl.core.learnt.preferences import Preference, columns_of
+from ntp_dsl.core.learnt.quantities import quantities
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.evidence import evidence, rounded, weighed
@@ -79,7 +80,7 @@ class LearnedDispatcher:
         preference = self._preferences.get(program.name)
         if preference is None or not preference.terms:
             return _Case(weight, row)
-        return _Case(weight, row, scores(preference, row, state))
+        return _Case(weight, row, _scores(preference, row, state))
 
     def _dispatched(self, situation: Situation, variants: Sequence[tuple[float, _Answer]]) -> Dispatched:
         barred = situation.barred
@@ -137,6 +138,15 @@ class LearnedDispatcher:
             else _Answer(case.row, [], 1.0)
             for case, due, chances, end in answers
         ]
+
+
+def _scores(preference: Preference, row: Row, state: Believed) -> tuple[float, ...]:
+    """Return the score of each call of a row."""
+    calls = zip(row.calls, row.statements, strict=True)
+    wanted = preference.quantities
+    return tuple(
+        preference.score(columns_of(quantities(call, statement, state, wanted))) for call, statement in calls
+    )
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,7 @@ def _shown_call(registry: Registry, program: Program, callee: str, made: Sequenc
                 "lists, and no object of the scene; declare a body, or keep the function"
             )
         sources.append(source)
+    _check_one_element(registry, program, callee, sources, made)
     if sum(bool(each.type) for each in sources) > MOST_LOOPS:
         raise NtpError(
             f"'{program.name}' cannot be learnt from traces: {callee} takes more than {MOST_LOOPS} objects "
@@ -74,13 +75,15 @@ Gives = Callable[[Example], Sequence[Argument]]
 def _sources(registry: Registry, program: Program, wanted: Parameter) -> Iterator[tuple[Source, Gives]]:
     """Yield where an argument may come from, the narrowest first, with what that gives in an example."""
     for at, own in enumerate(program.parameters):
-        if own.is_list == wanted.is_list:
+        if own.is_list == wanted.is_list and _fits(registry, own, wanted):
             yield Source(own.name), partial(_own, at)
     if wanted.is_list:
         return
     for at, own in enumerate(program.parameters):
         if own.is_list:
             for field in registry.records.get(own.type, ()):
+                if not _fits(registry, field, wanted):
+                    continue
                 yield Source(own.name, field.name), partial(_field, at, field.name)
     for name, kind in registry.constants.items():
         if wanted.type in registry.parents and registry.is_a(kind, wanted.type):
@@ -89,6 +92,31 @@ def _sources(registry: Registry, program: Program, wanted: Parameter) -> Iterato
         yield Source(type=wanted.type), _any_object
     elif wanted.type in registry.enums:
         yield Source(type=wanted.type), partial(_any_of, registry.enums[wanted.type])
+
+
+def _fits(registry: Registry, given: Parameter, wanted: Parameter) -> bool:
+    is_object = given.type in registry.parents and wanted.type in registry.parents
+    return registry.is_a(given.type, wanted.type) if is_object else given.type == wanted.type
+
+
+def _check_one_element(
+    registry: Registry, program: Program, callee: str, sources: Sequence[Source], made: Sequence[Example]
+) -> None:
+    """Raise `NtpError` where the fields that a call takes of a list are of different elements."""
+    for number, own in enumerate(program.parameters):
+        fields = [(at, each.field) for at, each in enumerate(sources) if each.field and each.name == own.name]
+        for example in made if len(fields) > 1 else ():
+            elements = example.arguments[number]
+            assert isinstance(elements, tuple)
+            if not any(_agree(each, fields, example) for each in elements):
+                raise NtpError(
+                    f"'{program.name}' cannot be learnt from traces: {callee}{example.given!r} takes fields "
+                    f"of different elements of '{own.name}'"
+                )
+
+
+def _agree(element: Argument, fields: Sequence[tuple[int, str]], example: Example) -> bool:
+    return isinstance(element, Record) and all(element[name] == example.given[at] for at, name in fields)
 
 
 def _own(at: int, example: Example) -> Sequence[Argument]:
@@ -118,13 +146,13 @@ def _any_of(members: Sequence[str], example: Example) -> Sequence[Argument]:
 
 def with_calls(registry: Registry, program: Program, calls: Sequence[ShownCall]) -> Program:
     """Return a program with the body that shown calls make."""
-    body = tuple(_statement(program, each) for each in calls)
+    body = tuple(_statement(registry, program, each) for each in calls)
     return replace(program, body=body, in_python=False)
 
 
-def _statement(program: Program, call: ShownCall) -> nodes.Statement:
+def _statement(registry: Registry, program: Program, call: ShownCall) -> nodes.Statement:
     """Return a call within the loops that its arguments need: one for each list, and for each type."""
-    used = {parameter.name for parameter in program.parameters}
+    used = {*registry.constants, *(parameter.name for parameter in program.parameters)}
     lists: dict[str, str] = {}  # the variable of each list
     loops: list[nodes.Generator] = []
     terms: list[nodes.Expression] = []

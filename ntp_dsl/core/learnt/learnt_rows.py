@@ -16,6 +16,8 @@ from ntp_dsl.core.learnt.bodies import ShownCall, with_calls
 from ntp_dsl.core.learnt.preferences import Preference
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.language.syntax.formatter import hash_declaration
+from ntp_dsl.language.syntax.visitors import predicates
 
 FORMAT, VERSION = "ntp-rows", 1
 SUFFIX = ".rows.json"
@@ -33,14 +35,30 @@ class LearntRow(Struct, frozen=True, kw_only=True):
     preference: Preference
     traces: Count
     decisions: Count
-    foreseen: float  # share of them in which the call that is now likeliest was made
+    due: Count  # of them, those in which the call was due by the declaration
+    foreseen: float  # share of these that are foreseen by what other traces show
 
 
-def declaration_of(registry: Registry, program: str) -> str:
-    """Return what tells declarations of a program apart: its hash, and those of what it calls directly."""
+def declaration_of(registry: Registry, program: str, preference: Preference) -> str:
+    """Return what tells declarations apart: of a program, of what it calls directly, and of the predicates
+    that their contracts and its preference rest on.
+    """
     row = registry.programs[program]
-    hashes = [row.hash, *(registry[each].hash for each in row.callees)]
-    return sha256(";".join(hashes).encode()).hexdigest()[:16]
+    rows = [row, *(registry[each] for each in row.callees)]
+    names = {each.what for each in preference.quantities if each.is_declared}
+    names |= {name for each in rows for side in (each.requires, each.achieves) for name in predicates(side)}
+    reached: set[str] = set()
+    while new := names - reached:
+        reached |= new
+        known = [registry.predicates[name] for name in new if name in registry.predicates]
+        names |= {name for each in known for name in predicates(each.body)}
+    told = [f"{name}={_hash(registry, name)}" for name in sorted(reached)]
+    return sha256(";".join([each.hash for each in rows] + told).encode()).hexdigest()[:16]
+
+
+def _hash(registry: Registry, predicate: str) -> str:
+    declared = registry.predicates.get(predicate)
+    return hash_declaration(declared) if declared is not None else ""
 
 
 # Files ----------------------------------------------------------------------------------------------
@@ -100,7 +118,7 @@ def rows_beside(registry: Registry) -> LearntRows:
         if path is None or not path.is_file():
             continue
         row = read_row(path)
-        if row.program != name or row.of != declaration_of(registry, name):
+        if row.program != name or row.of != declaration_of(registry, name, row.preference):
             raise NtpError(
                 f"{path}: was learnt of another declaration of '{name}', or of what it calls: train it anew "
                 f"(`{MADE_BY} {name}`), or remove the file"

@@ -15,7 +15,7 @@ from ntp_dsl.semantics.attempts import without_attempts
 from ntp_dsl.semantics.observation import Observation
 
 FLICKER = 0.2  # of the hand: opened or closed for a shorter time than that does not count [s]
-REGRASP = 3.0  # of a hand that opens and closes where it is, for less than that: it goes on holding [s]
+REGRASP = 3.0  # a hand that opens in place for less than that, to grasp better, goes on holding [s]
 STAYS = 0.02  # of such a hand from where it opened [m]
 MOVED = 0.015  # of a trajectory's spread, above which an object does not rest [m]
 RIGID = 0.6  # of the spread in the world, below which that in the hand makes an object a held one
@@ -124,21 +124,38 @@ def steadied(demonstration: Demonstration) -> Steadied:
 def _deliberate(demonstration: Demonstration) -> NDArray[np.bool_]:
     """Return whether the hand is closed, (T,), without flicker, and without opening to grasp better."""
     closed = demonstration.closed.copy()
-    begins = [0, *(np.flatnonzero(np.diff(closed.astype(int))) + 1).tolist()]
-    ends = [*begins[1:], len(closed)]
     times = demonstration.times
-    for begin, end in list(zip(begins, ends, strict=True))[1:-1]:
-        lasted = times[end] - times[begin]
-        is_better_grasp = not closed[begin] and lasted < REGRASP and _stays(demonstration, begin, end)
-        if lasted < FLICKER - 1e-6 or is_better_grasp:
+    for begin, end in _runs(closed)[1:-1]:
+        if times[end] - times[begin] < FLICKER - 1e-6:
             closed[begin:end] = closed[begin - 1]
+    until = len(closed)  # the end of the run after the one that is looked at
+    for begin, end in reversed(_runs(closed)[1:-1]):
+        is_brief = not closed[begin] and times[end] - times[begin] < REGRASP
+        if is_brief and _regrasps(demonstration, begin, end, until):
+            closed[begin:end] = True
+        else:
+            until = end
     return closed
 
 
-def _stays(demonstration: Demonstration, begin: int, end: int) -> bool:
-    """Return whether the hand is where it was when it opened, until it closes."""
+def _runs(closed: NDArray[np.bool_]) -> list[Scope]:
+    """Return the first frames and the ends between which the hand neither opens nor closes."""
+    begins = [0, *(np.flatnonzero(np.diff(closed.astype(int))) + 1).tolist()]
+    return list(zip(begins, [*begins[1:], len(closed)], strict=True))
+
+
+def _regrasps(demonstration: Demonstration, begin: int, end: int, until: int) -> bool:
+    """Return whether a hand that is open from `begin` to `end` stays, and then moves what it had held."""
     hand = demonstration.grippers[begin - 1 : end + 1]
-    return bool(np.linalg.norm(hand - hand[0], axis=1).max() < STAYS)
+    if np.linalg.norm(hand - hand[0], axis=1).max() >= STAYS:
+        return False
+    movable = [index for index, each in enumerate(demonstration.objects) if each.movable]
+    if not movable:
+        return False
+    places = demonstration.positions[:, movable]
+    held = int(np.linalg.norm(places[begin - 1] - hand[0], axis=1).argmin())
+    moved = np.linalg.norm(places[end:until, held] - places[end, held], axis=1)
+    return bool(moved.max(initial=0.0) > STAYS)
 
 
 def _noise(demonstration: Demonstration, raw: Steadied) -> NDArray[np.float64]:

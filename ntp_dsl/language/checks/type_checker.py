@@ -382,10 +382,10 @@ def _compared_truth(node: nodes.Compare, truth: Expression) -> Diagnostic:
 
 
 def _numbered(name: str, names: Names) -> list[str]:
-    """Return the numbered objects of the type that a group has, where a name is that group's and a number."""
-    stem, _, number = name.rpartition("_")
+    """Return the numbered objects of a group's type, where a name is that group's and a number."""
+    group, _, number = name.rpartition("_")
     if not number.isdigit():
         return []
-    groups = [type for each, type in names.items() if type.is_list and each in (stem, f"{stem}s")]
-    wanted = {type.name for type in groups}
-    return [each for each, type in names.items() if type.name in wanted and not type.is_list and "_" in each]
+    types = [type.name for each, type in names.items() if type.is_list and each in (group, f"{group}s")]
+    stems = tuple(f"{type.lower()}_" for type in types)
+    return [each for each in names if each.startswith(stems) and each.rpartition("_")[2].isdigit()]

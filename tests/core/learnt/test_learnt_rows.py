@@ -67,13 +67,16 @@ def trained(library: Path, program: str, data: Path) -> int:
     return run(["train", str(library), "--program", program, "--data", str(data)])
 
 
-def test_a_rule_that_only_python_says_is_learnt_and_no_function_runs(
+def test_a_rule_that_only_python_says_is_learnt_and_its_function_is_not_called(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     library = copied("docks", tmp_path)
     assert trained(library, "relieve", recorded(library, "docks", 25)) == 0
     told = capsys.readouterr().err
-    assert "unload(dock, van)" in told and "large urgency(dock), small dock from van come first" in told
+    assert (
+        "unload(dock, van)" in told
+        and "large urgency(dock), small distance of dock from van come first" in told
+    )
     assert (
         run(["check", str(library)]) == 0 and "decided by its row, learnt from 25" in capsys.readouterr().out
     )
@@ -107,7 +110,7 @@ def test_of_what_a_declaration_is_silent_five_episodes_tell(tmp_path: Path) -> N
     assert not any(successes())
     assert trained(silent, "wash_up", data) == 0
     row = read_row(silent.parent / f"wash_up{SUFFIX}")
-    assert row.calls == () and [each.column for each in row.preference.terms] == ["grease(d)"]
+    assert row.calls == () and [str(each.column) for each in row.preference.terms] == ["grease(d)"]
     assert all(successes())
 
 
@@ -116,26 +119,48 @@ def test_decisions_of_other_programs_are_unchanged() -> None:
     expert, core = Expert(registry), load_one_core(shipped_core())
     task = draw(registry, "docks", 2)
     states = steadied(demonstrate(task).demonstration)
-    preferences = rows_beside(registry).preferences
+    rows = rows_beside(registry)
+    preferences, learnt = rows.preferences, rows.applied(registry)
     assert preferences.keys() == {"relieve"} and preferences["relieve"].terms
     for frame in range(0, len(states.closed), 9):
         state = Believed(registry, states.observation(frame), {})
         asked = [Situation("unload", (f"dock_{number}", "van"), state) for number in range(8)]
+        both = LearnedDispatcher(Expert(learnt), core.dispatch, preferences)
+        assert both.dispatch([Situation("relieve", ("van",), state), *asked])[1:] == both.dispatch(asked)
         with_row = LearnedDispatcher(expert, core.dispatch, preferences).dispatch(asked)
         assert with_row == LearnedDispatcher(expert, core.dispatch).dispatch(asked)
 
 
-def test_a_row_of_another_declaration_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("achieves not full(dock)", "achieves not full(dock) and empty(gripper)"),
+        ("some covers(p, d) for p in Parcel", "some on(p, d) for p in Parcel"),
+        ("predicate urgency(d: Dock) -> number", "predicate urgency(d: Place) -> number"),
+    ],
+)
+def test_a_row_of_another_declaration_is_refused(
+    before: str, after: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     library = copytree(examples_folder() / "docks", tmp_path / "docks")
     text = (library / "docks.ntp").read_text(encoding="utf-8")
-    (library / "docks.ntp").write_text(
-        text.replace("achieves not full(dock)", "achieves not full(dock) and empty(gripper)")
-    )
+    assert before in text
+    (library / "docks.ntp").write_text(text.replace(before, after), encoding="utf-8")
     for command in (["eval", str(library), "docks", "-n", "1"], ["check", str(library)]):
         assert run(command) == 2
-        assert (
-            "was learnt of another declaration of 'relieve', or of what it calls" in capsys.readouterr().err
-        )
+        told = capsys.readouterr().err
+        assert "was learnt of another declaration of 'relieve', or of what it calls" in told
+
+
+def test_what_a_preference_does_not_look_at_does_not_stop_a_run(tmp_path: Path) -> None:
+    """No scene gives a weight; the row needs none."""
+    library = copytree(examples_folder() / "docks", tmp_path / "docks")
+    text = (library / "docks.ntp").read_text(encoding="utf-8")
+    more = "predicate weight(m: Place) -> number\npredicate heavy(m: Place): weight(m) > 2\n\n"
+    (library / "docks.ntp").write_text(
+        text.replace("program relieve", f"{more}program relieve"), encoding="utf-8"
+    )
+    assert run(["eval", str(library), "docks", "-n", "1"]) == 0
 
 
 def test_what_is_no_row_is_neither_read_nor_replaced(
@@ -161,7 +186,7 @@ def test_the_rule_has_no_rows(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["--program", "reliev"], "has no program 'reliev'; did you mean 'relieve'?"),
         (["--program", "unload", "--iterations", "5"], "--program goes without --iterations"),
-        (["--program", "unload"], "none of the traces has a call of 'unload'"),
+        (["--program", "unload"], "no trace of an expert has a call of 'unload'"),
     ],
 )
 def test_what_cannot_be_learnt_is_said(
@@ -181,4 +206,29 @@ def test_a_number_that_a_function_computes_is_named(
     assert trained(library, "greet", recorded(library, "counting", 1)) == 2
     assert (
         "the argument 'times' of wave, such as 2.0, is no parameter of the program" in capsys.readouterr().err
+    )
+
+
+def test_the_row_of_what_ships_is_written_only_where_one_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = recorded(copied("docks", tmp_path), "docks", 1)
+    assert trained(examples_folder() / "docks", "relieve", data) == 2
+    assert "ships with the package" in capsys.readouterr().err
+    out = tmp_path / "mine.json"
+    words = ["train", "docks", "--program", "relieve", "--data", str(data), "--out", str(out)]
+    assert run(words) == 0 and read_row(out).decisions == 3
+
+
+def test_traces_of_another_declaration_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library = copied("docks", tmp_path)
+    data = recorded(library, "docks", 1)
+    text = (library / "docks.ntp").read_text(encoding="utf-8")
+    turned = text.replace("unload(dock: Dock, van: Van)", "unload(van: Van, dock: Dock)")
+    (library / "docks.ntp").write_text(turned, encoding="utf-8")
+    assert trained(library, "relieve", data) == 2
+    assert (
+        "the traces are of another declaration: in one of them 'unload' is called" in capsys.readouterr().err
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from one_core_samples import library, read
@@ -35,3 +37,12 @@ def test_a_hand_that_opens_to_grasp_better_goes_on_holding() -> None:
     shown = demonstrate(task, PersonWorld(Person.REGRASPS, 30.0)).demonstration
     opened = np.flatnonzero(np.diff(shown.closed.astype(int)) < 0)
     assert len(opened) > len(task.instance.goal) and read(task, shown).acts == 2 * len(task.instance.goal)
+
+
+def test_a_hand_that_closes_empty_before_it_leaves_has_let_go() -> None:
+    task = draw(library("table_cleanup"), "three_and_three", seed=1)
+    shown = demonstrate(task, PersonWorld(Person.STEADY, 30.0)).demonstration
+    closed = shown.closed.copy()
+    for opened in np.flatnonzero(np.diff(shown.closed.astype(int)) < 0) + 1:
+        closed[opened + 10 : opened + 13] = True
+    assert read(task, replace(shown, closed=closed)).arguments == task.instance.arguments
