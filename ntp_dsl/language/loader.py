@@ -96,7 +96,7 @@ def find(path_or_folder: Path | str) -> Path:
         known = ", ".join(sorted(path.parent.name for path in examples_folder().glob(f"*/*{SUFFIX}")))
         hint = f"; the examples are: {known}" if is_bare and known else ""
         if (file := Path(f"{path_or_folder}{SUFFIX}")).is_file():
-            hint = f"; there is a file {file}"
+            hint = f"; did you mean {file}?"
         raise NtpError(f"there is no library at '{path_or_folder}'{hint}")
     return given
 

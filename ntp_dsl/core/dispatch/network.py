@@ -140,7 +140,7 @@ class DispatchNetwork(nn.Module):
         return first_hit(self.hazards(rows))
 
     def hazards(self, rows: Rows) -> Tensor:
-        """Return how surely each call is made where none before it is, as logits (rows, longest)."""
+        """Return the logit of making each call, given that no earlier one is made (rows, longest)."""
         calls, facts = self.of_call(rows.calls), self.of_fact(rows.facts)
         first, again, *last = self.rounds
         calls, facts = first(calls, facts, rows)

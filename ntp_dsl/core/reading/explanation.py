@@ -35,7 +35,7 @@ class Running:
     rest: int = 0  # acts that still belong to the primitive that was called
 
     def is_about(self, item: str) -> bool:
-        """Return whether it, or a call that led to it but the first, is called with an object."""
+        """Return whether this call, or any caller below the root, has the object as an argument."""
         if self.caller is None:
             return False
         return item in _names(self.arguments) or self.caller.is_about(item)

@@ -70,7 +70,7 @@ class Reading:
     doubts: tuple[Doubt, ...] = ()  # elements that might as well be others
     measures: tuple[Measure, ...] = ()  # elements with numbers, where there is noise
     strays: tuple[Stray, ...] = ()
-    in_passing: frozenset[int] = frozenset()  # of the acts explained: what was let go was no call's matter
+    in_passing: frozenset[int] = frozenset()  # acts whose released object is an argument of no running call
 
     @property
     def explained(self) -> int:
