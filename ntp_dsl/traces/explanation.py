@@ -68,10 +68,10 @@ def interesting(trace: Trace) -> Call | None:
     Of a run that says that it is done and is not, that is the task's program, which read what to do. Of one
     that goes round in a circle, it is the call of it that does not succeed, or whose effect another undoes.
     Of any other that failed, it is the last primitive that went wrong and was not made good, narrowed, as
-    long as any remain, to those with a visible aftermath, undisturbed, of the failure's attribution, and about
-    its objects. Where
-    none went wrong, it is the innermost program that found nothing left to do, of those that had done
-    something. Of a run that succeeded it is the first that failed, or else the least probable.
+    long as any remain, to those with a visible aftermath, undisturbed, of the failure's attribution, and
+    about its objects. Where none went wrong, it is the innermost program that found nothing left to do, of
+    those that had done something. Of a run that succeeded it is the first that failed, or else the least
+    probable.
     """
     failed = [call for call in trace.calls if _went_wrong(trace, call)]
     end = trace.end
