@@ -21,7 +21,7 @@ from ntp_dsl.traces.schema import PolicyKind
 from ntp_dsl.traces.trace import Trace
 from ntp_dsl.user_code.loading import load_with_python
 
-FORESEEN = 0.9  # share of the decisions below which something is missing
+FORESEEN = 0.8  # share of the decisions below which something is missing
 
 
 def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, json: bool) -> int:
@@ -39,8 +39,15 @@ def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, 
             "where the row is to be written"
         )
     if path.exists():
-        _check_is_row(path)
+        _check_is_row(path, name)
     row = learn(registry, load_one_core(shipped_core()).dispatch, name, _experts_traces(data))
+    if row.foreseen < FORESEEN and out is None:
+        for line in _told(registry, program, row):
+            messages.print(line)
+        raise NtpError(
+            f"nothing was written, as '{name}' would be decided worse than by what decides now: say with "
+            "--out where the row is to be written all the same"
+        )
     save_row(row, path)
     if json:
         print_json({"row": str(path), "learnt": row})
@@ -52,12 +59,14 @@ def train_row(library: Path, name: str, data: Sequence[Path], out: Path | None, 
     return 0
 
 
-def _check_is_row(path: Path) -> None:
-    """Raise `NtpError` where a file is not one that this command would have written."""
+def _check_is_row(path: Path, name: str) -> None:
+    """Raise `NtpError` where a file is not one that this command would have written for a program."""
     try:
-        read_row(path)
+        row = read_row(path)
     except NtpError as error:
         raise NtpError(f"{path}: exists, and is no learnt row: nothing is replaced") from error
+    if row.program != name:
+        raise NtpError(f"{path}: is the row of '{row.program}': nothing is replaced")
 
 
 def _experts_traces(folders: Sequence[Path]) -> list[Trace]:

@@ -24,7 +24,8 @@ def who_decides(registry: Registry, executes: bool) -> Iterator[str]:
     known = with_default_bodies(registry) if executes and {*in_python} - {*rows} else registry
     for name, program in registry.programs.items():
         if name in rows:
-            from_traces = f"learnt from {counted(rows[name].traces, 'trace')} ({rows_file(program)})"
+            share = f"{rows[name].foreseen:.0%} foreseen"
+            from_traces = f"learnt from {counted(rows[name].traces, 'trace')}, {share} ({rows_file(program)})"
             what = "decided" if program.in_python else "its calls are ordered"
             yield f"{name}: {what} by its row, {from_traces}"
         elif not program.in_python:

@@ -145,7 +145,8 @@ def _scores(preference: Preference, row: Row, state: Believed) -> tuple[float, .
     calls = zip(row.calls, row.statements, strict=True)
     wanted = preference.quantities
     return tuple(
-        preference.score(columns_of(quantities(call, statement, state, wanted))) for call, statement in calls
+        preference.score(columns_of(quantities(call, statement, state, wanted), call.callee))
+        for call, statement in calls
     )
 
 

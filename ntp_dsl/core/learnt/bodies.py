@@ -89,9 +89,24 @@ def _sources(registry: Registry, program: Program, wanted: Parameter) -> Iterato
         if wanted.type in registry.parents and registry.is_a(kind, wanted.type):
             yield Source(name), partial(_constant, name)
     if wanted.type in registry.parents:
-        yield Source(type=wanted.type), _any_object
+        for kind in sorted(_kinds(registry, wanted.type), key=lambda each: -len([*registry.ancestors(each)])):
+            yield Source(type=kind), partial(_any_object, registry, kind)
     elif wanted.type in registry.enums:
         yield Source(type=wanted.type), partial(_any_of, registry.enums[wanted.type])
+
+
+def fits(registry: Registry, program: Program, calls: Sequence[ShownCall]) -> bool:
+    """Return whether a program can make calls: they are declared, and every argument comes from somewhere."""
+    for call in calls:
+        if call.callee not in program.callees:
+            return False
+        wanted = registry[call.callee].parameters
+        if len(wanted) != len(call.sources):
+            return False
+        for parameter, source in zip(wanted, call.sources, strict=True):
+            if source not in [each for each, _ in _sources(registry, program, parameter)]:
+                return False
+    return True
 
 
 def _fits(registry: Registry, given: Parameter, wanted: Parameter) -> bool:
@@ -133,8 +148,13 @@ def _constant(name: str, example: Example) -> Sequence[Argument]:
     return (name,)
 
 
-def _any_object(example: Example) -> Sequence[Argument]:
-    return [each.name for each in example.seen.objects]
+def _kinds(registry: Registry, wanted: str) -> list[str]:
+    """Return a type and all below it."""
+    return [each for each in registry.parents if registry.is_a(each, wanted)]
+
+
+def _any_object(registry: Registry, kind: str, example: Example) -> Sequence[Argument]:
+    return [each.name for each in example.seen.objects if registry.is_a(each.type, kind)]
 
 
 def _any_of(members: Sequence[str], example: Example) -> Sequence[Argument]:

@@ -11,7 +11,7 @@ from ntp_dsl.core.dispatch.network import DispatchNetwork, batched
 from ntp_dsl.core.dispatch.rows import Row, named, unrolled
 from ntp_dsl.core.learnt.bodies import shown_calls, with_calls
 from ntp_dsl.core.learnt.examples import Example, examples_in
-from ntp_dsl.core.learnt.learnt_rows import LearntRow, declaration_of
+from ntp_dsl.core.learnt.learnt_rows import LearntRow, declaration_of, function_of
 from ntp_dsl.core.learnt.preferences import Choice, Preference, columns_of, preferred
 from ntp_dsl.core.learnt.quantities import quantities
 from ntp_dsl.core.perception.perceived import Believed
@@ -44,6 +44,7 @@ def learn(registry: Registry, network: DispatchNetwork, program: str, traces: Se
     return LearntRow(
         program=program,
         of=declaration_of(registry, program, preference),
+        function=function_of(registry, program),
         calls=calls,
         preference=preference,
         traces=len(traces),
@@ -64,7 +65,9 @@ def _choice(
     chosen = next((at for at in due if (row.calls[at].callee, named(row.calls[at].arguments)) == made), None)
     if chosen is None:
         return None
-    calls = [columns_of(quantities(row.calls[at], row.statements[at], state)) for at in due]
+    calls = [
+        columns_of(quantities(row.calls[at], row.statements[at], state), row.calls[at].callee) for at in due
+    ]
     return Choice(calls, due.index(chosen))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from inspect import getsource
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,7 @@ from msgspec import Struct
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode
 from ntp_dsl.common.files import written_whole
-from ntp_dsl.core.learnt.bodies import ShownCall, with_calls
+from ntp_dsl.core.learnt.bodies import ShownCall, fits, with_calls
 from ntp_dsl.core.learnt.preferences import Preference
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
@@ -31,6 +32,7 @@ class LearntRow(Struct, frozen=True, kw_only=True):
     version: int = VERSION
     program: str
     of: str
+    function: str = ""  # names the text of the function that it was learnt from
     calls: tuple[ShownCall, ...]  # none where the program declares its body
     preference: Preference
     traces: Count
@@ -53,7 +55,32 @@ def declaration_of(registry: Registry, program: str, preference: Preference) -> 
         known = [registry.predicates[name] for name in new if name in registry.predicates]
         names |= {name for each in known for name in predicates(each.body)}
     told = [f"{name}={_hash(registry, name)}" for name in sorted(reached)]
-    return sha256(";".join([each.hash for each in rows] + told).encode()).hexdigest()[:16]
+    types = {parameter.type for each in rows for parameter in each.parameters}
+    types |= {field.type for name in types for field in registry.records.get(name, ())}
+    told += [f"{name}={_meaning(registry, name)}" for name in sorted(types)]
+    return _digest(";".join([each.hash for each in rows] + told))
+
+
+def function_of(registry: Registry, program: str) -> str:
+    """Return what tells functions in Python apart: a hash of a program's own; empty where none is loaded."""
+    function = registry.python.functions.get(("expert", program))
+    try:
+        return _digest(getsource(function)) if function is not None else ""
+    except (OSError, TypeError):  # there is no text of it
+        return ""
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode()).hexdigest()[:16]
+
+
+def _meaning(registry: Registry, type_name: str) -> str:
+    """Return what a type stands for: its ancestors, members or fields."""
+    if type_name in registry.enums:
+        return ", ".join(registry.enums[type_name])
+    if type_name in registry.records:
+        return ", ".join(f"{each.name}: {each.type}" for each in registry.records[type_name])
+    return " is ".join(registry.ancestors(type_name)) if type_name in registry.parents else ""
 
 
 def _hash(registry: Registry, predicate: str) -> str:
@@ -118,10 +145,20 @@ def rows_beside(registry: Registry) -> LearntRows:
         if path is None or not path.is_file():
             continue
         row = read_row(path)
-        if row.program != name or row.of != declaration_of(registry, name, row.preference):
-            raise NtpError(
-                f"{path}: was learnt of another declaration of '{name}', or of what it calls: train it anew "
-                f"(`{MADE_BY} {name}`), or remove the file"
-            )
+        if fault := _fault(registry, name, row):
+            raise NtpError(f"{path}: {fault}: train it anew (`{MADE_BY} {name}`), or remove the file")
         found[name] = row
     return LearntRows(found)
+
+
+def _fault(registry: Registry, name: str, row: LearntRow) -> str:
+    """Return why a row is none of a program as it is declared; empty where it is."""
+    program = registry.programs[name]
+    if row.program != name or row.of != declaration_of(registry, name, row.preference):
+        return f"was learnt of another declaration of '{name}', or of what it calls"
+    function = function_of(registry, name)
+    if row.function and function and row.function != function:
+        return f"was learnt of another text of the function '{name}'"
+    if bool(row.calls) != program.in_python or not fits(registry, program, row.calls):
+        return f"has calls that '{name}' cannot make"
+    return ""

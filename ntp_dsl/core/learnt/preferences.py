@@ -42,28 +42,35 @@ class Column(Struct, frozen=True, order=True):
 
     quantity: Quantity
     transform: Transform = Transform.NONE
+    callee: str = ""  # of whose calls alone it says something; of all calls where it is empty
 
     def __str__(self) -> str:
+        of = f" of {self.callee}" if self.callee else ""
         match self.transform:
             case Transform.SQUARE:
-                return f"{self.quantity} squared"
+                return f"{self.quantity} squared{of}"
             case Transform.LOG:
-                return f"log {self.quantity}"
-        return str(self.quantity)
+                return f"log {self.quantity}{of}"
+        return f"{self.quantity}{of}"
 
 
 Columns = Mapping[Column, float]
 
 
-def columns_of(numbers: Iterable[Number]) -> dict[Column, float]:
-    """Return the columns of a call: its numbers, and of measures the squares and logarithms."""
+def columns_of(numbers: Iterable[Number], callee: str = "") -> dict[Column, float]:
+    """Return the columns of a call: its numbers, and of measures the squares and logarithms.
+
+    Each is there twice, for all calls and for those of the same callee: what speaks for one of these may
+    speak against another.
+    """
     found: dict[Column, float] = {}
     for quantity, value, is_measure in numbers:
-        found[Column(quantity)] = value
-        if is_measure:
-            found[Column(quantity, Transform.SQUARE)] = value * value
-            if value > 0:
-                found[Column(quantity, Transform.LOG)] = log(value)
+        for whose in dict.fromkeys(("", callee)):
+            found[Column(quantity, callee=whose)] = value
+            if is_measure:
+                found[Column(quantity, Transform.SQUARE, whose)] = value * value
+                if value > 0:
+                    found[Column(quantity, Transform.LOG, whose)] = log(value)
     return found
 
 
@@ -135,10 +142,15 @@ def preferred(choices: Sequence[Choice]) -> Preference:
         loss, weights = fit.solve(used)
     return Preference(
         tuple(
-            Term(names[at], float(means[at]), float(deviations[at]), float(weight))
+            Term(names[at], _rounded(means[at]), _rounded(deviations[at]), _rounded(weight))
             for at, weight in zip(used, weights, strict=True)
         )
     )
+
+
+def _rounded(value: float) -> float:
+    """Return a number to six digits: more hang on the order in which sums are added up."""
+    return float(f"{value:.6g}")
 
 
 def _usable(choices: Sequence[Choice]) -> list[Column]:
@@ -149,7 +161,8 @@ def _usable(choices: Sequence[Choice]) -> list[Column]:
 
 
 def _is_positive(name: Column, calls: Sequence[Columns]) -> bool:
-    return all(name in columns or Column(name.quantity) not in columns for columns in calls)
+    plain = Column(name.quantity, callee=name.callee)
+    return all(name in columns or plain not in columns for columns in calls)
 
 
 def _matrix(calls: Sequence[Columns], names: Sequence[Column]) -> Matrix:

@@ -232,3 +232,99 @@ def test_traces_of_another_declaration_are_refused(
     assert (
         "the traces are of another declaration: in one of them 'unload' is called" in capsys.readouterr().err
     )
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ('"callee": "unload"', '"callee": "put_in"'),
+        ('"type": "Dock"', '"type": "Nothing"'),
+        ('"type": "Dock"', '"name": "bogus"'),
+        ('"name": "van"', '"name": "van", "field": "bogus"'),
+        ('"callee": "unload"', '"callee": "nowhere"'),
+    ],
+)
+def test_a_row_with_calls_that_the_program_cannot_make_is_refused(
+    before: str, after: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library = copytree(examples_folder() / "docks", tmp_path / "docks")
+    row = library / f"relieve{SUFFIX}"
+    text = row.read_text(encoding="utf-8")
+    assert before in text
+    row.write_text(text.replace(before, after, 1), encoding="utf-8")
+    assert run(["eval", str(library), "docks", "-n", "1"]) == 2
+    assert "has calls that 'relieve' cannot make: train it anew" in capsys.readouterr().err
+
+
+def test_a_row_of_another_function_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    library = copytree(examples_folder() / "docks", tmp_path / "docks")
+    code = (library / "docks.py").read_text(encoding="utf-8")
+    (library / "docks.py").write_text(code.replace("reverse=True", "reverse=False"), encoding="utf-8")
+    assert run(["eval", str(library), "docks", "-n", "1"]) == 2
+    assert "was learnt of another text of the function 'relieve'" in capsys.readouterr().err
+
+
+def test_the_row_of_another_program_is_not_replaced(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    library = copied("docks", tmp_path)
+    out = tmp_path / "wash_up.json"
+    out.write_bytes((examples_folder() / "dishes" / f"wash_up{SUFFIX}").read_bytes())
+    words = ["--program", "relieve", "--data", str(recorded(library, "docks", 1)), "--out", str(out)]
+    assert run(["train", str(library), *words]) == 2
+    assert "is the row of 'wash_up': nothing is replaced" in capsys.readouterr().err
+
+
+TWO_WAYS = """library baskets
+use containers
+
+type Fruit is Movable
+type Basket is Place
+
+predicate ripe(f: Fruit) -> number
+predicate away(f: Fruit): some in(f, b) for b in Basket
+
+program sort_out(good: Basket, rest: Basket) by python:
+    requires present(good) and hollow(good) and reachable(good) and present(rest) and reachable(rest)
+    achieves all away(f) for f in Fruit
+    calls keep, put_in
+
+program keep(item: Fruit, container: Basket):
+    requires (
+        present(item) and reachable(item)
+        and hollow(container) and present(container) and reachable(container)
+    )
+    achieves in(item, container)
+    put_in(item, container)
+
+task baskets:
+    scene:
+        good:   Basket on table with bin(20 cm, 20 cm, 6 cm), at(45 cm, 22 cm)
+        rest:   Basket on table with bin(20 cm, 20 cm, 6 cm), at(45 cm, -22 cm)
+        fruits: 5 Fruit on table with cube(4 cm), ripe(4, 1, 5, 2, 3)
+    run:     sort_out(good, rest)
+    success: all away(f) for f in Fruit
+"""
+SORTING = """from ntp_dsl.authoring import call, expert, first
+
+
+@expert
+def sort_out(world, good, rest):
+    fruits = sorted((each for each in world.objects("Fruit") if not world.away(each)), key=world.ripe)
+    return first(
+        call("keep", each, good) if world.ripe(each) > 2 else call("put_in", each, rest) for each in fruits
+    )
+"""
+
+
+def test_which_of_two_callees_is_learnt_though_they_name_alike_what_they_take(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "baskets.ntp").write_text(TWO_WAYS, encoding="utf-8")
+    (tmp_path / "baskets.py").write_text(SORTING, encoding="utf-8")
+    library = tmp_path / "baskets.ntp"
+    assert trained(library, "sort_out", recorded(library, "baskets", 20)) == 0
+    told = capsys.readouterr().err
+    assert "keep(fruit, good)" in told and "put_in(fruit, rest)" in told and "of keep" in told
+    row = read_row(tmp_path / f"sort_out{SUFFIX}")
+    assert row.foreseen > 0.95
