@@ -12,6 +12,7 @@ from ntp_dsl.core.dispatch.dispatcher import Dispatcher
 from ntp_dsl.core.dispatch.learned import LearnedDispatcher
 from ntp_dsl.core.dispatch.rule import RuleDispatcher
 from ntp_dsl.core.learnt.learnt_rows import LearntRows, rows_beside
+from ntp_dsl.core.learnt.preferring import PreferringExpert
 from ntp_dsl.core.one_core import FORMAT, MADE_BY, OneCore, one_core
 from ntp_dsl.core.per_library.checkpoint import check_fits, core_of
 from ntp_dsl.core.per_library.model import Core
@@ -64,7 +65,9 @@ class OneCoreModel:
 
     def read(self, demonstration: Demonstration, whole_scopes: bool = False) -> Shown:
         """Return a demonstration as it is read."""
-        return Shown(self.registry, demonstration, self.core.grounding, whole_scopes)
+        preferring = [name for name, each in self.rows.preferences.items() if each.terms]
+        expert = PreferringExpert(self.registry, self._dispatcher(), preferring) if preferring else None
+        return Shown(self.registry, demonstration, self.core.grounding, whole_scopes, expert)
 
     def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> OneShotPolicy:
         return OneShotPolicy(self.read(demonstration, whole_scopes), self._dispatcher())

@@ -89,6 +89,7 @@ class Shown:
 
     Args:
         whole_scopes: from all of it instead, to measure what scopes are good for.
+        expert: by whose decisions the demonstration is explained; by the bodies' own where it is None.
     """
 
     def __init__(
@@ -97,10 +98,11 @@ class Shown:
         demonstration: Demonstration,
         network: Grounding,
         whole_scopes: bool = False,
+        expert: Expert | None = None,
     ) -> None:
         self.registry, self.demonstration, self._network = registry, demonstration, network
         self._whole_scopes = whole_scopes
-        self.expert = Expert(registry)
+        self.expert = expert or Expert(registry)
         self._states = steadied(demonstration)
         self._moments = Moments(self._states, (0, len(demonstration)), self._perceive_all)
         self._readings: dict[tuple[str, Arguments, Scope], Reading] = {}
