@@ -67,7 +67,11 @@ def _bound(registry: Registry, callee: Callable, terms: Terms) -> tuple[nodes.Ex
     """Return an argument for each parameter: of its name, or else the only one of its type; None without."""
     found = []
     for parameter in callee.parameters:
-        fitting = {name: term for name, (term, given) in terms.items() if _fits(registry, given, parameter)}
+        fitting = {
+            name: term
+            for name, (term, given) in terms.items()
+            if given.is_list == parameter.is_list and registry.takes(parameter, given)
+        }
         if parameter.name in fitting:
             found.append(fitting[parameter.name])
         elif len(fitting) == 1:
@@ -75,13 +79,6 @@ def _bound(registry: Registry, callee: Callable, terms: Terms) -> tuple[nodes.Ex
         else:
             return None
     return tuple(found)
-
-
-def _fits(registry: Registry, given: Parameter, wanted: Parameter) -> bool:
-    if given.is_list != wanted.is_list:
-        return False
-    is_object = given.type in registry.parents and wanted.type in registry.parents
-    return registry.is_a(given.type, wanted.type) if is_object else given.type == wanted.type
 
 
 def _reaches_goals(registry: Registry, program: str) -> bool:

@@ -141,6 +141,11 @@ class Registry:
     def is_a(self, type_name: str, ancestor: str) -> bool:
         return ancestor in self.ancestors(type_name)
 
+    def takes(self, wanted: Parameter, given: Parameter) -> bool:
+        """Return whether what one parameter holds may be handed on to another, lists aside."""
+        is_object = given.type in self.parents and wanted.type in self.parents
+        return self.is_a(given.type, wanted.type) if is_object else given.type == wanted.type
+
     def is_number(self, type_name: str) -> bool:
         """Return whether a type is of numbers: of no objects, members or records."""
         return not any(type_name in each for each in (self.parents, self.enums, self.records))

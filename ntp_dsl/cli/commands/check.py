@@ -16,6 +16,7 @@ from ntp_dsl.common.text import counted
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Edit, NtpError, has_errors
 from ntp_dsl.language.diagnostics.rendering import shown_path
 from ntp_dsl.language.loader import Report, check_files, find, read
+from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax.nodes import Span
 
 Texts = Mapping[Path, str]  # in place of what is in the files
@@ -104,6 +105,7 @@ class _Checks:
         self.paths = paths
         self._execute, self._seed = execute, seed
         self._simulated: dict[tuple[Path | None, tuple[tuple[Path, str], ...]], Found] = {}
+        self._registries: list[Registry] = []  # as they were simulated last
 
     def diagnose(self, texts: Texts) -> Found:
         """Return the diagnostics of all libraries; those of shared libraries occur once."""
@@ -127,15 +129,10 @@ class _Checks:
         return self._simulated[key]
 
     def who_decides(self) -> list[str]:
-        """Return how the programs are decided that are left to Python, or of which a row was learnt."""
+        """Return, of what was simulated, how programs are decided that have a row or are left to Python."""
         from ntp_dsl.cli.python_programs import who_decides
-        from ntp_dsl.user_code.loading import with_python
 
-        found: list[str] = []
-        for path in self.paths:
-            checked = _report(path, {}).checked()
-            found += who_decides(with_python(checked) if self._execute else checked, self._execute)
-        return found
+        return [line for each in self._registries for line in who_decides(each, self._execute)]
 
     def _simulate(self, texts: Texts, out: Path | None) -> Found:
         from ntp_dsl.cli.display import progress
@@ -145,11 +142,13 @@ class _Checks:
 
         diagnostics: dict[Diagnostic, None] = {}
         registries = [(path, _report(path, texts).checked()) for path in self.paths]
+        self._registries = []
         traces = TrialTraces(out)
         traces.clear(registry.name for _, registry in registries)
         with progress("simulating", None) as bar:
             for path, checked in registries:
                 registry = with_python(checked) if self._execute else checked
+                self._registries.append(registry)
                 report = lambda name, path=path: bar.describe(f"{shown_path(path)}: {name}")  # noqa: E731
                 found = check_dynamically(registry, path, self._seed, report, traces)
                 diagnostics |= dict.fromkeys(found)

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 import typer
 
 from ntp_dsl.cli.display import messages, print_json, progress
-from ntp_dsl.cli.learnt_rows import train_row
 from ntp_dsl.cli.options import Json, Library, Seed
+from ntp_dsl.cli.row_training import train_row
 from ntp_dsl.core.per_library.checkpoint import resume_training, save_core, save_training
 from ntp_dsl.core.per_library.config import TrainingConfig
 from ntp_dsl.core.per_library.corpus import Corpus

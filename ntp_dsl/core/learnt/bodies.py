@@ -75,14 +75,14 @@ Gives = Callable[[Example], Sequence[Argument]]
 def _sources(registry: Registry, program: Program, wanted: Parameter) -> Iterator[tuple[Source, Gives]]:
     """Yield where an argument may come from, the narrowest first, with what that gives in an example."""
     for at, own in enumerate(program.parameters):
-        if own.is_list == wanted.is_list and _fits(registry, own, wanted):
+        if own.is_list == wanted.is_list and registry.takes(wanted, own):
             yield Source(own.name), partial(_own, at)
     if wanted.is_list:
         return
     for at, own in enumerate(program.parameters):
         if own.is_list:
             for field in registry.records.get(own.type, ()):
-                if not _fits(registry, field, wanted):
+                if not registry.takes(wanted, field):
                     continue
                 yield Source(own.name, field.name), partial(_field, at, field.name)
     for name, kind in registry.constants.items():
@@ -107,11 +107,6 @@ def fits(registry: Registry, program: Program, calls: Sequence[ShownCall]) -> bo
             if source not in [each for each, _ in _sources(registry, program, parameter)]:
                 return False
     return True
-
-
-def _fits(registry: Registry, given: Parameter, wanted: Parameter) -> bool:
-    is_object = given.type in registry.parents and wanted.type in registry.parents
-    return registry.is_a(given.type, wanted.type) if is_object else given.type == wanted.type
 
 
 def _check_one_element(

@@ -56,6 +56,15 @@ def copied(name: str, to: Path) -> Path:
     return folder
 
 
+def edited(file: str, before: str, after: str, to: Path) -> Path:
+    """Return a copy of the docks, with its row, in which a text of a file is another."""
+    folder = copytree(examples_folder() / "docks", to / "docks")
+    text = (folder / file).read_text(encoding="utf-8")
+    assert before in text
+    (folder / file).write_text(text.replace(before, after, 1), encoding="utf-8")
+    return folder
+
+
 def recorded(library: Path, task: str, count: int) -> Path:
     """Return a folder with traces of a library's expert."""
     out = library.parent / "data"
@@ -142,10 +151,7 @@ def test_decisions_of_other_programs_are_unchanged() -> None:
 def test_a_row_of_another_declaration_is_refused(
     before: str, after: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    library = copytree(examples_folder() / "docks", tmp_path / "docks")
-    text = (library / "docks.ntp").read_text(encoding="utf-8")
-    assert before in text
-    (library / "docks.ntp").write_text(text.replace(before, after), encoding="utf-8")
+    library = edited("docks.ntp", before, after, tmp_path)
     for command in (["eval", str(library), "docks", "-n", "1"], ["check", str(library)]):
         assert run(command) == 2
         told = capsys.readouterr().err
@@ -154,12 +160,8 @@ def test_a_row_of_another_declaration_is_refused(
 
 def test_what_a_preference_does_not_look_at_does_not_stop_a_run(tmp_path: Path) -> None:
     """No scene gives a weight; the row needs none."""
-    library = copytree(examples_folder() / "docks", tmp_path / "docks")
-    text = (library / "docks.ntp").read_text(encoding="utf-8")
     more = "predicate weight(m: Place) -> number\npredicate heavy(m: Place): weight(m) > 2\n\n"
-    (library / "docks.ntp").write_text(
-        text.replace("program relieve", f"{more}program relieve"), encoding="utf-8"
-    )
+    library = edited("docks.ntp", "program relieve", f"{more}program relieve", tmp_path)
     assert run(["eval", str(library), "docks", "-n", "1"]) == 0
 
 
@@ -247,19 +249,13 @@ def test_traces_of_another_declaration_are_refused(
 def test_a_row_with_calls_that_the_program_cannot_make_is_refused(
     before: str, after: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    library = copytree(examples_folder() / "docks", tmp_path / "docks")
-    row = library / f"relieve{SUFFIX}"
-    text = row.read_text(encoding="utf-8")
-    assert before in text
-    row.write_text(text.replace(before, after, 1), encoding="utf-8")
+    library = edited(f"relieve{SUFFIX}", before, after, tmp_path)
     assert run(["eval", str(library), "docks", "-n", "1"]) == 2
     assert "has calls that 'relieve' cannot make: train it anew" in capsys.readouterr().err
 
 
 def test_a_row_of_another_function_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    library = copytree(examples_folder() / "docks", tmp_path / "docks")
-    code = (library / "docks.py").read_text(encoding="utf-8")
-    (library / "docks.py").write_text(code.replace("reverse=True", "reverse=False"), encoding="utf-8")
+    library = edited("docks.py", "reverse=True", "reverse=False", tmp_path)
     assert run(["eval", str(library), "docks", "-n", "1"]) == 2
     assert "was learnt of another text of the function 'relieve'" in capsys.readouterr().err
 
