@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from ntp_dsl.evaluation.question_picture import Offer, question_picture
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import Observation, Record, without_lists
+from ntp_dsl.sentences.understanding import SURE_ENOUGH, Choice, Listener, Understood
 from ntp_dsl.tasks.goal_text import Element, format_element
 from ntp_dsl.traces.phrases import format_invocation, format_option
 
@@ -61,6 +63,23 @@ class Interview:
         for doubt, (text, offered) in zip(doubts, asked, strict=True):
             meant[doubt] = offered[self._answer(text, MEANT, len(offered)) - 1]
         return meant
+
+    def meanings(self, listener: Listener, sentences: Sequence[str], understood: Understood) -> Understood:
+        """Return what sentences say once somebody has told which of several things is meant.
+
+        Raises `NtpError` as `elements` does.
+        """
+        unsure = [each for each in understood.choices if each.probability < SURE_ENOUGH]
+        asked = [_meaning(self._registry, sentences, each) for each in unsure]
+        left = asked[len(self._answers) :]
+        if left and not has_typist():
+            raise NtpError("\n".join([*(text for text, _ in left), _nobody(len(left))]))
+        meant = {}
+        for choice, (text, offered) in zip(unsure, asked, strict=True):
+            element = offered[self._answer(text, MEANT, len(offered)) - 1]
+            meant[choice] = replace(choice, element=element, probability=1.0, others=())
+        choices = tuple(meant.get(each, each) for each in understood.choices)
+        return replace(understood, arguments=listener.with_elements(choices), choices=choices)
 
     def decision(self, question: Question) -> int:
         """Return which option a program is to take, from 0. Raises `NtpError` as `elements` does."""
@@ -124,6 +143,17 @@ def questions(
             more > 0
         )
         yield "\n".join([head, *rows]), [element for element, _ in offered]
+
+
+def _meaning(registry: Registry, sentences: Sequence[str], choice: Choice) -> tuple[str, list[Element]]:
+    """Return a question about a sentence, and the elements among which to choose."""
+    offered = [(choice.element, choice.probability), *choice.others][:MOST]
+    texts = [printable(format_element(registry, element)) for element, _ in offered]
+    head = f"sentence {choice.sentence + 1}, '{printable(sentences[choice.sentence])}', may mean"
+    rows = _table(texts, [chance for _, chance in offered])
+    more = len(choice.others) + 1 - len(offered)
+    rows += [f"  and {counted(more, 'other')} as well: say it more exactly"] * (more > 0)
+    return "\n".join([head, *rows]), [element for element, _ in offered]
 
 
 def draw_questions(

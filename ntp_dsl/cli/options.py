@@ -138,6 +138,13 @@ Viewer = Annotated[
 Noise = Annotated[
     float, typer.Option(min=0, max=0.1, callback=number, help="Standard deviation of observed positions [m].")
 ]
+Say = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="TEXT|FILE",
+        help="A sentence that says what is to be done, or a file with one a line; repeat it for more.",
+    ),
+]
 DemoNoise = Annotated[
     float,
     typer.Option(

@@ -43,8 +43,12 @@ class Model(Protocol):
             whole_scopes: every program reads its lists from the whole demonstration.
         """
 
-    def told(self) -> Policy:
-        """Return the policy that does what the lists among its arguments say."""
+    def told(self, probability: float = 1.0) -> Policy:
+        """Return the policy that does what the lists among its arguments say.
+
+        Args:
+            probability: that these are what was meant.
+        """
 
 
 @dataclass(frozen=True)
@@ -72,8 +76,8 @@ class OneCoreModel:
     def shown(self, demonstration: Demonstration, whole_scopes: bool = False) -> OneShotPolicy:
         return OneShotPolicy(self.read(demonstration, whole_scopes), self._dispatcher())
 
-    def told(self) -> OneShotPolicy:
-        return OneShotPolicy(Told(self.registry, self.core.grounding), self._dispatcher())
+    def told(self, probability: float = 1.0) -> OneShotPolicy:
+        return OneShotPolicy(Told(self.registry, self.core.grounding, probability), self._dispatcher())
 
     def _dispatcher(self) -> Dispatcher:
         expert = Expert(self.registry)
@@ -94,7 +98,7 @@ class BaselineModel:
             raise NtpError("a checkpoint of `ntp train` has learnt its scopes: omit --whole-scopes")
         return LearnedPolicy(self.core, demonstration)
 
-    def told(self) -> Policy:
+    def told(self, probability: float = 1.0) -> Policy:
         raise NtpError("a checkpoint of `ntp train` needs a demonstration: omit --model, or --goal")
 
 

@@ -55,10 +55,14 @@ class Source(Protocol):
 
 
 class Told:
-    """Lists are handed on as they were given. There is no demonstration, and there are no scopes."""
+    """Lists are handed on as they were given. There is no demonstration, and there are no scopes.
 
-    def __init__(self, registry: Registry, network: Grounding) -> None:
-        self.registry, self._network = registry, network
+    Args:
+        probability: that the lists are what was meant.
+    """
+
+    def __init__(self, registry: Registry, network: Grounding, probability: float = 1.0) -> None:
+        self.registry, self._network, self._probability = registry, network, probability
 
     def perceive(self, seen: Observation) -> Perceived:
         return Perceived(self.registry, seen, self._network)
@@ -76,7 +80,7 @@ class Told:
         return None
 
     def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
-        return 1.0
+        return self._probability if frame.matched is None else 1.0  # what it calls is no surer than the root
 
     def told(self, frame: Frame) -> traced.Reading | None:
         return None

@@ -27,11 +27,17 @@ from ntp_dsl.evaluation.episode_parts import (
     drawn_instance,
 )
 from ntp_dsl.evaluation.scope_agreement import ScopeWatcher
+from ntp_dsl.evaluation.spoken import as_lists, in_words, listener
 from ntp_dsl.execution.interpreter import Watcher
 from ntp_dsl.execution.supervision import Supervisor
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.policies.evidence import rounded
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.protocol import Policy
 from ntp_dsl.policies.scripted import ScriptedPolicy
+from ntp_dsl.sentences.understanding import Listener
+from ntp_dsl.tasks.goal_text import Lists
 from ntp_dsl.tasks.instances import Instance, as_told, find_task, from_file
 from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.traces.schema import Attribution, Header, PolicyKind
@@ -63,7 +69,17 @@ class Plan:
     demo_by: Person | None = None  # a simulated person, by whose hand the expert demonstrates
     demo_rate: float = RATE  # of such a demonstration: frames a second
     whole_scopes: bool = False  # every program reads its lists from the whole demonstration
-    goal: Path | None = None  # a file that tells the goal: nothing is demonstrated then
+    spoken: bool = False  # each demonstration is put in words, and these are all that the program is told
+
+
+@dataclass(frozen=True)
+class Told:
+    """The lists of a task's program, in so many words, where nothing is demonstrated."""
+
+    lists: Lists
+    where: str  # they were told, for errors
+    said: tuple[str, ...] = ()  # the sentences, if they were sentences
+    probability: float = 1.0  # that the lists are what was meant
 
 
 @dataclass(frozen=True)
@@ -106,6 +122,7 @@ class Evaluator:
             self._shown_in = PersonWorld(plan.demo_by, plan.demo_rate)
             equip(self._shown_in, self.registry)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
+        self._told: Told | None = None
         self._model: Any = None  # a `Model` of the core, which needs torch
         if plan.model is not None:
             from ntp_dsl.core.models import open_model  # the expert needs no torch
@@ -120,16 +137,26 @@ class Evaluator:
     def is_learned(self) -> bool:
         return self._model is not None
 
+    def tell(self, told: Told) -> None:
+        """Let episodes run with lists that were told, in place of a drawn goal and its demonstration."""
+        self._told = told
+
     def instance(self, number: int) -> Instance:
         """Return the instance of an episode: from the task file, cyclically, or drawn until work is left.
 
-        Where the plan tells a goal, that is in place of the drawn one.
+        What was told is in place of the drawn goal.
         """
         if self._file:
             return self._file[number % len(self._file)]
         varied = dict(self.plan.varied)
         drawn = drawn_instance(self.registry, self.task, self.plan.seed, number, varied)
-        return as_told(self.registry, drawn, self.plan.goal) if self.plan.goal else drawn
+        told = self._told
+        return as_told(self.registry, drawn, told.lists, told.where) if told is not None else drawn
+
+    def listener(self, number: int) -> Listener:
+        """Return who understands sentences about an episode, for the program as the model runs it."""
+        registry: Registry = getattr(self._model, "registry", self.registry)
+        return listener(registry, self.instance(number), self.plan.seed, number)
 
     def demonstration(self, instance: Instance, number: int) -> tuple[RecordedDemonstration, int]:
         """Return the expert's demonstration from another placement, and the number of attempts.
@@ -151,12 +178,21 @@ class Evaluator:
             found = replace(found, demonstration=seen)
         return found, attempts
 
+    def _in_words(self, instance: Instance, number: int) -> tuple[Told, int]:
+        """Return what the sentences for a demonstration say, and the number of attempts at it."""
+        recorded, attempts = self.demonstration(instance, number)
+        assert recorded.calls is not None
+        said = in_words(self.registry, recorded.calls)
+        understood = self.listener(number).understand(said)
+        lists = as_lists(self.registry, instance.program, understood.arguments)
+        return Told(lists, "the sentences", tuple(said), understood.probability), attempts
+
     def policy(self, recorded: RecordedDemonstration | None) -> Policy:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""
         if self._model is None:
             return ScriptedPolicy(self.expert, recorded.calls if recorded else None)
         if recorded is None:
-            told: Policy = self._model.told()
+            told: Policy = self._model.told(self._told.probability if self._told is not None else 1.0)
             return told
         shown: Policy = self._model.shown(recorded.demonstration, self.plan.whole_scopes)
         return shown
@@ -183,7 +219,20 @@ class Evaluator:
         attempts = 0
         if recorded is not None:
             instance = as_demonstrated(self.registry, instance, recorded.demonstration)
-        elif self.plan.goal is None and (self.is_learned or self.plan.traces is not None):
+        elif self.plan.spoken:
+            self._told = None
+            instance = self.instance(number)
+            try:
+                self._told, attempts = self._in_words(instance, number)
+                told = as_told(self.registry, instance, self._told.lists, self._told.where)
+            except NoDemonstration as failure:
+                return _without_demonstration(number, instance, failure)
+            except NtpError as failure:
+                return _not_understood(number, instance, failure)
+            instance = replace(
+                told, goal=instance.goal, bindings=instance.bindings
+            )  # judged by what was meant
+        elif self._told is None and (self.is_learned or self.plan.traces is not None):
             try:
                 recorded, attempts = self.demonstration(instance, number)
             except NoDemonstration as failure:
@@ -243,6 +292,8 @@ class Evaluator:
         return with_fields(
             header(self.registry, instance, self.plan.seed, kind),
             demonstration=reference,
+            said=self._told.said if self._told is not None else (),
+            understood=rounded(self._told.probability) if self._told is not None else 1.0,
             sources=library_sources(self.registry),
             episode=number,
             world=self.plan.world,
@@ -264,18 +315,29 @@ def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
 
 def _without_demonstration(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
     """Return the failed episode of a task that could not be demonstrated."""
+    return _not_begun(number, instance, failure.attributed_to, str(failure), ATTEMPTS)
+
+
+def _not_understood(number: int, instance: Instance, failure: NtpError) -> Episode:
+    """Return the failed episode of a task whose sentences were not understood."""
+    return _not_begun(number, instance, Attribution.DECISION, str(failure), 1)
+
+
+def _not_begun(
+    number: int, instance: Instance, attributed_to: Attribution, reason: str, demonstrations: int
+) -> Episode:
     return Episode(
         number,
         instance.name,
         len(instance.goal),
         False,
         False,
-        failure.attributed_to,
-        str(failure),
+        attributed_to,
+        reason,
         primitives=0,
         simulated_seconds=0.0,
         disturbances=0,
-        demonstrations=ATTEMPTS,
+        demonstrations=demonstrations,
         scopes={},
         confidence=None,
     )

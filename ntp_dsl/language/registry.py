@@ -46,6 +46,7 @@ class Callable:
     achieves: nodes.Expression | None
     hash: str
     docstring: str = ""
+    says: tuple[str, ...] = ()  # sentences for its call, with parameters in braces
     span: nodes.Span = field(default=nodes.NOWHERE, compare=False, repr=False)
 
     def bind(self, arguments: Iterable[Value]) -> dict[str, Value]:

@@ -145,11 +145,11 @@ class State:
         given = ", ".join(f"{name}={value}" for name, value in named.items() if not isinstance(value, tuple))
         text = format_expression(expression)
         told = f"{text} with {given}" if given else text
-        helping = partial(self._helping, expression, scope, positive=True)
+        helping = partial(self.helping, expression, scope)
         return Condition(told, expression, scope, tuple(named.items()), helping)
 
-    def _helping(
-        self, expression: nodes.Expression | None, scope: Bindings, positive: bool
+    def helping(
+        self, expression: nodes.Expression | None, scope: Bindings, positive: bool = True
     ) -> Iterator[Literal]:
         """Yield the literals that help to make an expression true, or false.
 
@@ -159,16 +159,16 @@ class State:
             case nodes.Atom(predicate=predicate, arguments=arguments):
                 yield Literal(predicate, self._values(arguments, scope), positive)
             case nodes.Not(value=value):
-                yield from self._helping(value, scope, not positive)
+                yield from self.helping(value, scope, not positive)
             case nodes.And(values=values) | nodes.Or(values=values):
                 for value in values:
-                    yield from self._helping(value, scope, positive)
+                    yield from self.helping(value, scope, positive)
             case nodes.Quantified(quantifier=quantifier, body=body, generators=generators):
                 inner = [*self.scopes(generators, scope)]
                 if quantifier == "exactly":
                     positive = sum(self.true(body, each) for each in inner) <= (expression.count or 0)
                 for each in inner:
-                    yield from self._helping(body, each, positive)
+                    yield from self.helping(body, each, positive)
 
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
         """Yield a scope for each element of a list, object of a type or member that meets the condition."""

@@ -21,7 +21,7 @@ from ntp_dsl.semantics.observation import TOO_WIDE, Argument, DeclaredFact, Obse
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import misfit, strays
 from ntp_dsl.tasks.goal_samplers import Goal, Variation, draw_goal
-from ntp_dsl.tasks.goal_text import read_lists
+from ntp_dsl.tasks.goal_text import Lists
 from ntp_dsl.tasks.task_files import GoalRow, TaskFileEntry, read_tasks
 from ntp_dsl.worlds.perturbed_starts import STRAIGHT, perturbed_start
 from ntp_dsl.worlds.protocol import Scene
@@ -116,10 +116,15 @@ def enough_primitives(instance: Instance) -> int:
     return max(400, 20 * len(instance.objects))
 
 
-def as_told(registry: Registry, instance: Instance, path: Path) -> Instance:
-    """Return an instance that runs with the lists of a file. Raises `NtpError` for what it does not take."""
+def as_told(registry: Registry, instance: Instance, lists: Lists, where: str) -> Instance:
+    """Return an instance that runs with other lists.
+
+    Args:
+        where: they were told, for errors.
+
+    Raises `NtpError` for an empty goal, and for placements that nobody can bring about together.
+    """
     program = registry.programs[instance.program]
-    lists = read_lists(path, registry, program, instance.objects)
     told = tuple(
         lists[parameter.name] if parameter.is_list else value
         for parameter, value in zip(program.parameters, instance.arguments, strict=True)
@@ -129,10 +134,10 @@ def as_told(registry: Registry, instance: Instance, path: Path) -> Instance:
             assert isinstance(value, tuple)
             goal = tuple(each for each in value if isinstance(each, Record))
             if not goal:
-                raise NtpError(f"{path}: the goal is empty, so there is nothing to do")
+                raise NtpError(f"{where}: the goal is empty, so there is nothing to do")
             if goal[0].type == PLACEMENT:
-                _check_rows(goal, str(path))
-                _check_no_circle(goal, str(path))
+                _check_rows(goal, where)
+                _check_no_circle(goal, where)
             instance = instance.with_goal(goal)
     return replace(instance, arguments=told)
 

@@ -164,6 +164,8 @@ class Header(Struct, tag_field="event", tag="header", frozen=True, omit_defaults
     disturbances: Disturbances | None = None
     objects: tuple[SceneObject, ...] = ()
     demonstration: DemonstrationReference | None = None
+    said: tuple[str, ...] = ()  # the sentences that told the program its lists
+    understood: Probability = 1.0  # how probably they mean these lists
     sources: dict[str, str] = {}  # file name -> text of a library that decisions refer to
 
 

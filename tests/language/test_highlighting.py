@@ -80,6 +80,7 @@ def grammar_words() -> set[str]:
     """Every word that the grammar itself spells, and every two that belong together."""
     patterns = [str(terminal.pattern.value) for terminal in _lark().terminals]
     words = [re.sub(r"(?s)\(\?=.*\)\+(\w+)\\b\)$", r" \1", each).removesuffix(r"\b") for each in patterns]
+    words = [re.sub(r"(?s)\(\?=.*\)$", "", each) for each in words]
     found = {word for word in words if re.fullmatch(r"[a-z]+( [a-z]+)?", word)}
     return found - {second for _, blank, second in (word.partition(" ") for word in found) if blank}
 

@@ -21,6 +21,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.graph": ("ntp_dsl.language",),
     "ntp_dsl.soup": ("ntp_dsl.language",),
     "ntp_dsl.semantics": ("ntp_dsl.language",),
+    "ntp_dsl.sentences": ("ntp_dsl.semantics",),
     "ntp_dsl.worlds": ("ntp_dsl.semantics", "kinematics.skills"),
     "ntp_dsl.tasks": ("ntp_dsl.worlds",),
     "ntp_dsl.demonstrations": ("ntp_dsl.worlds",),
@@ -32,7 +33,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.execution": ("ntp_dsl.policies",),
     "ntp_dsl.datasets": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
     "ntp_dsl.dynamic": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
-    "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core"),
+    "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core", "ntp_dsl.sentences"),
     "ntp_dsl.cli": (
         "ntp_dsl.evaluation",
         "ntp_dsl.dynamic",

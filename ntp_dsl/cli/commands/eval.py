@@ -68,6 +68,13 @@ def command(
     demo_by: DemoBy = None,
     demo_rate: DemoRate = None,
     whole_scopes: WholeScopes = False,
+    spoken: Annotated[
+        bool,
+        typer.Option(
+            "--spoken",
+            help="Put each demonstration in words, and tell the program these sentences alone; show nothing.",
+        ),
+    ] = False,
     tasks: Annotated[
         Path | None,
         typer.Option(
@@ -97,6 +104,10 @@ def command(
     ranges = varied(length, topology, semantics)
     if expert and (demo_noise or demo_by or whole_scopes):
         raise NtpError("--expert needs no demonstration: omit --demo-noise, --demo-by and --whole-scopes")
+    if spoken and (expert or demo_noise or demo_by or whole_scopes):
+        raise NtpError(
+            "--spoken shows no demonstration: omit --expert, --demo-noise, --demo-by, --whole-scopes"
+        )
     if tasks and ranges:
         raise NtpError(f"--{ranges[0][0]} is for drawn goals, and --tasks gives them: choose one")
     plan = Plan(
@@ -115,6 +126,7 @@ def command(
         demo_rate=shown_at(demo_by, demo_rate),
         whole_scopes=whole_scopes,
         dispatch=dispatch,
+        spoken=spoken,
     )
     done: list[Episode] = []
     stopped: BaseException | None = None

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ntp_dsl.cli.asking import draw_questions, questions
+from ntp_dsl.cli.asking import Interview, draw_questions, questions
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
-from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Seed, Task, shown_at
+from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Say, Seed, Task, shown_at
+from ntp_dsl.cli.spoken import sentences_of, understood
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstration_remarks import act, remarks
@@ -34,6 +35,11 @@ def command(
         Path | None,
         typer.Option(help="A demonstration file; by default the expert records one from the seed."),
     ] = None,
+    say: Say = None,
+    answer: Annotated[
+        list[int] | None,
+        typer.Option(min=1, help="Answer to what a sentence leaves open, by number, in order."),
+    ] = None,
     model: Model = None,
     seed: Seed = 0,
     demo_noise: DemoNoise = 0.0,
@@ -44,7 +50,7 @@ def command(
     ] = None,
     json: Json = False,
 ) -> int:
-    """Print what a demonstration says: the lists that the task's program is to be called with.
+    """Print what a demonstration shows, or sentences say: the lists that the task's program is called with.
 
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
     is explained by it; others, which elements may as well be others, how probable each is, which numbers may
@@ -54,6 +60,12 @@ def command(
     """
     from ntp_dsl.core.models import OneCoreModel, open_model
 
+    if say:
+        if demo or demo_noise or demo_by or pictures:
+            raise NtpError("--say reads sentences, and no demonstration: omit what is about one")
+        return _read_sentences(library, task, model, seed, sentences_of(say), answer or [], json)
+    if answer:
+        raise NtpError("--answer goes with --say")
     if demo and (demo_noise or demo_by):
         raise NtpError("--demo is a demonstration, and --demo-noise and --demo-by say how to make one")
     rate = shown_at(demo_by, demo_rate)
@@ -134,6 +146,37 @@ def command(
         for row in text.splitlines():
             answers.print(printable(row))
     return int(not reading.is_whole)
+
+
+def _read_sentences(
+    library: Path,
+    task: str,
+    model: Path | None,
+    seed: int,
+    sentences: list[str],
+    answers_given: list[int],
+    json: bool,
+) -> int:
+    evaluator = Evaluator(Plan(library, task, model_or_shipped(model), seed=seed))
+    registry = evaluator.registry
+    found = understood(evaluator, sentences, Interview(registry, answers_given, None))
+    program = registry.programs[evaluator.instance(0).program]
+    text = format_lists(registry, program, found.arguments)
+    if json:
+        choices = [
+            {
+                "sentence": sentences[each.sentence],
+                "list": each.parameter,
+                "element": format_element(registry, each.element),
+                "probability": round(each.probability, 4),
+            }
+            for each in found.choices
+        ]
+        print_json({"text": text, "probability": round(found.probability, 4), "elements": choices})
+    else:
+        answers.print(f"# {counted(len(sentences), 'sentence')} understood")
+        answers.print(text, end="")
+    return 0
 
 
 def _doubt(registry: Registry, doubt: Doubt) -> dict[str, object]:

@@ -30,6 +30,7 @@ from ntp_dsl.cli.options import (
     Model,
     Noise,
     Pushes,
+    Say,
     Scripted,
     Seed,
     Semantics,
@@ -46,17 +47,19 @@ from ntp_dsl.cli.options import (
     shown_at,
     varied,
 )
+from ntp_dsl.cli.spoken import changed, sentences_of, told
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episode_parts import NoDemonstration
-from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.evaluation.episodes import Evaluator, Plan, Told
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
 from ntp_dsl.policies.protocol import Policy
+from ntp_dsl.tasks.goal_text import read_lists
 from ntp_dsl.traces.decision import Dispatch
 from ntp_dsl.worlds.protocol import Disturbances
 
@@ -80,6 +83,7 @@ def command(
         Path | None,
         typer.Option(help="A file with the goal, as `ntp read` prints it; nothing is demonstrated then."),
     ] = None,
+    say: Say = None,
     dispatch: DispatchBy = None,
     expert: Scripted = False,
     world: WorldName = "bullet",
@@ -122,14 +126,15 @@ def command(
     """Run a task: learned from one demonstration, or by the scripted expert.
 
     Any sound library runs, without training. With --demo the goal is that of the demonstration, with --goal
-    that of a file, else one drawn from the seed. With --step and --break it can be stopped, with --watch and
+    that of a file, with --say what sentences say, else one drawn from the seed. With --demo and --say, the
+    sentences change what the demonstration shows. With --step and --break it can be stopped, with --watch and
     --viewer followed. Exit status: 0 done, 1 the task failed, 2 misuse.
 
     Example: ntp run block_stacking block_stacking --seed 3 --out runs/three
     """
     if expert and demo:
         raise NtpError("--expert needs no --demo: the scripted expert decides")
-    if (demo_noise or demo_by) and (demo or goal or expert):
+    if (demo_noise or demo_by) and (demo or goal or expert or say):
         given = "--demo-noise" if demo_noise else "--demo-by"
         raise NtpError(f"{given} is for a demonstration that is recorded now, for a learned program: omit it")
     if ask_below is not None and expert:
@@ -138,12 +143,15 @@ def command(
         raise NtpError("--ask-calls-below goes with --ask-below: add it")
     if ask_calls_below is not None and dispatch is Dispatch.RULE:
         raise NtpError("--dispatch rule weighs no alternatives: omit --ask-calls-below")
-    if answer and ask_below is None:
-        raise NtpError("--answer goes with --ask-below: say when to ask")
+    if answer and ask_below is None and not say:
+        raise NtpError("--answer goes with --ask-below, or with --say: say when to ask")
     if watch and ask_below is not None:
         raise NtpError("--ask-below asks at the terminal, which --watch listens to: omit one of them")
-    if goal and demo:
-        raise NtpError("--goal says what --demo shows: choose one")
+    if goal and (demo or say):
+        raise NtpError(f"--goal says what {'--demo shows' if demo else '--say says'}: choose one")
+    if say and expert and demo:
+        raise NtpError("--expert needs no --demo: omit it, or --say")
+    sentences = sentences_of(say) if say else []
     path = model_or_expert(model, expert, dispatch)
     scratch = TemporaryDirectory(prefix="ntp_run_") if (watch or viewer) and out is None else None
     ranges = varied(length, topology, semantics)
@@ -165,16 +173,26 @@ def command(
         demo_by=demo_by,
         demo_rate=shown_at(demo_by, demo_rate),
         dispatch=dispatch,
-        goal=goal,
     )
     evaluator = Evaluator(plan)
+    interview = Interview(evaluator.registry, answer or [], out)
     recorded = (
         RecordedDemonstration(read_demonstration(demo, evaluator.instance(0).objects)) if demo else None
     )
     if recorded is not None:
         for remark in remarks(evaluator.registry, evaluator.instance(0), recorded.demonstration):
             messages.print(remark, style="yellow")
-    if recorded is None and goal is None and not expert:
+    if goal is not None:
+        instance = evaluator.instance(0)
+        program = evaluator.registry.programs[instance.program]
+        lists = read_lists(goal, evaluator.registry, program, instance.objects)
+        evaluator.tell(Told(lists, str(goal)))
+    elif sentences and recorded is not None:
+        evaluator.tell(_changed(evaluator, recorded, sentences))
+        recorded = None
+    elif sentences:
+        evaluator.tell(told(evaluator, sentences, interview))
+    elif recorded is None and not expert:
         messages.print(f"no --demo: the expert demonstrates the task once, from seed {seed}")
         try:
             recorded, _ = evaluator.demonstration(evaluator.instance(0), 0)
@@ -182,7 +200,6 @@ def command(
             _print_hint(out)
             raise
     policy = evaluator.policy(recorded) if recorded is not None or ask_below is not None else None
-    interview = Interview(evaluator.registry, answer or [], out)
     if policy is not None and ask_below is not None:
         _prepare(evaluator, policy, interview, ask_below, ask_calls_below or 0.0)
     if policy is not None and recorded is not None:
@@ -197,6 +214,16 @@ def command(
             verb = "was" if interview.unused == 1 else "were"
             messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
     return 0
+
+
+def _changed(evaluator: Evaluator, recorded: RecordedDemonstration, sentences: list[str]) -> Told:
+    """Return what a demonstration shows, as sentences change it."""
+    source = _source(evaluator, evaluator.policy(recorded))
+    if source is None:
+        raise NtpError("--say changes lists, and the task's program takes none: omit it")
+    instance = evaluator.instance(0)
+    reading = source.reading(instance.program, instance.arguments, source.scope())
+    return changed(evaluator, reading.arguments, sentences, reading.probability)
 
 
 def _prepare(

@@ -42,6 +42,7 @@ def _api(declared: nodes.ApiDeclaration) -> Api:
         achieves=declared.achieves,
         hash=hash_declaration(declared),
         docstring=declared.docstring,
+        says=tuple(each.value for each in declared.says),
         span=declared.name_span,
         skill=declared.by.id if declared.by else declared.name,
     )
@@ -55,6 +56,7 @@ def _program(declared: nodes.ProgramDeclaration) -> Program:
         achieves=declared.achieves,
         hash=hash_declaration(declared),
         docstring=declared.docstring,
+        says=tuple(each.value for each in declared.says),
         span=declared.name_span,
         body=declared.body,
         callees=callees(declared),

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from ntp_dsl.language.checks.call_hierarchy import check_calls, check_hierarchy
 from ntp_dsl.language.checks.contracts import check_contract
 from ntp_dsl.language.checks.declarations import check_declaration
+from ntp_dsl.language.checks.sentences import check_said_alike
 from ntp_dsl.language.checks.state_changes import check_state_changes
 from ntp_dsl.language.checks.unused import unused_between, unused_within
 from ntp_dsl.language.diagnostics.checked import outcome
@@ -80,6 +81,7 @@ class _Examination:
         known = self._without_incomplete(table)
         yield from check_hierarchy(known, complete)
         yield from check_state_changes(complete, known)
+        yield from check_said_alike(complete, known)
         contracts = Contracts(self._without_unclear(known), PoisonedSpans(self._found))
         for each in complete:
             if isinstance(each, ProgramDeclaration):

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from ntp_dsl.language.checks.condition_lints import check_conditions
 from ntp_dsl.language.checks.given import check_state
+from ntp_dsl.language.checks.sentences import check_placeholders
 from ntp_dsl.language.checks.state_changes import check_definite
 from ntp_dsl.language.checks.tasks import check_task
 from ntp_dsl.language.checks.type_checker import TypeChecker
@@ -63,9 +64,11 @@ def _check_meaning(declaration: nodes.Declaration, table: SymbolTable) -> Iterat
             yield from check_state(declaration, table)
         case nodes.ApiDeclaration():
             yield from _check_contract(declaration, table, typing)
+            yield from check_placeholders(declaration, table)
             yield from check_definite(declaration, table)
         case nodes.ProgramDeclaration():
             names = yield from _check_contract(declaration, table, typing)
+            yield from check_placeholders(declaration, table)
             for statement in declaration.body:
                 yield from _check_statement(statement, names, table, typing)
             for callee in declaration.calls:

@@ -21,7 +21,7 @@ TOKEN = re.compile(
     rf"|(?P<word>{WORD.pattern})|(?P<open>[(\[])|(?P<close>[)\]])",
     re.ASCII,
 )
-CLAUSES = ("requires", "achieves")
+CLAUSES = ("says", "requires", "achieves")
 SECTIONS = ("scene", "goal", "run", "success")
 
 
@@ -160,7 +160,7 @@ def _key(token: Token, key: int, keyword: str, block: int) -> int:
     if keyword in ("api", "program"):
         if token.text in CLAUSES:
             return 1 + CLAUSES.index(token.text)
-        return 3 if key and token.leads and not token.depth else key
+        return 1 + len(CLAUSES) if key and token.leads and not token.depth else key
     begins = token.leads and token.column == block and not token.depth
     if keyword == "task" and begins and token.text in SECTIONS:
         return 1 + SECTIONS.index(token.text)

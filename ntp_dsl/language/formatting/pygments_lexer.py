@@ -17,7 +17,7 @@ from pygments.token import (
 from ntp_dsl.language.names.symbol_table import NUMBER_TYPES, UNITS
 from ntp_dsl.language.parsing.blocks import KEYWORDS
 
-CLAUSES = ("requires", "achieves", "calls")
+CLAUSES = ("requires", "achieves", "says", "calls")
 SECTIONS = ("scene", "initially", "goal", "run", "success")
 FLOW = ("for", "when", "else", "if", "in", "is", "by", "on", "as", "with")
 LOGIC = ("all", "some", "exactly", "at least", "not", "and", "or")

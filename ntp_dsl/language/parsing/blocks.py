@@ -42,7 +42,7 @@ HEADER = re.compile(rf"(?:{'|'.join(KEYWORDS)})[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]
 DECLARES = re.compile(rf"^({'|'.join(KEYWORDS)})[ \t]+([A-Za-z_][A-Za-z0-9_]*)", re.MULTILINE)
 # A line that belongs into a declaration, also where it is at the margin.
 INNER = re.compile(
-    r"(?:requires|achieves|calls|for|when|else|scene|initially|goal|run|success)\b"
+    r"(?:requires|achieves|says|calls|for|when|else|scene|initially|goal|run|success)\b"
     r"|[A-Za-z_][A-Za-z0-9_]*[ \t]*\("
 )
 WITH_BODY = ("api", "program", "task")  # declarations with lines below the first

@@ -25,6 +25,7 @@ TERMINALS = {
     "MINUS": "'-'",
     "_AT": "'at least'",
     "_LEAST": "'least'",
+    "_SAYS": "'says'",
     "DOCSTRING": "a docstring",
     "STRING": "a text in quotes",
     "_NEWLINE": LINE_END,
@@ -37,7 +38,19 @@ QUANTIFIERS = {"'all'", "'some'", "'exactly'", "'at least'"}
 EXPRESSION = {"a name", "a number", "'-'", "'('", "'any'", "'not'", *QUANTIFIERS}
 FOREIGN = frozenset("elif return pass break continue while try let var".split())
 COUNTED = "a count is a number in the text, such as 2; it cannot be a parameter or a field"
-LINE_WORDS = {"requires", "achieves", "for", "when", "else", "scene", "initially", "goal", "run", "success"}
+LINE_WORDS = {
+    "requires",
+    "achieves",
+    "says",
+    "for",
+    "when",
+    "else",
+    "scene",
+    "initially",
+    "goal",
+    "run",
+    "success",
+}
 
 
 def expectation(expected: Set[str]) -> str:

@@ -216,6 +216,9 @@ class Builder(Terms):
     def achieves(self, span: Span, condition: Expression) -> Clause:
         return Clause("achieves", condition, span)
 
+    def says(self, span: Span, *texts: nodes.Text) -> Clause:
+        return Clause("says", texts, span)
+
     def statement(self, span: Span, call: nodes.Call) -> nodes.Call:
         return call
 
@@ -385,7 +388,8 @@ class Builder(Terms):
         found: dict[str, Any] = {}
         for before, clause in zip((None, *clauses), clauses, strict=False):
             if before is not None and clause.kind in found:
-                message = f"'{clause.kind}' appears twice; join what belongs together with 'and'"
+                joint = "commas" if clause.kind == "says" else "'and'"
+                message = f"'{clause.kind}' appears twice; join what belongs together with {joint}"
                 fix = merge_clauses(found[clause.kind], clause.value, before.span, clause.span)
                 self.diagnostics.append(Diagnostic("E008", message, clause.span, fix=fix))
             found.setdefault(clause.kind, clause.value)

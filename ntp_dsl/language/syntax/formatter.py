@@ -16,8 +16,11 @@ FEW = 4  # elements of a goal, or facts, that stand on one line
 
 
 def hash_declaration(declaration: nodes.Declaration) -> str:
-    """Return a hash of the declaration's meaning, 16 hexadecimal digits, without docstrings and layout."""
-    rows = declaration_rows(replace(declaration, docstring=""))
+    """Return a hash of the declaration's meaning, 16 hexadecimal digits, without prose and layout."""
+    plain = replace(declaration, docstring="")
+    if isinstance(plain, nodes.ApiDeclaration | nodes.ProgramDeclaration):
+        plain = replace(plain, says=())
+    rows = declaration_rows(plain)
     text = "\n".join(" " * row.indent + row.text for row in rows)
     return sha256(text.encode()).hexdigest()[:16]
 
@@ -168,7 +171,9 @@ FORMATTERS: dict[type[nodes.Declaration], Callable[..., list[str]]] = {
 
 def _contract(declaration: nodes.ApiDeclaration | nodes.ProgramDeclaration) -> list[str]:
     clauses = {"requires": declaration.requires, "achieves": declaration.achieves}
-    return [f"{word} {format_expression(value)}" for word, value in clauses.items() if value]
+    contract = [f"{word} {format_expression(value)}" for word, value in clauses.items() if value]
+    says = ", ".join(f'"{each.value}"' for each in declaration.says)
+    return [*([f"says {says}"] if says else []), *contract]
 
 
 def _parameters(parameters: Iterable[nodes.Parameter]) -> str:

@@ -12,7 +12,7 @@ WORD = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+
 MARK = re.compile(r'"[^"\n]*"|\w+|[()\[\],]')
 # What precedes an expression that runs to the end of the line, or to the colon there.
 BEFORE_EXPRESSION = re.compile(r"requires |achieves |success: +|when |for \w+ in \w+ if |")
-BEFORE_DETAILS = re.compile(r"(?:scene: +)?\w+: +[0-9.]+ [\w\[\]]+ on \w+ with ")
+BEFORE_DETAILS = re.compile(r"(?:scene: +)?\w+: +[0-9.]+ [\w\[\]]+ on \w+ with |says (?=\")")
 
 
 @dataclass(frozen=True)

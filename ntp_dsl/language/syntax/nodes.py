@@ -248,6 +248,7 @@ class ApiDeclaration(Declaration):
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
     achieves: Expression | None = None
+    says: tuple[Text, ...] = ()
     by: Name | None = None
 
 
@@ -258,6 +259,7 @@ class ProgramDeclaration(Declaration):
     parameters: tuple[Parameter, ...] = ()
     requires: Expression | None = None
     achieves: Expression | None = None
+    says: tuple[Text, ...] = ()
     body: tuple[Statement, ...] = ()
     by: Name | None = None
     calls: tuple[Name, ...] = ()
@@ -273,7 +275,7 @@ class Interval(Node):
 
 @dataclass(frozen=True)
 class Text(Node):
-    """`"bowl.urdf"`: a file beside the library."""
+    """`"bowl.urdf"`: a file beside the library, or a sentence."""
 
     value: str
 

@@ -142,7 +142,7 @@ def _policy(registry: Registry, trace: Trace, model: Path | None, demo: Path | N
                 "the trace names no demonstration, and a learned program needs one: give --demo FILE, "
                 "or record the trace with --out"
             )
-        policy: Policy = found.told()
+        policy: Policy = found.told(trace.header.understood)
     else:
         demonstration = read_demonstration(demo, trace.header.objects)
         check_shown(trace, demonstration)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -20,9 +19,9 @@ from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.evaluation.episodes import Evaluator, Plan
+from ntp_dsl.evaluation.episodes import Evaluator, Plan, Told
+from ntp_dsl.evaluation.spoken import as_lists
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.tasks.goal_text import format_lists
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
 from ntp_dsl.traces.comparison.divergence import compare
@@ -61,44 +60,31 @@ def command(
     again, _ = episode_files(out, number)
     shown = demonstration_file(trace, file)
     check_no_input(again, [file])
-    with TemporaryDirectory(prefix="ntp_rerun_") as scratch:
-        evaluator = Evaluator(_plan(trace, file, library, model, out, Path(scratch)))
-        recorded = _recorded(trace, shown)
-        policy = evaluator.policy(recorded)
-        heed_answers(trace, policy)
-        with supervised(evaluator, number, step, stop_at or [], inject or [], watch, viewer) as supervisor:
-            evaluator.episode(
-                number,
-                recorded,
-                watch=None if json else LiveTree(evaluator.registry),
-                policy=policy,
-                supervisor=supervisor,
-            )
+    evaluator = Evaluator(_plan(trace, file, library, model, out))
+    recorded = _recorded(trace, shown)
+    if trace.header.policy is PolicyKind.LEARNED and recorded is None:
+        evaluator.tell(_told_before(trace, file, evaluator))
+    policy = evaluator.policy(recorded)
+    heed_answers(trace, policy)
+    with supervised(evaluator, number, step, stop_at or [], inject or [], watch, viewer) as supervisor:
+        evaluator.episode(
+            number,
+            recorded,
+            watch=None if json else LiveTree(evaluator.registry),
+            policy=policy,
+            supervisor=supervisor,
+        )
     messages.print(f"wrote {again}")
     comparison = compare(trace, read_trace(again))
     return _told(comparison, json)
 
 
-def _plan(
-    trace: Trace, file: Path, library: Path | None, model: Path | None, out: Path, scratch: Path
-) -> Plan:
-    """Return the plan of a trace's run. Raises `NtpError` where the trace does not say enough.
-
-    Args:
-        scratch: a folder for the goal of a run that was told one.
-    """
+def _plan(trace: Trace, file: Path, library: Path | None, model: Path | None, out: Path) -> Plan:
+    """Return the plan of a trace's run. Raises `NtpError` where the trace does not say enough."""
     header = trace.header
-    registry = registry_of(trace, library, file)
+    registry_of(trace, library, file)
     if header.policy not in (PolicyKind.LEARNED, PolicyKind.SCRIPTED) or header.seed is None:
         raise NtpError(f"{file}: expected a trace of `ntp run` or `ntp eval`, found one by '{header.policy}'")
-    goal = None
-    if header.policy is PolicyKind.LEARNED and header.demonstration is None:  # it was told, and not shown
-        if not trace.calls:
-            raise NtpError(f"{file}: ends before the goal that was told: `ntp run --goal` runs it again")
-        goal, root = scratch / "goal.txt", trace.calls[0]
-        goal.write_text(
-            format_lists(registry, registry.programs[root.name], root.arguments), encoding="utf-8"
-        )
     path = model or (Path(header.model) if header.model else None)
     if header.policy is PolicyKind.LEARNED and (path is None or not path.is_file()):
         raise NtpError(f"{file}: its checkpoint, {header.model}, is not there: give --model FILE")
@@ -112,8 +98,16 @@ def _plan(
         traces=out,
         arm=header.arm,
         dispatch=header.dispatch,
-        goal=goal,
     )
+
+
+def _told_before(trace: Trace, file: Path, evaluator: Evaluator) -> Told:
+    """Return what a run was told, which was shown nothing."""
+    if not trace.calls:
+        raise NtpError(f"{file}: ends before the goal that was told: `ntp run --goal` runs it again")
+    root = trace.calls[0]
+    lists = as_lists(evaluator.registry, root.name, root.arguments)
+    return Told(lists, str(file), trace.header.said, trace.header.understood)
 
 
 def _recorded(trace: Trace, shown: Path | None) -> RecordedDemonstration | None:

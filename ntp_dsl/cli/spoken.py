@@ -1,0 +1,84 @@
+"""What somebody says on the command line: sentences, or files of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ntp_dsl.cli.asking import Interview
+from ntp_dsl.cli.display import messages
+from ntp_dsl.common.text import printable
+from ntp_dsl.evaluation.episodes import Evaluator, Told
+from ntp_dsl.evaluation.spoken import as_lists
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.sentences.amending import amended
+from ntp_dsl.sentences.understanding import Listener, Understood
+from ntp_dsl.tasks.goal_text import format_lists
+
+LONGEST = 10_000  # characters of a file, and sentences
+
+
+def sentences_of(given: Sequence[str]) -> list[str]:
+    """Return the sentences of `--say`: each is one, or a file with one a line.
+
+    Raises `NtpError` where there are none.
+    """
+    found: list[str] = []
+    for each in given:
+        found += _lines(Path(each)) if len(each) < 256 and Path(each).is_file() else [each]
+    kept = [" ".join(each.split()) for each in found if each.strip() and not each.strip().startswith("#")]
+    if not kept:
+        raise NtpError(
+            '--say: expected a sentence, such as "put block 1 on block 2", or a file with one a line'
+        )
+    return kept
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise NtpError(f"{path}: expected sentences, as text in UTF-8") from error
+    except OSError as error:
+        raise NtpError(f"{path}: {error.strerror}") from error
+    if len(text) > LONGEST:
+        raise NtpError(f"{path}: expected sentences, one a line; this is too long for some")
+    return text.splitlines()
+
+
+def understood(evaluator: Evaluator, sentences: Sequence[str], interview: Interview) -> Understood:
+    """Return what sentences say of the lists of a task; what may mean several things is asked."""
+    listener = evaluator.listener(0)
+    found = listener.understand(sentences)
+    for number, word in found.passed_over:
+        messages.print(
+            f"sentence {number + 1}: '{printable(word)}' means nothing here; it was understood without it",
+            style="yellow",
+        )
+    return interview.meanings(listener, sentences, found)
+
+
+def told(evaluator: Evaluator, sentences: Sequence[str], interview: Interview) -> Told:
+    """Return the lists that sentences tell, and print them as they are understood."""
+    found = understood(evaluator, sentences, interview)
+    return _as_told(evaluator, found.arguments, sentences, found.probability)
+
+
+def changed(
+    evaluator: Evaluator, read: tuple[Argument, ...], sentences: Sequence[str], probability: float
+) -> Told:
+    """Return the lists of a demonstration as sentences change them, and print them."""
+    listener: Listener = evaluator.listener(0)
+    for sentence in sentences:
+        read = amended(listener, read, sentence)
+    return _as_told(evaluator, read, sentences, probability)
+
+
+def _as_told(
+    evaluator: Evaluator, arguments: tuple[Argument, ...], sentences: Sequence[str], probability: float
+) -> Told:
+    registry, program = evaluator.registry, evaluator.instance(0).program
+    text = format_lists(registry, registry.programs[program], arguments).rstrip()
+    messages.print(f"understood: {printable(text)}")
+    return Told(as_lists(registry, program, arguments), "--say", tuple(sentences), probability)

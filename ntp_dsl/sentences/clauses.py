@@ -1,0 +1,375 @@
+"""A clause taken apart: its noun phrases, what each of them is in it, and its verbs.
+
+The same rules take apart what a person says and what a declaration says, so that the two can be compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from ntp_dsl.sentences.english import (
+    BEARING,
+    COMMON,
+    COVERING,
+    DETERMINERS,
+    EVERY,
+    FILLERS,
+    FIRM,
+    GIVING,
+    ONES,
+    OPENINGS,
+    PASSIVE,
+    PREPOSITIONS,
+    PRONOUNS,
+    SITES,
+    Role,
+    stem,
+)
+from ntp_dsl.sentences.mentions import Mention
+
+KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
+TOP_AFTER = DETERMINERS | {"on", "at", "to"}
+VAGUE = 3  # things that a word may stand for, so that it is passed over where two others are named
+STOPS = frozenset(".;!")
+LINKS = frozenset({",", "and"})
+ADVERBS = {
+    ("at", "the", "top"): Role.ON,
+    ("at", "the", "bottom"): Role.UNDER,
+    ("on", "the", "bottom"): Role.UNDER,
+}
+LONGEST_PREPOSITION = max(map(len, PREPOSITIONS))
+
+Part = tuple[Role, Mention]
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One way to take a clause apart."""
+
+    parts: tuple[Part, ...]
+    verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
+    weight: float = 0.0  # logarithm of how probable it is, beside the other ways
+    is_firm: bool = False  # it says how things are related in a way that types cannot tell
+
+
+def split(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
+    """Yield the clauses of a sentence: at stops, at "then", and where both sides say something whole.
+
+    A clause without a verb has that of the one before: "top a tray with a cup, and a plate with a fork".
+    """
+    verb = ""
+    for clause in _cut(tokens, mentions):
+        first = next((word for word in clause if word not in OPENINGS | LINKS), "")
+        is_verb = stem(first) in COVERING | GIVING
+        named = mentions(clause)
+        inside = {at for each in named for at in range(each.begin, each.end)}
+        has_verb = any(stem(word) in BEARING | COMMON for at, word in enumerate(clause) if at not in inside)
+        yield [verb, *clause] if verb and not is_verb and not has_verb and 0 in inside else clause
+        verb = first if is_verb else verb
+
+
+def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
+    start = 0
+    for at, token in enumerate(tokens):
+        if token in STOPS or (token == "then" and at > start):
+            yield from _nonempty(tokens[start:at])
+            start = at + 1
+        elif token in LINKS and _is_whole(tokens[start:at], mentions):
+            ends = (n for n in range(at + 1, len(tokens)) if tokens[n] in STOPS or tokens[n] == "then")
+            rest = tokens[at + 1 : next(ends, len(tokens))]
+            links = (n for n, word in enumerate(rest) if word in LINKS and n)
+            nearest = [*(rest[:n] for n in links), rest]
+            if any(_is_whole(part, mentions) for part in nearest):
+                yield from _nonempty(tokens[start:at])
+                start = at + 1
+    yield from _nonempty(tokens[start:])
+
+
+def _nonempty(tokens: Sequence[str]) -> Iterator[list[str]]:
+    found = list(tokens)
+    while found and found[0] in LINKS:
+        found = found[1:]
+    while found and found[-1] in LINKS:
+        found = found[:-1]
+    if found:
+        yield found
+
+
+def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> bool:
+    """Return whether two noun phrases are related by something: they are not just listed."""
+    found = mentions(tokens)
+    pairs = zip(found, found[1:], strict=False)
+    return any(not _is_link(tokens[a.end : b.begin]) for a, b in pairs)
+
+
+def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]:
+    """Return the ways to take a clause apart, given its noun phrases."""
+    return [_merged(each) for each in _Parser(tokens, mentions).readings()]
+
+
+class _Parser:
+    def __init__(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> None:
+        self.tokens = tokens
+        own = [each for each in mentions if not self._is_site_noun(each)]
+        named = [each for each in own if not _is_vague(each, own)]
+        self.mentions = named if len(named) > 1 else own  # "the object on the tray has to be the cup"
+        self.covered = {at for each in self.mentions for at in range(each.begin, each.end)}
+        self.markers = {id(each): self._marker(each.begin) for each in self.mentions}
+        self.verbs = [
+            (at, word, stem(word))
+            for at, word in enumerate(tokens)
+            if at not in self.covered and word.isalpha() and not self._is_top(at)
+        ]
+        self.content = frozenset(
+            base
+            for _, word, base in self.verbs
+            if word not in FILLERS | OPENINGS | PRONOUNS | ONES | EVERY or base in BEARING | COVERING
+        )
+
+    def _is_top(self, at: int) -> bool:
+        """Return whether a word is the noun of "on top of", and no verb."""
+        before, after = self.tokens[max(0, at - 1) : at], self.tokens[at + 1 : at + 2]
+        return self.tokens[at] == "top" and (after == ["of"] or (bool(before) and before[0] in TOP_AFTER))
+
+    def _is_site_noun(self, mention: Mention) -> bool:
+        """Return whether it is a word for a place that another noun phrase owns: "the seat of"."""
+        if mention.end - mention.begin > 2 or mention.head not in SITES or len(mention.senses) == 1:
+            return False
+        after = self.tokens[mention.end : mention.end + 1]
+        before = self.tokens[max(0, mention.begin - 1) : mention.begin]
+        return (
+            after in (["of"], ["for"], ["where"]) or before == ["'s"] or self.tokens[mention.begin] == "its"
+        )
+
+    def _marker(self, begin: int) -> tuple[Role, str] | None:
+        """Return the role that the preposition before a noun phrase gives it, and the preposition."""
+        for length in range(LONGEST_PREPOSITION, 0, -1):
+            words = tuple(self.tokens[max(0, begin - length) : begin])
+            if len(words) == length and words in PREPOSITIONS:
+                return PREPOSITIONS[words], " ".join(words)
+        return None
+
+    def _role(self, mention: Mention) -> Role | None:
+        marker = self.markers[id(mention)]
+        return marker[0] if marker is not None else self._listed_with(mention)
+
+    def _listed_with(self, mention: Mention) -> Role | None:
+        """Return the role of the noun phrase that this one is listed with: "on the cup and the plate"."""
+        at = self.mentions.index(mention)
+        if at and _is_link(self.tokens[self.mentions[at - 1].end : mention.begin]):
+            return self._role(self.mentions[at - 1])
+        return None
+
+    @property
+    def unmarked(self) -> list[Mention]:
+        return [each for each in self.mentions if self._role(each) is None]
+
+    def readings(self) -> list[Clause]:
+        for rule in (self._site, self._elliptic, self._bearing, self._covering, self._giving):
+            parts = rule()
+            if parts is not None:
+                return [Clause(tuple(parts), self.content)]
+        plain = self._plain()
+        is_firm = any(role in FIRM for role, _ in plain)
+        found = [Clause(tuple(plain), self.content, is_firm=is_firm)]
+        if any(role is Role.UNDER for role, _ in plain):  # what is under something else carries it
+            turned = {Role.UNDER: Role.THEME, Role.THEME: Role.ON}
+            inverse = tuple((turned.get(role, role), each) for role, each in plain)
+            found.append(Clause(inverse, self.content, is_firm=True))
+        return found
+
+    def _site(self) -> list[Part] | None:
+        """Take apart "the tray is the place for the cup", "where the cup goes is the tray"."""
+        theme = None
+        for each in self.mentions:
+            before, after = self.tokens[: each.begin], self.tokens[each.end :]
+            words = [word for at, word in enumerate(self.tokens) if at not in self.covered]
+            nearest = [word for word in before if word not in DETERMINERS][-2:]
+            named = nearest[-1:] == ["for"] and not SITES.isdisjoint(words)
+            named = named or (nearest[-1:] == ["of"] and nearest[0] in SITES)
+            named = named or (nearest[-1:] == ["for"] and nearest[0] in KEPT)
+            owned = after[:1] == ["'s"] and not SITES.isdisjoint(after)
+            served = "use" in before and self._nearest_word(before[:-1]) == "to" and before[-1].isalpha()
+            if named or owned or served or (before and self._nearest_word(before) == "where"):
+                theme = each
+        if theme is None or len(self.mentions) < 2:
+            return None
+        return [(Role.THEME if each is theme else Role.TO, each) for each in self.mentions]
+
+    def _nearest_word(self, before: Sequence[str]) -> str:
+        return next((word for word in reversed(before) if word not in DETERMINERS), "")
+
+    def _elliptic(self) -> list[Part] | None:
+        """Take apart "the tray has the cup on it", "what the cup stands on is the tray", "… on top"."""
+        if len(self.mentions) < 2:
+            return None
+        for at in range(len(self.tokens)):
+            found = self._adverb(at)
+            if found is None:
+                continue
+            role, after, is_it = found
+            before = [each for each in self.mentions if each.end <= at]
+            if not before or not PRONOUNS.isdisjoint(self.tokens[before[-1].end : at]):
+                continue  # "… or put it on top"
+            near = before[-1]
+            if self._role(near) not in (None, Role.WITH, Role.OF):
+                continue  # "in the box, or on the heap in it"
+            others = [each for each in self.mentions if each is not near]
+            if any(self._role(each) in (Role.ON, Role.IN) for each in others if each.begin > at):
+                continue
+            if is_it and all(each.begin >= after for each in others):  # "the tray, and on it the cup"
+                near_role, other_role = (Role.THEME, Role.ON) if role is Role.UNDER else (role, Role.THEME)
+            else:
+                near_role, other_role = (Role.ON, Role.THEME) if role is Role.UNDER else (Role.THEME, role)
+            return [(near_role if each is near else other_role, each) for each in self.mentions]
+        return None
+
+    def _adverb(self, at: int) -> tuple[Role, int, bool] | None:
+        """Return a preposition's relation where no noun phrase follows, its end, and whether "it" does."""
+        if at in self.covered:
+            return None
+        for words, role in ADVERBS.items():
+            if tuple(self.tokens[at : at + len(words)]) == words:
+                return role, at + len(words), False
+        relation = PREPOSITIONS.get((self.tokens[at],))
+        if relation not in (Role.ON, Role.IN, Role.UNDER):
+            return None
+        end = at + 1
+        while end < len(self.tokens) and end not in self.covered and self.tokens[end] in ("top", "of"):
+            end += 1
+        is_it = end < len(self.tokens) and end not in self.covered and self.tokens[end] in PRONOUNS
+        if is_it or self._ends_relative(at):
+            return relation, end + is_it, is_it
+        follows = end in self.covered or (end < len(self.tokens) and (self.tokens[end],) in PREPOSITIONS)
+        return None if follows else (relation, end, False)
+
+    def _ends_relative(self, at: int) -> bool:
+        """Return whether a preposition ends a relative clause: the next word is a verb or a stop."""
+        after = self.tokens[at + 1 : at + 2]
+        return not after or after[0] in (",", "is", "should", "must", "will", "are", "be")
+
+    def _subject(self, at: int) -> Mention | None:
+        found = [each for each in self.unmarked if each.end <= at]
+        return found[-1] if found else None
+
+    def _object(self, at: int) -> Mention | None:
+        return next((each for each in self.unmarked if each.begin > at), None)
+
+    def _is_passive(self, at: int) -> bool:
+        word = self.tokens[at]
+        before = [each for each in self.tokens[max(0, at - 3) : at] if each in PASSIVE]
+        return bool(before) and (word.endswith(("ed", "en")) or stem(word) != word)
+
+    def _bearing(self) -> list[Part] | None:
+        """Take apart "the tray carries the cup", "the cup is carried by the tray"."""
+        for at, _, base in self.verbs:
+            if base not in BEARING:
+                continue
+            if self._is_passive(at):
+                bearer = [each for each in self.mentions if self.markers[id(each)] == (Role.BESIDE, "by")]
+                subject = self._subject(at)
+                if bearer and subject is not None:
+                    return self._as({id(bearer[0]): Role.ON, id(subject): Role.THEME})
+                continue
+            subject, borne = self._subject(at), self._object(at)
+            if subject is not None and borne is not None:
+                listed = {id(each): Role.THEME for each in self.unmarked if each.begin > at}
+                return self._as(listed | {id(subject): Role.ON, id(borne): Role.THEME})
+        return None
+
+    def _covering(self) -> list[Part] | None:
+        """Take apart "top the tray with the cup", "the cup tops the tray", "the tray is topped with it"."""
+        used = [(at, base) for at, _, base in self.verbs if base in COVERING]
+        with_whom = [each for each in self.mentions if self._role(each) is Role.WITH]
+        if used:
+            at = used[0][0]
+            subject, covered = self._subject(at), self._object(at)
+            by = [each for each in self.mentions if self.markers[id(each)] == (Role.BESIDE, "by")]
+            if with_whom and (covered or subject):
+                return self._as({id(covered or subject): Role.ON, **{id(e): Role.THEME for e in with_whom}})
+            if by and subject is not None and self._is_passive(at):
+                return self._as({id(subject): Role.ON, id(by[0]): Role.THEME})
+            if subject is not None and covered is not None:
+                return self._as({id(subject): Role.THEME, id(covered): Role.ON})
+        return None
+
+    def _giving(self) -> list[Part] | None:
+        """Take apart "give the tray the cup"."""
+        at = next((at for at, _, base in self.verbs if base in GIVING), None)
+        if at is None or self._subject(at) is not None:
+            return None
+        given = self.unmarked
+        if len(given) != 2 or len(self.mentions) != 2:
+            return None
+        return self._as({id(given[0]): Role.TO, id(given[1]): Role.THEME})
+
+    def _as(self, roles: dict[int, Role]) -> list[Part]:
+        return [(roles.get(id(each)) or self._role(each) or Role.OBJECT, each) for each in self.mentions]
+
+    def _plain(self) -> list[Part]:
+        """Take apart whatever else: the first noun phrase without a preposition is what it is about."""
+        parts: list[Part] = []
+        theme: Mention | None = None
+        for each in self.mentions:
+            role = self._role(each)
+            if role is None and all(sense.is_number for sense in each.senses):
+                role = Role.OBJECT
+            elif role is None and theme is None:
+                role = Role.THEME
+            elif role is None:
+                assert theme is not None
+                between = self.tokens[theme.end : each.begin]
+                listed = _is_link(between) or self._lists(theme, each)
+                role = Role.THEME if listed else Role.OBJECT
+            if role is Role.THEME:
+                theme = each
+            parts.append((role, each))
+        if theme is None and [role for role, _ in parts].count(Role.WITH) == 1:  # "with the cup on the tray"
+            return [(Role.THEME if role is Role.WITH else role, each) for role, each in parts]
+        return parts
+
+    def _lists(self, first: Mention, last: Mention) -> bool:
+        inner = [each for each in self.mentions if first.end <= each.begin < last.begin]
+        if not inner:
+            return False
+        ends = [first.end, *(each.end for each in inner)]
+        begins = [*(each.begin for each in inner), last.begin]
+        return all(_is_link(self.tokens[a:b]) for a, b in zip(ends, begins, strict=True))
+
+
+def _is_vague(mention: Mention, others: Sequence[Mention]) -> bool:
+    """Return whether a noun may stand for many things, among them what another noun phrase names."""
+    may_be = {value for sense in mention.senses for value in sense.values}
+    named = [
+        {value for sense in each.senses for value in sense.values} for each in others if each is not mention
+    ]
+    return len(mention.senses) >= VAGUE and any(each < may_be for each in named)
+
+
+def _is_link(between: Sequence[str]) -> bool:
+    """Return whether noun phrases with these words between them are listed: "the cup, and the plate"."""
+    return bool(between) and LINKS.issuperset(between)
+
+
+def _merged(clause: Clause) -> Clause:
+    """Return a clause whose listed themes are one noun phrase, of which all are meant."""
+    themes = [each for role, each in clause.parts if role is Role.THEME]
+    if len(themes) < 2 or any(len(each.senses) != 1 for each in themes) or respective(clause):
+        return clause
+    values = tuple(value for each in themes for value in each.senses[0].values)
+    whole = replace(themes[0], senses=(replace(themes[0].senses[0], values=values),), is_many=True)
+    rest = [(role, each) for role, each in clause.parts if role is not Role.THEME]
+    return replace(clause, parts=((Role.THEME, whole), *rest))
+
+
+def respective(clause: Clause) -> list[Clause]:
+    """Return a clause for each pair, where as many things as places are listed: "a and b on c and d"."""
+    themes = [each for role, each in clause.parts if role is Role.THEME]
+    others = [(role, each) for role, each in clause.parts if role is not Role.THEME]
+    if len(themes) != len(others) or len(themes) < 2 or len({role for role, _ in others}) > 1:
+        return []
+    return [
+        replace(clause, parts=((Role.THEME, theme), other))
+        for theme, other in zip(themes, others, strict=True)
+    ]

@@ -1,0 +1,130 @@
+"""Elements of lists from which something that was said follows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import product
+from math import prod
+
+from ntp_dsl.language.registry import Parameter, Program, Registry
+from ntp_dsl.semantics.observation import Argument, Observation, Record
+from ntp_dsl.semantics.state import State
+from ntp_dsl.sentences.consequences import Said, consequences, values_of
+
+Element = Record | str
+Placed = tuple[str, Element]  # a list parameter's name, and an element of that list
+MOST_ELEMENTS = 3000  # that are tried for one thing that was said
+
+
+class Elements:
+    """The elements that a program's lists may have in a scene.
+
+    Args:
+        given: the program's arguments; what its lists hold does not count.
+        types: of objects and constants by name.
+    """
+
+    def __init__(
+        self,
+        registry: Registry,
+        program: Program,
+        given: Sequence[Argument],
+        seen: Observation,
+        types: Mapping[str, str],
+    ) -> None:
+        self.registry, self.program, self.types, self.seen = registry, program, types, seen
+        self._given = tuple(() if isinstance(each, tuple) else each for each in given)
+        self._state = State(registry, seen)
+        self._consequences: dict[Placed, frozenset[Said]] = {}
+        self._offered: dict[Said, list[Placed]] = {}
+        self.mentioned: list[str] = []  # objects and members that may fill what is left open
+
+    @property
+    def lists(self) -> list[Parameter]:
+        return [each for each in self.program.parameters if each.is_list]
+
+    def saying(self, said: Said) -> list[Placed]:
+        """Return the elements from which something that was said follows."""
+        if said in self._offered:
+            return self._offered[said]
+        found = []
+        for parameter in self.lists:
+            for wide, twice in ((False, False), (True, False), (True, True)):
+                elements = [
+                    (parameter.name, each)
+                    for each in self._candidates(parameter, said, wide)
+                    if twice or not _names_twice(each)
+                    if any(said.covers(other) for other in self._following(parameter, each))
+                ]
+                if elements:
+                    found += elements
+                    break
+        self._offered[said] = found
+        return found
+
+    def go_without_saying(self, said: Said) -> bool:
+        """Return whether something follows from the program's call, whatever its lists hold."""
+        return any(said.covers(each) for each in self._without_elements)
+
+    def _following(self, parameter: Parameter, element: Element) -> frozenset[Said]:
+        """Return what follows from an element, and not without it."""
+        key = parameter.name, element
+        if key not in self._consequences:
+            own = self.called_with({parameter.name: (element,)})
+            self._consequences[key] = frozenset(
+                consequences(self._state, self.program, own) - self._without_elements
+            )
+        return self._consequences[key]
+
+    @cached_property
+    def _without_elements(self) -> frozenset[Said]:
+        return frozenset(consequences(self._state, self.program, self.called_with({})))
+
+    def called_with(self, lists: Mapping[str, tuple[Element, ...]]) -> tuple[Argument, ...]:
+        pairs = zip(self.program.parameters, self._given, strict=True)
+        return tuple(lists.get(each.name, ()) if each.is_list else value for each, value in pairs)
+
+    def _candidates(self, parameter: Parameter, said: Said, wide: bool) -> Iterator[Element]:
+        """Yield elements of a list, of what was said; of all that is mentioned where that is not enough."""
+        fields = self.registry.records.get(parameter.type)
+        if fields is None:
+            own = Parameter(parameter.name, parameter.type)
+            yield from (str(value) for value in self._values(own, said, wide))
+            return
+        pools = [self._values(each, said, wide) for each in fields]
+        if prod(map(len, pools)) <= MOST_ELEMENTS:
+            for values in product(*pools):
+                names = [each.name for each in fields]
+                yield Record(parameter.type, tuple(zip(names, values, strict=True)))
+
+    def _values(self, wanted: Parameter, said: Said, wide: bool) -> list[str | float]:
+        named = [each for each in said.arguments if isinstance(each, str | float)]
+        if self.registry.is_number(wanted.type):
+            return [each for each in named if isinstance(each, float)]
+        if wanted.type in self.registry.enums:
+            members = self.registry.enums[wanted.type]
+            own: list[str | float] = [each for each in named if each in members]
+            own = own or [*self.traits(named, members)]
+            return own if own and not wide else [*members]
+        own = [each for each in named if self._is_a(each, wanted.type)]
+        if own and not wide:
+            return list(dict.fromkeys(own))
+        mentioned = [each for each in self.mentioned if self._is_a(each, wanted.type)]
+        known = list(dict.fromkeys([*own, *mentioned]))
+        return known if len(known) > len(own) else list(self._state.values(wanted.type))
+
+    def traits(self, named: Iterable[str | float], members: Sequence[str]) -> list[str]:
+        """Return the members of an enumeration that objects have as traits."""
+        traits = {obj.name: [value for _, value in obj.traits] for obj in self.seen.objects}
+        values = [value for each in named for value in traits.get(str(each), ())]
+        return list(dict.fromkeys(str(value) for value in values if value in members))
+
+    def _is_a(self, name: object, kind: str) -> bool:
+        return isinstance(name, str) and name in self.types and self.registry.is_a(self.types[name], kind)
+
+
+def _names_twice(element: Element) -> bool:
+    """Return whether an element names an object or a member more than once."""
+    names = [value for value in values_of(element) if isinstance(value, str)]
+    return len({*names}) < len(names)

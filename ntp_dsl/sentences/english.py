@@ -1,0 +1,169 @@
+"""Words of English that mean the same in any library: relations, and verbs by what their parts stand for.
+
+Nothing here names a library's words. What is lacking is not understood, and is said so.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+
+
+class Role(Enum):
+    """What a noun phrase is in a clause: what is moved or told of, or what a preposition relates it to."""
+
+    THEME = "theme"
+    ON = "on"
+    IN = "in"
+    UNDER = "under"
+    TO = "to"
+    FROM = "from"
+    WITH = "with"
+    BESIDE = "beside"
+    OF = "of"
+    OBJECT = "object"  # of a verb of which nothing is known
+
+
+GOALS = frozenset({Role.ON, Role.IN, Role.TO})  # where something gets to
+FIRM = frozenset({Role.UNDER, Role.FROM, Role.BESIDE})  # what no type can tell
+
+PREPOSITIONS: dict[tuple[str, ...], Role] = {
+    **dict.fromkeys(
+        [("on",), ("onto",), ("upon",), ("atop",), ("over",), ("above",), ("on", "top", "of"), ("on", "to")]
+        + [("on", "the", "top", "of"), ("to", "the", "top", "of"), ("at", "the", "top", "of")],
+        Role.ON,
+    ),
+    **dict.fromkeys([("in",), ("into",), ("inside",), ("within",), ("inside", "of")], Role.IN),
+    **dict.fromkeys([("under",), ("below",), ("beneath",), ("underneath",)], Role.UNDER),
+    **dict.fromkeys([("to",), ("at",), ("toward",), ("towards",), ("against",), ("up", "to")], Role.TO),
+    **dict.fromkeys([("from",), ("off",), ("out", "of"), ("away", "from"), ("off", "of")], Role.FROM),
+    **dict.fromkeys([("with",), ("using",), ("along", "with"), ("together", "with")], Role.WITH),
+    **dict.fromkeys(
+        [("beside",), ("near",), ("by",), ("next", "to"), ("close", "to"), ("alongside",), ("behind",)]
+        + [("around",), ("between",), ("along",), ("across",), ("in", "front", "of"), ("ahead", "of")],
+        Role.BESIDE,
+    ),
+    **dict.fromkeys([("of",), ("for",), ("as",)], Role.OF),
+    **dict.fromkeys([("go", "of"), ("rid", "of"), ("hold", "of"), ("care", "of")], Role.THEME),
+}
+
+IRREGULAR = {
+    "held": "hold", "borne": "bear", "bore": "bear", "taken": "take", "took": "take", "gotten": "get",
+    "got": "get", "has": "have", "had": "have", "having": "have", "put": "put", "laid": "lay",
+    "goes": "go", "gone": "go", "went": "go", "stood": "stand", "brought": "bring", "given": "give",
+    "gave": "give", "carries": "carry", "carried": "carry", "sat": "sit", "kept": "keep", "hung": "hang",
+    "tries": "try", "dries": "dry", "dried": "dry", "rid": "rid", "built": "build", "shut": "shut",
+    "lit": "light", "fed": "feed", "led": "lead", "cut": "cut", "dying": "die", "lying": "lie",
+}  # fmt: skip
+
+
+def stem(word: str) -> str:
+    """Return what the forms of a verb have in common: placed, placing and places are of plac."""
+    word = IRREGULAR.get(word, word)
+    for ending in ("ing", "ed", "es", "s", "e"):
+        if word.endswith(ending) and len(word) - len(ending) >= 3 and not word.endswith("ss"):
+            word = word[: -len(ending)]
+            break
+    return word[:-1] if len(word) > 3 and word[-1] == word[-2] and word[-1] not in "ls" else word
+
+
+def _stems(text: str) -> frozenset[str]:
+    return frozenset(map(stem, text.split()))
+
+
+# Verbs whose subject is where something is: "the tray carries the cup".
+BEARING = _stems(
+    "carry hold support bear receive get take contain have accommodate host accept house shoulder"
+)
+# Verbs whose object is where something gets: "top the tray with the cup".
+COVERING = _stems("cover top crown cap load fill stock furnish equip burden")
+# Verbs of which the first of two objects is where something gets: "give the tray the cup".
+GIVING = _stems("give hand offer assign lend serve allot")
+PASSIVE = frozenset("be is are was were been being gets get".split())
+# Nouns for where something belongs: "the tray is the place for the cup".
+SITES = frozenset(
+    "place spot base support foundation home destination target position bottom seat stand pedestal holder "
+    "container platform receptacle carrier location perch".split()
+)
+# Ordinary verbs of handling and being: none of them tells which relation is meant.
+COMMON = _stems(
+    "put place set lay move bring carry take pick grab get go stand sit rest lie belong drop stack pile send "
+    "leave come end find position arrange transfer shift lift fetch deposit keep build use make want need "
+    "balance stow join land stay remain insert tuck slide stick heap mount perch deliver plant seat choose "
+    "reserve happen work task job see sure ensure check certain"
+)
+PRONOUNS = frozenset("it them this that these those".split())
+ONES = frozenset("one ones".split())
+NEGATIONS = frozenset(
+    "none not never no without except dont don't unless neither nor nothing cannot outside".split()
+)
+DETERMINERS = frozenset("the a an this that these those its some any".split())
+EVERY = frozenset("all every each both everything".split())
+OPENINGS = frozenset(
+    "then next now please first second third finally lastly afterwards also and so after that to start "
+    "begin start by firstly secondly thirdly last you we i can could should must will would just".split()
+)
+FILLERS = frozenset(
+    "up down there here it's right directly carefully gently again back together out away too as well only "
+    "which who whom whose what where when while so be been being is are was were will would should must can "
+    "could shall may might do does did done let have has had not very exactly precisely just also please "
+    "i we you he she they us me want need like supposed meant going ready top side on in at of to for with "
+    "by kindly from off and or but then than now next first second third last finally lastly afterwards "
+    "after before your my our some one right proper correct better best that this these those the a an it "
+    "its them their if order way own".split()
+)
+# Verbs of attention: what they name is not what is to be done, but what comes next is about it.
+ATTENTION = _stems("find look locate identify see notice consider remember search spot watch check know")
+# Nouns that name nothing of a scene.
+GENERAL = frozenset(
+    "tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan wish "
+    "point result purpose intention course position order way turn time moment thing".split()
+)
+LARGE = frozenset(
+    "large larger largest big bigger biggest tall taller tallest long longest wide widest".split()
+)
+SMALL = frozenset(
+    "small smaller smallest little short shorter shortest tiny low lowest narrow narrowest".split()
+)
+NUMBERS = {
+    word: str(number)
+    for number, word in enumerate(
+        "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen "
+        "sixteen seventeen eighteen nineteen twenty".split()
+    )
+}
+
+TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:n't)?|\d+(?:\.\d+)?|[,;.!{}()]|-(?=\d)")
+CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
+POLITE = re.compile(r"\bwhy (?:don't|not)\b|\bnot only\b|\bdon't forget to\b|\bwouldn't mind\b")
+LISTED = re.compile(r"\b(?:as well as|plus|but also|but|while|whereas)\b|&")
+CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+
+
+def words(text: str) -> list[str]:
+    """Return the words, numbers and stops of a text in lower case; names fall into their words."""
+    text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
+    text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
+    return TOKEN.findall(LISTED.sub("and", POLITE.sub(" ", text)))
+
+
+def singular(word: str) -> str:
+    """Return a noun without its plural's ending."""
+    for ending, instead in (("ies", "y"), ("ves", "f"), ("sses", "ss"), ("shes", "sh"), ("ches", "ch")):
+        if word.endswith(ending) and len(word) > len(ending) + 1:
+            return word[: -len(ending)] + instead
+    if word.endswith(("xes", "zes", "oes")) and len(word) > 4:
+        return word[:-2]
+    return (
+        word[:-1] if word.endswith("s") and not word.endswith(("ss", "us", "is")) and len(word) > 2 else word
+    )
+
+
+def singulars(word: str) -> set[str]:
+    """Return what a noun may be the plural of, and itself: knives are of a knife, leaves of a leaf."""
+    found = {word, singular(word)}
+    if word.endswith("ves"):
+        found.add(f"{word[:-3]}fe")
+    if word.endswith("es") and len(word) > 3:
+        found |= {word[:-1], word[:-2]}
+    return found

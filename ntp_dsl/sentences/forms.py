@@ -1,0 +1,145 @@
+"""How a declaration words itself: what its parameters are in its docstring, its `says`, and its name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ntp_dsl.language.registry import Parameter, Registry
+from ntp_dsl.sentences.clauses import readings, split
+from ntp_dsl.sentences.english import (
+    DETERMINERS,
+    EVERY,
+    FILLERS,
+    ONES,
+    PREPOSITIONS,
+    Role,
+    singular,
+    singulars,
+    stem,
+    words,
+)
+from ntp_dsl.sentences.mentions import Mention, Sense
+
+BEFORE, AFTER = r"(?:\b(?:the|a|an|every|each|its|their|that)\s+)?", r"(?:\s+(?:object|thing|one)\b)?"
+Wording = tuple[Role | None, ...]  # what each parameter is in one of them; None where it does not occur
+
+
+@dataclass(frozen=True)
+class Form:
+    """A program, an api or a predicate as something that can be said. Records fall into their fields."""
+
+    name: str
+    is_fact: bool  # a predicate, which is said to hold
+    parameters: tuple[Parameter, ...]
+    wordings: tuple[Wording, ...]
+    verbs: frozenset[str]  # stems of the words that it uses
+
+
+def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) -> Form:
+    """Return how a declaration is worded.
+
+    Args:
+        texts: its docstring and what else it says of itself.
+    """
+    parameters = sayable(registry, _declared(registry, name, is_fact))
+    wordings: dict[Wording, None] = {}
+    verbs: set[str] = set()
+    for text in texts:
+        for clause in split(words(text), lambda tokens: _mentions(tokens, parameters)):
+            for found in readings(clause, _mentions(clause, parameters)):
+                verbs |= found.verbs
+                roles: list[Role | None] = [None] * len(parameters)
+                for role, mention in found.parts:
+                    [number] = mention.senses[0].values
+                    roles[int(number)] = role
+                if any(roles):
+                    wordings[tuple(roles)] = None
+    spoken = {each.name: "" for each in parameters}
+    if not wordings or not any(filled(text, spoken) for text in texts):
+        wordings[_by_name(words(name), len(parameters))] = None
+    verbs |= {stem(word) for word in words(name) if word not in FILLERS | ONES | EVERY}
+    return Form(name, is_fact, parameters, tuple(wordings), frozenset(verbs))
+
+
+def sayable(registry: Registry, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """Return parameters with records replaced by their fields; none where one is a list."""
+    if any(each.is_list for each in parameters):
+        return ()
+    found: list[Parameter] = []
+    for each in parameters:
+        found += registry.records.get(each.type, (each,))
+    return tuple(found)
+
+
+def _declared(registry: Registry, name: str, is_fact: bool) -> tuple[Parameter, ...]:
+    if not is_fact:
+        return registry[name].parameters
+    declared = registry.predicates[name]
+    return tuple(Parameter(each.name, each.type.name) for each in declared.parameters)
+
+
+def _mentions(tokens: Sequence[str], parameters: Sequence[Parameter]) -> list[Mention]:
+    """Return where a text mentions parameters: by name, or else by type."""
+    found: dict[int, Mention] = {}
+    taken: set[int] = set()
+    for by_type in (False, True):
+        for number, parameter in enumerate(parameters):
+            wanted = words(parameter.type if by_type else parameter.name)
+            if number in found or not wanted:
+                continue
+            starts = range(len(tokens) - len(wanted) + 1)
+            for at in sorted(starts, key=lambda at: tokens[max(0, at - 1)] != "{"):
+                end = at + len(wanted)
+                if not _alike(wanted, tokens[at:end]) or not taken.isdisjoint(range(at, end)):
+                    continue
+                begin = at
+                while begin and tokens[begin - 1] in DETERMINERS | {"{"}:
+                    begin -= 1
+                end += tokens[end : end + 1] == ["}"]
+                found[number] = Mention(begin, end, (Sense((str(number),)),))
+                taken |= {*range(begin, end)}
+                break
+    return sorted(found.values(), key=lambda each: each.begin)
+
+
+def _alike(wanted: Sequence[str], given: Sequence[str]) -> bool:
+    return all(
+        word in singulars(each) or singular(word) == singular(each)
+        for word, each in zip(wanted, given, strict=True)
+    )
+
+
+def _by_name(name: Sequence[str], count: int) -> Wording:
+    """Return what the parameters are where a name such as `put_in` is spoken: "put … in …"."""
+    tokens: list[str] = []
+    mentions: list[Mention] = []
+    for number, part in enumerate(spoken_by_name(name, [str(each) for each in range(count)])):
+        if part.isdigit() and number:
+            mentions.append(Mention(len(tokens), len(tokens) + 1, (Sense((part,)),)))
+        tokens.append(part)
+    roles: list[Role | None] = [None] * count
+    for role, mention in readings(tokens, mentions)[0].parts:
+        roles[int(mention.senses[0].values[0])] = role
+    return tuple(roles)
+
+
+def spoken_by_name(name: Sequence[str], values: Sequence[str]) -> list[str]:
+    """Return a name with values where a person would say them: after its verb, and after its preposition."""
+    relation = next((at for at, word in enumerate(name) if (word,) in PREPOSITIONS), None)
+    if relation is None or len(values) < 2:
+        return [*name, *values]
+    return [*name[:relation], values[0], *name[relation:], *values[1:]]
+
+
+def filled(text: str, spoken: Mapping[str, str]) -> str:
+    """Return the first clause of a text with its parameters replaced; nothing where one does not occur."""
+    text = re.split(r"[.;:,](?:\s|$)", " ".join(text.split()))[0]
+    for name, value in spoken.items():
+        noun = re.escape(name.replace("_", " "))
+        pattern = re.compile(rf"{BEFORE}(?:\{{{re.escape(name)}\}}|\b{noun}\b{AFTER})", re.IGNORECASE)
+        text, count = pattern.subn(lambda _, value=value: f"\0{value}\0", text, count=1)  # type: ignore[misc]
+        if not count:
+            return ""
+    return text.replace("\0", "")

@@ -1,0 +1,189 @@
+"""What a clause may mean: declarations that say something of the kind, with what was named in place."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from itertools import permutations, product
+from operator import itemgetter
+
+from ntp_dsl.language.registry import Api, Parameter, Program, Registry
+from ntp_dsl.language.syntax.visitors import predicates
+from ntp_dsl.sentences.clauses import Clause, respective
+from ntp_dsl.sentences.consequences import Said
+from ntp_dsl.sentences.english import COMMON, GOALS, Role, words
+from ntp_dsl.sentences.forms import Form, Wording, form_of
+from ntp_dsl.sentences.mentions import Sense
+
+UNDERSTOOD = -2.5  # the least score with which a clause counts as understood
+VERB = 2.0  # for a verb that a declaration uses; an ordinary one is shared among all that use it
+LEFT_OUT = -3.0  # for a noun phrase that a declaration has no place for
+TURNED = -2.0  # for two numbers that are not in the declared order
+TWICE = -3.0  # for one object in two places
+EASE = 0.3  # of what grammar says counts where types alone tell what is what
+OPEN = -0.7  # for a parameter that the clause does not name
+UNWORDED = -0.5  # for a parameter of which a wording says nothing
+MOST = 60  # calls or facts that one clause may mean together
+
+Scored = tuple[float, tuple[Said, ...]]  # the logarithm of how well something fits, and what it means
+
+
+class Matcher:
+    """Compares clauses with what a program calls at any level, and with what all of these achieve.
+
+    Args:
+        types: of objects and constants by name.
+    """
+
+    def __init__(self, registry: Registry, program: Program, types: Mapping[str, str]) -> None:
+        self.registry, self.program, self.types = registry, program, types
+
+    @cached_property
+    def forms(self) -> list[Form]:
+        """What can be said of the program: what it calls at any level, and what these achieve."""
+        below = self.registry.called_by(self.program.name) - {self.program.name}
+        facts: set[str] = set()
+        for name in [self.program.name, *below]:
+            waiting = {*predicates(self.registry[name].achieves)}
+            while waiting:
+                predicate = waiting.pop()
+                if predicate not in facts:
+                    facts.add(predicate)
+                    waiting |= {*predicates(self.registry.predicates[predicate].body)}
+        found = [form_of(self.registry, name, False, _texts(self.registry[name])) for name in sorted(below)]
+        for name in sorted(facts):
+            declared = self.registry.predicates[name]
+            if declared.result is None:
+                found.append(form_of(self.registry, name, True, [declared.docstring or ""]))
+        return [each for each in found if each.parameters]
+
+    @cached_property
+    def own_words(self) -> frozenset[str]:
+        """Return the words in the names of what can be said."""
+        return frozenset(word for form in self.forms for word in words(form.name))
+
+    @cached_property
+    def _sharers(self) -> Counter[str]:
+        """Return how many declarations use each word, of those that are not about the same thing."""
+        return Counter(verb for form in self.forms for verb in form.verbs)
+
+    def meant_by(self, clause: Clause) -> Iterator[Scored]:
+        """Yield what a clause may mean; where as many things as places are listed, each goes with its own."""
+        pairs = respective(clause)
+        for form in self.forms:
+            if not pairs:
+                yield from self._matched(clause, form)
+                continue
+            likeliest = [max(self._matched(each, form), default=None, key=itemgetter(0)) for each in pairs]
+            if all(each is not None for each in likeliest):
+                score = sum(each[0] for each in likeliest if each) / len(likeliest)
+                yield score, tuple(said for each in likeliest if each for said in each[1])
+
+    def _matched(self, clause: Clause, form: Form) -> Iterator[Scored]:
+        """Yield the ways in which a clause says what a declaration does, each with its score."""
+        shared = clause.verbs & form.verbs
+        spoken = max((VERB / (self._sharers[each] if each in COMMON else 1) for each in shared), default=0.0)
+        for wording in form.wordings:
+            yield from self._worded(clause, form, wording, spoken)
+
+    def _is_told_by_types(self, clause: Clause, form: Form) -> bool:
+        """Return whether the noun phrases fit the parameters in one way alone."""
+        fits = [
+            {
+                n
+                for n, p in enumerate(form.parameters)
+                if any(self._fitting(each, p) for each in mention.senses)
+            }
+            for _, mention in clause.parts
+        ]
+        if len(fits) > len(form.parameters):
+            return False
+        ways = permutations(range(len(form.parameters)), len(fits))
+        return sum(all(n in fit for n, fit in zip(way, fits, strict=True)) for way in ways) == 1
+
+    def _worded(self, clause: Clause, form: Form, wording: Wording, spoken: float) -> Iterator[Scored]:
+
+        ease = EASE if not clause.is_firm and self._is_told_by_types(clause, form) else 1.0
+
+        def bind(at: int, taken: tuple[tuple[int, Sense], ...], score: float) -> Iterator:  # type: ignore[type-arg]
+            if score < UNDERSTOOD:
+                return
+            if at == len(clause.parts):
+                named = dict(taken)
+                if named:
+                    open_ones = len(form.parameters) - len(named)
+                    yield score + OPEN * open_ones, named
+                return
+            role, mention = clause.parts[at]
+            for number, parameter in enumerate(form.parameters):
+                if any(number == other for other, _ in taken):
+                    continue
+                cost = self._cost(role, wording[number], parameter) * ease
+                for sense in mention.senses:
+                    fitting = self._fitting(sense, parameter)
+                    if fitting is not None:
+                        turned = sum(number < other for other, _ in taken if self._alike(form, number, other))
+                        after = score + cost + sense.weight * 0.3 + TURNED * turned
+                        yield from bind(at + 1, (*taken, (number, fitting)), after)
+            yield from bind(at + 1, taken, score + LEFT_OUT)
+
+        for score, named in bind(0, (), clause.weight):
+            if score < UNDERSTOOD:
+                continue
+            places = [named[n].values if n in named else (None,) for n in range(len(form.parameters))]
+            weight = sum(sense.weight for sense in named.values()) * 0.7
+            meant = tuple(Said(form.name, values, form.is_fact) for values in product(*places))
+            twice = any(len({*each.arguments} - {None}) < len(named) for each in meant)
+            if len(meant) <= MOST:
+                yield score + spoken + weight + TWICE * twice, meant
+
+    def _alike(self, form: Form, one: int, other: int) -> bool:
+        """Return whether only the order of mention can tell two parameters apart."""
+        a, b = form.parameters[one], form.parameters[other]
+        return self.registry.is_number(a.type) and a.type == b.type
+
+    def _cost(self, role: Role, wanted: Role | None, parameter: Parameter) -> float:
+        """Return how badly a role fits a parameter; types alone tell members and numbers."""
+        if parameter.type not in self.registry.parents:
+            return 0.0
+        return UNWORDED if wanted is None else _distance(role, wanted)
+
+    def _fitting(self, sense: Sense, parameter: Parameter) -> Sense | None:
+        """Return the part of what a noun phrase stands for that a parameter takes."""
+        if sense.is_number:
+            return sense if sense.measures == parameter.type else None
+        if parameter.type in self.registry.enums:
+            fits = tuple(v for v in sense.values if v in self.registry.enums[parameter.type])
+        elif parameter.type in self.registry.parents:
+            fits = tuple(
+                v
+                for v in sense.values
+                if isinstance(v, str)
+                and v in self.types
+                and self.registry.is_a(self.types[v], parameter.type)
+            )
+        else:
+            return None
+        if not fits or (len(fits) < len(sense.values) and len(sense.values) == 1):
+            return None
+        return Sense(fits, sense.weight)
+
+
+def _distance(role: Role, wanted: Role) -> float:
+    """Return how unlike two roles are, as the logarithm of a probability."""
+    if role is wanted:
+        return 0.0
+    pair = {role, wanted}
+    if pair <= GOALS:
+        return -0.7
+    if Role.OBJECT in pair or Role.OF in pair:
+        return -1.0
+    if Role.THEME in pair or Role.UNDER in pair:
+        return -4.0
+    return -3.0 if Role.FROM in pair else -1.5
+
+
+def _texts(declared: Program | Api) -> list[str]:
+    """Return the wordings of a call: its docstring is the first."""
+    return [declared.docstring, *declared.says]

@@ -1,0 +1,267 @@
+"""Which objects, members and numbers the words of a sentence stand for.
+
+A noun phrase is a name ("block 3", "the wine bottle"), or a kind with properties ("the red block", "all
+cups"): types, groups of the scene and traits are words for objects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import log
+
+from ntp_dsl.language.names.symbol_table import UNITS
+from ntp_dsl.language.registry import Registry
+from ntp_dsl.semantics.observation import SceneObject
+from ntp_dsl.sentences.english import (
+    COMMON,
+    DETERMINERS,
+    EVERY,
+    LARGE,
+    NUMBERS,
+    ONES,
+    SMALL,
+    singular,
+    singulars,
+    stem,
+    words,
+)
+
+LONGEST = 7  # words of a noun phrase
+UNLIKELY = log(0.05)  # that a group as a whole is meant by a word for one of its members
+UNIT_WORDS = {
+    "degree": "deg", "degrees": "deg", "centimetre": "cm", "centimetres": "cm", "centimeter": "cm",
+    "centimeters": "cm", "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
+    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "second": "s", "seconds": "s",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sense:
+    """What a noun phrase may stand for: objects (all of them are meant), a member, or a number."""
+
+    values: tuple[str | float, ...]
+    weight: float = 0.0  # logarithm of a probability
+    measures: str = ""  # what the unit of a number measures
+
+    @property
+    def is_number(self) -> bool:
+        return isinstance(self.values[0], float)
+
+
+@dataclass(frozen=True)
+class Mention:
+    """A noun phrase: tokens [begin, end), and what it may stand for."""
+
+    begin: int
+    end: int
+    senses: tuple[Sense, ...]
+    head: str = ""  # its noun, for "the other one"
+    is_many: bool = False
+
+
+@dataclass(frozen=True)
+class _Known:
+    """The words for one object."""
+
+    name: tuple[str, ...]
+    kinds: frozenset[str]  # nouns that its number may follow
+    heads: frozenset[str]  # nouns for it, traits among them
+    properties: frozenset[str]
+    number: str
+
+
+class Vocabulary:
+    """The words for the objects of a scene, and for the members and constants of a library."""
+
+    def __init__(
+        self,
+        registry: Registry,
+        objects: Sequence[SceneObject],
+        groups: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
+        self.types = dict(registry.constants) | {obj.name: obj.type for obj in objects}
+        self._sizes = {obj.name: obj.size[0] * obj.size[1] * obj.size[2] for obj in objects}
+        self._objects = {
+            name: _known(
+                registry, name, kind, dict(each.traits) if (each := by_name.get(name)) else {}, groups
+            )
+            for by_name in [{obj.name: obj for obj in objects}]
+            for name, kind in self.types.items()
+        }
+        self._members = {tuple(words(member)): member for rows in registry.enums.values() for member in rows}
+        self._heads = {word for each in self._objects.values() for word in each.heads}
+        self._words = self._heads | {word for each in self._objects.values() for word in each.properties}
+        self._words |= {word for each in self._objects.values() for word in each.name}
+        self._words |= {word for member in self._members for word in member}
+
+    def knows(self, word: str) -> bool:
+        """Return whether a word is one of the library's or the scene's things."""
+        return not singulars(word).isdisjoint(self._words) or word.replace(".", "").isdigit()
+
+    @property
+    def things(self) -> list[str]:
+        """Return the names of all objects and members."""
+        return [*self._objects, *self._members.values()]
+
+    def mentions(self, tokens: Sequence[str]) -> list[Mention]:
+        """Return the noun phrases of a clause, from left to right; each is as long as can be."""
+        found: list[Mention] = []
+        at = 0
+        while at < len(tokens):
+            ends = range(min(len(tokens), at + LONGEST), at, -1)
+            mention = next((each for end in ends if (each := self._mention(tokens, at, end))), None)
+            if mention is None:
+                at += 1
+                continue
+            mention = self._more_numbers(tokens, mention)
+            found.append(mention)
+            at = mention.end
+        if len(found) > 1 and found[0].end == found[1].begin and self._may_be_verb(tokens, found[0]):
+            return found[1:]
+        return found
+
+    def _may_be_verb(self, tokens: Sequence[str], first: Mention) -> bool:
+        """Return whether a clause begins with a noun that is a verb there: "pad the crate"."""
+        is_bare = first.begin == 0 and first.end == 1 and tokens[0] == first.head
+        return is_bare and len(first.senses) > 1 and (tokens[0],) not in self._members
+
+    def _mention(self, tokens: Sequence[str], begin: int, end: int) -> Mention | None:
+        phrase = list(tokens[begin:end])
+        if len(phrase) == 1 and phrase[0] in DETERMINERS | EVERY:
+            named = [name for name, known in self._objects.items() if known.name == (phrase[0],)]
+            goes_on = end < len(tokens) and not singulars(tokens[end]).isdisjoint(self._words)
+            return Mention(begin, end, (Sense((named[0],)),), phrase[0]) if named and not goes_on else None
+        every = phrase[0] in EVERY
+        while phrase and (phrase[0] in DETERMINERS | EVERY or (every and phrase[0] == "of")):
+            phrase = phrase[1:]
+        if not phrase or phrase[-1] in DETERMINERS | {"of", ",", "and"}:
+            return None
+        if number := _measured(phrase):
+            return Mention(begin, end, (number,))
+        phrase = [each for each in phrase[:-1] if each not in ("number", "no", "-")] + phrase[-1:]
+        senses = [*self._exact(phrase)] or [*self._described(phrase, every)]
+        if end - begin == 1 and stem(phrase[0]) in COMMON and singular(phrase[0]) == phrase[0]:
+            return None  # "seat", "place" and "stack" as verbs
+        if not senses:
+            return None
+        many = every or any(len(each.values) > 1 for each in senses)
+        nouns = [word for word in phrase if not word.isdigit() and word not in NUMBERS]
+        return Mention(begin, end, tuple(senses), singular(nouns[-1]) if nouns else "", many)
+
+    def _exact(self, phrase: Sequence[str]) -> Iterator[Sense]:
+        """Yield what is called so."""
+        given = tuple(NUMBERS.get(word, word) if at else word for at, word in enumerate(phrase))
+        for name, known in self._objects.items():
+            if known.name == given:
+                yield Sense((name,))
+        for member, name in self._members.items():
+            if len(member) == len(phrase) and all(
+                word in singulars(each) for word, each in zip(member, phrase, strict=True)
+            ):
+                yield Sense((name,))
+                bearers = [other for other, known in self._objects.items() if member[-1] in known.properties]
+                if len(member) == 1 and bearers:
+                    many = phrase[-1] != member[-1] or len(bearers) == 1
+                    yield from _one_or_all(bearers, many)
+
+    def _described(self, phrase: Sequence[str], every: bool) -> Iterator[Sense]:
+        """Yield the objects of a kind that have all the properties."""
+        number = NUMBERS.get(phrase[-1], phrase[-1])
+        number = number if number.isdigit() and len(phrase) > 1 else ""
+        noun, others = phrase[-2 if number else -1], phrase[: -2 if number else -1]
+        if any(stem(word) in COMMON for word in others):
+            return  # "place block 6" is no kind of block
+        sizes = [word for word in others if word in LARGE | SMALL]
+        others = [word for word in others if word not in sizes]
+        found = []
+        for name, known in self._objects.items():
+            heads = known.kinds if number else known.heads
+            fits = noun in ONES or not singulars(noun).isdisjoint(heads)
+            if not fits or (number and known.number != number):
+                continue
+            if all(not singulars(word).isdisjoint(known.properties) for word in others):
+                found.append(name)
+        if noun in ONES and not others and not sizes:
+            return
+        for word in sizes:
+            found = self._extreme(found, word in LARGE)
+        if found:
+            yield from _one_or_all(found, every or (noun != singular(noun) and not number))
+
+    def _extreme(self, names: Sequence[str], largest: bool) -> list[str]:
+        sizes = [self._sizes.get(name, 0.0) for name in names]
+        if not sizes:
+            return []
+        limit = max(sizes) * 0.95 if largest else min(sizes) * 1.05
+        return [
+            name
+            for name, size in zip(names, sizes, strict=True)
+            if (size >= limit if largest else size <= limit)
+        ]
+
+    def _more_numbers(self, tokens: Sequence[str], first: Mention) -> Mention:
+        """Return a mention with the numbers that follow: "blocks 1, 2 and 3"."""
+        last = tokens[first.end - 1]
+        if first.end - first.begin < 2 or not (NUMBERS.get(last, last).isdigit() and first.head):
+            return first
+        values, at = [*first.senses[0].values], first.end
+        while at + 1 < len(tokens) and tokens[at] in (",", "and"):
+            after = at + 2 if tokens[at] == "," and tokens[at + 1] == "and" else at + 1
+            if after >= len(tokens):
+                break
+            number = NUMBERS.get(tokens[after], tokens[after])
+            more = self._mention([first.head, number], 0, 2) if number.isdigit() else None
+            if more is None:
+                break
+            values += more.senses[0].values
+            at = after + 1
+        if at == first.end:
+            return first
+        return replace(first, end=at, senses=(Sense(tuple(values)),), is_many=True)
+
+
+def _known(
+    registry: Registry,
+    name: str,
+    kind: str,
+    traits: Mapping[str, str | float],
+    groups: Mapping[str, Sequence[str]] | None,
+) -> _Known:
+    parts = tuple(words(name))
+    nouns = [word for word in parts if not word.isdigit()]
+    kinds = [words(each) for each in registry.ancestors(kind)]
+    heads = {*nouns[-1:], *(each[-1] for each in kinds if each)}
+    own = frozenset(heads)
+    properties = {*nouns, *(word for each in kinds for word in each)}
+    for value in traits.values():
+        if isinstance(value, str):
+            properties |= {*words(value)}
+            heads |= {words(value)[-1]}
+    for group, names in (groups or {}).items():
+        if name in names and (of := words(group)):
+            heads.add(singular(of[-1]))
+            properties |= {*of, singular(of[-1])}
+    number = parts[-1] if parts[-1].isdigit() else ""
+    return _Known(parts, own, frozenset(heads), frozenset(properties), number)
+
+
+def _one_or_all(names: Sequence[str], many: bool) -> Iterator[Sense]:
+    """Yield that all are meant, or any one."""
+    if many or len(names) == 1:
+        yield Sense(tuple(names))
+    else:
+        for name in names:
+            yield Sense((name,), -log(len(names)))
+
+
+def _measured(phrase: Sequence[str]) -> Sense | None:
+    """Return a number with its unit, or one without."""
+    sign, rest = (-1.0, phrase[1:]) if phrase[0] == "-" else (1.0, phrase)
+    if not rest or not rest[0].replace(".", "", 1).isdigit() or len(rest) > 2:
+        return None
+    unit = UNIT_WORDS.get(rest[1], rest[1]) if len(rest) == 2 else ""
+    if len(rest) == 2 and unit not in UNITS:
+        return None
+    measures, scale = UNITS[unit] if unit else ("number", 1.0)
+    return Sense((sign * float(rest[0]) * scale,), measures=measures)

@@ -1,0 +1,403 @@
+"""From sentences to the lists that a program is called with.
+
+A sentence may be a call at any level below the program, or a fact that it is to bring about. Elements of
+lists are sought from whose consequences it follows: so neither programs nor predicates are known by name
+here. Which object is what in a sentence is weighed by its grammar and held against the declarations' own
+wording; of all ways to understand all sentences, the probabilities add up to one.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import exp, log
+
+from ntp_dsl.common.text import counted, shortened
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.sentences.clauses import readings, split
+from ntp_dsl.sentences.consequences import Said
+from ntp_dsl.sentences.elements import Element, Elements, Placed
+from ntp_dsl.sentences.english import (
+    ATTENTION,
+    BEARING,
+    COMMON,
+    COVERING,
+    DETERMINERS,
+    EVERY,
+    FILLERS,
+    GENERAL,
+    GIVING,
+    LARGE,
+    NEGATIONS,
+    NUMBERS,
+    ONES,
+    OPENINGS,
+    PREPOSITIONS,
+    PRONOUNS,
+    SITES,
+    SMALL,
+    Role,
+    stem,
+    words,
+)
+from ntp_dsl.sentences.matching import Matcher
+from ntp_dsl.sentences.mentions import Mention, Sense, Vocabulary
+
+BEAM = 60  # ways to understand all sentences so far, that are followed
+WAYS = 40  # ways to understand one clause, that are followed
+ANEW = -1.0  # for an element that nothing before has said
+SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
+KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
+KNOWN |= LARGE | SMALL | {word for each in PREPOSITIONS for word in each}
+KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
+RARE = 1e-3  # ways less probable than this are not told
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An element of a list, by which sentence it was said, and what it may be instead."""
+
+    sentence: int
+    parameter: str
+    element: Element
+    probability: float
+    others: tuple[tuple[Element, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What sentences say: the lists, how sure each element is, and the words that were passed over."""
+
+    arguments: tuple[Argument, ...]
+    choices: tuple[Choice, ...]
+    passed_over: tuple[tuple[int, str], ...] = ()  # of each, its sentence and the word
+
+    @property
+    def probability(self) -> float:
+        """Return how probable it is that all elements are right, taken for independent."""
+        chance = 1.0
+        for each in self.choices:
+            chance *= each.probability
+        return chance
+
+
+@dataclass(frozen=True)
+class _Way:
+    """One way to understand a clause: ground calls and facts, all of which are meant."""
+
+    score: float
+    meant: tuple[Said, ...]
+
+
+@dataclass(frozen=True)
+class _Path:
+    """One way to understand all sentences so far."""
+
+    score: float
+    chosen: tuple[tuple[int, Placed], ...] = ()  # with the sentence that said each first
+    asked: Mapping[int, Placed] = field(default_factory=dict)
+
+
+class Listener:
+    """Understands sentences about one scene, for one program.
+
+    Args:
+        arguments: of the program; what its lists hold does not count.
+        seen: the scene as it is when the sentences are said.
+        groups: names of groups of the scene, for words such as "the trays".
+    """
+
+    def __init__(
+        self,
+        registry: Registry,
+        program: str,
+        arguments: Sequence[Argument],
+        seen: Observation,
+        groups: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
+        self.registry = registry
+        self.program: Program = registry.programs[program]
+        self.vocabulary = Vocabulary(registry, seen.objects, groups)
+        self.elements = Elements(registry, self.program, arguments, seen, self.vocabulary.types)
+        self._matcher = Matcher(registry, self.program, self.vocabulary.types)
+        self._theme: Mention | None = None  # what the clause before was about
+        self._named: set[str] = set()  # in the clauses before
+
+    def understand(self, sentences: Sequence[str]) -> Understood:
+        """Return what sentences say. Raises `NtpError` for one that says nothing of the program's lists."""
+        if not self.elements.lists:
+            raise NtpError(
+                f"'{self.program.name}' takes no list, so that sentences have nothing to tell it: omit --say"
+            )
+        self._named = set()
+        paths = [_Path(0.0)]
+        passed_over: list[tuple[int, str]] = []
+        self.elements.mentioned, self._theme = [], None
+        clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
+        for parts in clauses:
+            for tokens in parts:
+                self.elements.mentioned += self._named_by(tokens)
+        self.elements.mentioned = [*dict.fromkeys(self.elements.mentioned)]
+        for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
+            self._refuse_negations(text, number)
+            said = False
+            for tokens in parts:
+                unknown = self._unknown(tokens)
+                if any(self._is_thing(tokens, at) for at, _ in unknown):
+                    raise self._not_understood(text, number, tokens)
+                if self._only_points(tokens):
+                    continue
+                ways = self._ways(tokens)
+                if any(not word.endswith("ly") for _, word in unknown):  # who knows what is to be done
+                    ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
+                after = self._followed(paths, ways, number)
+                if not after:
+                    if self._has_content(tokens):
+                        raise self._not_understood(text, number, tokens)
+                    continue
+                paths, said = after, True
+                passed_over += [(number, word) for _, word in unknown]
+            if not said:
+                raise self._not_understood(text, number, words(text))
+        return self._told(paths, passed_over)
+
+    def clauses_of(self, sentence: str) -> tuple[Understood, frozenset[str]]:
+        """Return what those clauses of a sentence say that name something, and what they are about.
+
+        Raises `NtpError` where there is none.
+        """
+        tokens = words(sentence)
+        clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
+        self.elements.mentioned, self._theme = [*dict.fromkeys(self._named_by(tokens))], None
+        paths, themes = [_Path(0.0)], set[str]()
+        for clause in clauses:
+            paths = self._followed(paths, self._ways(clause), 0)
+            if not paths:
+                raise self._not_understood(sentence, 0, clause)
+            assert self._theme is not None
+            values = {str(value) for sense in self._theme.senses for value in sense.values}
+            themes |= values | {str(each) for each in self.elements.traits(values, [*self._members])}
+        if not paths[0].chosen:
+            raise self._not_understood(sentence, 0, tokens)
+        return self._told(paths, []), frozenset(themes)
+
+    @property
+    def _members(self) -> Iterator[str]:
+        return (member for members in self.registry.enums.values() for member in members)
+
+    def _named_by(self, tokens: Sequence[str]) -> Iterator[str]:
+        for mention in self.vocabulary.mentions(tokens):
+            for sense in mention.senses:
+                yield from (value for value in sense.values if isinstance(value, str))
+
+    def _refuse_negations(self, text: str, number: int) -> None:
+        tokens = words(text)
+        inside = {at for each in self.vocabulary.mentions(tokens) for at in range(each.begin, each.end)}
+        for at, word in enumerate(tokens):
+            if word in NEGATIONS - self._matcher.own_words and at not in inside:
+                raise NtpError(
+                    f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
+                    "say what is to be, and leave out what is not to be done"
+                )
+
+    def _is_thing(self, tokens: Sequence[str], at: int) -> bool:
+        """Return whether a word seems to be a noun: it follows an article or a preposition."""
+        before = tokens[at - 1] if at else ""
+        return before in (DETERMINERS | EVERY) - PRONOUNS or (before != "to" and (before,) in PREPOSITIONS)
+
+    def _only_points(self, tokens: Sequence[str]) -> bool:
+        """Return whether a clause only says what the next one is about: "find the tray"."""
+        mentions = self._resolved(tokens)
+        inside = {at for each in mentions for at in range(each.begin, each.end)}
+        verbs = {stem(word) for at, word in enumerate(tokens) if at not in inside and word not in FILLERS}
+        if len(mentions) != 1 or not verbs or not verbs <= ATTENTION:
+            return False
+        self._theme = mentions[0]
+        return True
+
+    def _unknown(self, tokens: Sequence[str]) -> list[tuple[int, str]]:
+        """Return the words that mean nothing here, with their places."""
+        inside = {at for each in self._resolved(tokens) for at in range(each.begin, each.end)}
+        verbs = {verb for form in self._matcher.forms for verb in form.verbs}
+        return [
+            (at, word)
+            for at, word in enumerate(tokens)
+            if at not in inside and word.isalpha() and word not in KNOWN
+            if stem(word) not in verbs | KNOWN_VERBS and word not in verbs and not self.vocabulary.knows(word)
+        ]
+
+    def _has_content(self, tokens: Sequence[str]) -> bool:
+        return bool(self.vocabulary.mentions(tokens) or self._unknown(tokens))
+
+    def _not_understood(self, text: str, number: int, tokens: Sequence[str]) -> NtpError:
+        head = f"sentence {number + 1} is not understood: '{shortened(text)}'"
+        unknown = [word for _, word in self._unknown(tokens)]
+        named = [*dict.fromkeys(self._named_by(tokens))]
+        if unknown:
+            listed = ", ".join(f"'{word}'" for word in dict.fromkeys(unknown))
+            why = f"nothing here is called {listed}"
+        elif named:
+            why = (
+                f"it names {', '.join(named[:6])}, and nothing that '{self.program.name}' is to do fits that"
+            )
+        else:
+            why = "it names no object"
+        things = ", ".join(self.vocabulary.things[:12])
+        more = len(self.vocabulary.things) - 12
+        things += f" and {counted(more, 'more')}" if more > 0 else ""
+        return NtpError(f"{head}: {why}\n  known things: {things}\n  for example: {self._example()}")
+
+    def _example(self) -> str:
+        from ntp_dsl.sentences.narration import example
+
+        return example(
+            self.registry, self.program, [form.name for form in self._matcher.forms if not form.is_fact]
+        )
+
+    def _resolved(self, tokens: Sequence[str]) -> list[Mention]:
+        """Return the noun phrases of a clause, "it" and "the other one" among them."""
+        found = self.vocabulary.mentions(tokens)
+        inside = {at for each in found for at in range(each.begin, each.end)}
+        for at, word in enumerate(tokens):
+            if at in inside:
+                continue
+            if word == "other":
+                mention = self._other(tokens, at, found)
+            elif (
+                word in PRONOUNS - DETERMINERS
+                and self._theme is not None
+                and tokens[at + 1 :][:1] != ["that"]
+            ):
+                early = all(each.begin > at for each in found)
+                alone = len(found) == 1 and tokens[at - 1 : at] != [] and not self._bears(tokens)
+                mention = (
+                    Mention(at, at + 1, self._theme.senses, self._theme.head, self._theme.is_many)
+                    if early or alone
+                    else None
+                )
+            else:
+                continue
+            if mention is not None:
+                found.append(mention)
+                inside |= {*range(mention.begin, mention.end)}
+        return sorted(found, key=lambda each: each.begin)
+
+    def _bears(self, tokens: Sequence[str]) -> bool:
+        return any(stem(word) in BEARING for word in tokens)
+
+    def _other(self, tokens: Sequence[str], at: int, found: Sequence[Mention]) -> Mention | None:
+        """Return what "the other one" stands for: what is of the same kind, and was not named yet."""
+        after = [each for each in found if each.begin == at + 1]
+        before = [each for each in found if each.end <= at] or ([self._theme] if self._theme else [])
+        head = after[0].head if after else before[-1].head if before else ""
+        if not head:
+            return None
+        kinds = self.vocabulary.mentions([head])
+        here = {value for each in before for sense in each.senses for value in sense.values}
+        all_of_it = [*dict.fromkeys(v for each in kinds for sense in each.senses for v in sense.values)]
+        values = [each for each in all_of_it if each not in here]
+        values = [each for each in values if each not in self._named] or values
+        if not values:
+            return None
+        begin = at - 1 if at and tokens[at - 1] in DETERMINERS else at
+        end = after[0].end if after else at + 2 if tokens[at + 1 : at + 2] in (["one"], ["ones"]) else at + 1
+        if after and after[0] in found and isinstance(found, list):
+            found.remove(after[0])
+        return Mention(begin, end, tuple(Sense((v,), -log(len(values))) for v in values), head)
+
+    def _ways(self, tokens: Sequence[str]) -> list[_Way]:
+        """Return the ways to understand a clause, the likeliest first."""
+        mentions = self._resolved(tokens)
+        if not mentions:
+            return []
+        best: dict[tuple[Said, ...], float] = {}
+        for clause in readings(tokens, mentions):
+            for score, meant in self._matcher.meant_by(clause):
+                if score > best.get(meant, float("-inf")):
+                    best[meant] = score
+            themes = [each for role, each in clause.parts if role is Role.THEME] or mentions
+            self._theme = themes[0]
+        named = (sense for each in mentions for sense in each.senses if len(each.senses) == 1)
+        self._named |= {str(value) for sense in named for value in sense.values}
+        found = [_Way(score, meant) for meant, score in best.items()]
+        return sorted(found, key=lambda way: -way.score)[: WAYS * 5]
+
+    def _followed(self, paths: Sequence[_Path], ways: Sequence[_Way], number: int) -> list[_Path]:
+        """Return the paths that go on with a sentence."""
+        options: list[tuple[float, list[list[Placed]]]] = []
+        for way in ways:
+            found = [self.elements.saying(said) for said in way.meant]
+            if all(found):
+                options.append((way.score, found))
+            elif all(self.elements.go_without_saying(said) for said in way.meant):
+                options.append((way.score + ANEW, []))
+            if len(options) >= WAYS:
+                break
+        after: dict[tuple[tuple[int, Placed], ...], _Path] = {}
+        for path in paths:
+            for score, places in options:
+                for more in self._extended(path, score, places, number):
+                    before = after.get(more.chosen)
+                    if before is None or more.score > before.score:
+                        after[more.chosen] = more
+        return sorted(after.values(), key=lambda each: -each.score)[:BEAM]
+
+    def _extended(
+        self, path: _Path, score: float, places: Sequence[Sequence[Placed]], number: int
+    ) -> Iterator[_Path]:
+        """Yield a path with an element for each thing that a sentence means."""
+        found = [_Path(path.score + score, path.chosen)]
+        for offered in places:
+            after = []
+            for each in found:
+                known = [placed for _, placed in each.chosen if placed in offered]
+                if known:
+                    after.append(each)
+                    continue
+                share = log(len(offered)) if len(offered) > 1 else 0.0
+                for placed in offered:
+                    chosen = (*each.chosen, (number, placed))
+                    after.append(_Path(each.score + ANEW - share, chosen))
+            found = sorted(after, key=lambda each: -each.score)[:BEAM]
+        yield from found
+
+    def _told(self, paths: Sequence[_Path], passed_over: Sequence[tuple[int, str]]) -> Understood:
+        """Return the likeliest way to understand everything, and what may be instead of each element."""
+        top = paths[0].score
+        weights = [exp(each.score - top) for each in paths]
+        total = sum(weights)
+        shares: dict[tuple[int, int], dict[Placed, float]] = defaultdict(lambda: defaultdict(float))
+        for path, weight in zip(paths, weights, strict=True):
+            for key, placed in _by_sentence(path).items():
+                shares[key][placed] += weight / total
+        choices = []
+        for key, placed in _by_sentence(paths[0]).items():
+            chance = shares[key][placed]
+            others = [
+                (element, share)
+                for (name, element), share in sorted(shares[key].items(), key=lambda pair: -pair[1])
+                if (name, element) != placed and name == placed[0] and share > RARE
+            ]
+            choices.append(Choice(key[0], *placed, min(chance, 1.0), tuple(others)))
+        return Understood(self.with_elements(choices), tuple(choices), tuple(dict.fromkeys(passed_over)))
+
+    def with_elements(self, choices: Sequence[Choice]) -> tuple[Argument, ...]:
+        """Return the program's arguments, with the elements that were chosen in its lists."""
+        lists: dict[str, tuple[Element, ...]] = defaultdict(tuple)
+        for each in choices:
+            if each.element not in lists[each.parameter]:
+                lists[each.parameter] += (each.element,)
+        return self.elements.called_with(lists)
+
+
+def _by_sentence(path: _Path) -> dict[tuple[int, int], Placed]:
+    """Return the elements of a path by the sentence that said them, and their number there."""
+    found: dict[tuple[int, int], Placed] = {}
+    counts: dict[int, int] = defaultdict(int)
+    for number, placed in path.chosen:
+        found[number, counts[number]] = placed
+        counts[number] += 1
+    return found
