@@ -72,10 +72,15 @@ def rewrite(path: Path, text: str) -> None:
         shutil.copymode(target, partial)
 
 
-EPISODE_FILE = re.compile(r"episode_\d{5,}\.(trace\.jsonl|demo\.parquet)")
+EPISODE_FILE = re.compile(r"episode_\d{5,}\.(trace\.jsonl|demo\.parquet|say\.txt)")
 
 
 def episode_files(folder: Path, number: int) -> tuple[Path, Path]:
     """Return the paths of an episode's trace and of its demonstration."""
     stem = f"episode_{number:05d}"
     return folder / f"{stem}.trace.jsonl", folder / f"{stem}.demo.parquet"
+
+
+def sentences_file(folder: Path, number: int) -> Path:
+    """Return the path of the sentences that say what an episode's demonstration shows."""
+    return folder / f"episode_{number:05d}.say.txt"

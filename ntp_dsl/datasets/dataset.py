@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ntp_dsl.common.files import EPISODE_FILE, LOCK, episode_files, locked, written_whole
+from ntp_dsl.common.files import EPISODE_FILE, LOCK, episode_files, locked, sentences_file, written_whole
 from ntp_dsl.common.seeds import derived
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.labels import LabelConfig, labelled
@@ -31,6 +31,7 @@ from ntp_dsl.datasets.recording import (
     demonstration_start,
     record_episode,
 )
+from ntp_dsl.datasets.spoken import in_words
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -65,6 +66,7 @@ class RecordingPlan:
     excluded_files: tuple[tuple[str, str], ...] = ()  # name and sha256
     varied: tuple[tuple[str, tuple[int, int]], ...] = ()  # length, topology, semantics -> range
     arm: str | None = None  # of a world with one; the Panda by default
+    say: bool = False  # whether each demonstration is put in words, too
     overwrite: bool = False  # whether the folder may hold what no recording's manifest names
 
 
@@ -119,6 +121,10 @@ class EpisodeRecorder:
         except (EpisodeFailed, OutOfRange) as failure:
             return row(outcome=Recorded.EPISODE_FAILED, reason=str(failure))
         write_demonstration(shown.demonstration, shown_in)
+        if self.plan.say and shown.calls is not None:
+            said = "".join(f"{sentence}\n" for sentence in in_words(self.registry, shown.calls))
+            with written_whole(sentences_file(self.plan.out, number)) as unfinished:
+                unfinished.write_text(said, encoding="utf-8")
         frames = len(shown.demonstration)
         return row(outcome=Recorded.DONE, frames=frames, primitives=run.primitives)
 
@@ -194,6 +200,7 @@ def _write_manifest(plan: RecordingPlan, rows: list[RecordedEpisode], wanted: in
         seed=plan.seed,
         perturbation_rate=plan.perturbation_rate,
         command=plan.command,
+        said=plan.say,
         excluded=len(plan.excluded),
         excluded_files=dict(plan.excluded_files),
         varied=dict(plan.varied),

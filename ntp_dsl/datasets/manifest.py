@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Struct
 
 from ntp_dsl.common.decoding import Count, Unreadable, decode, decoding
-from ntp_dsl.common.files import episode_files, written_whole
+from ntp_dsl.common.files import episode_files, sentences_file, written_whole
 from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
@@ -61,6 +61,7 @@ class Manifest(Struct, frozen=True, kw_only=True):
     seed: int = 0
     perturbation_rate: float = 0.0
     command: str = ""  # as it was typed
+    said: bool = False  # each demonstration has its sentences beside it
     excluded: Count = 0  # end configurations that were never drawn
     excluded_files: dict[str, str] = {}  # name -> sha256
     varied: dict[str, tuple[int, int]] = {}  # length, topology, semantics -> range
@@ -94,8 +95,9 @@ def recorded_files(folder: Path) -> set[str]:
         manifest = _decoded((folder / MANIFEST).read_bytes(), folder / MANIFEST)
     except (OSError, NtpError):
         return set()
-    kept = (row.number for row in manifest.episodes if row.is_kept)
-    return {MANIFEST, *(path.name for number in kept for path in episode_files(folder, number))}
+    kept = [row.number for row in manifest.episodes if row.is_kept]
+    said = {sentences_file(folder, number).name for number in kept if manifest.said}
+    return {MANIFEST, *(path.name for number in kept for path in episode_files(folder, number)), *said}
 
 
 def _decoded(text: bytes, path: Path) -> Manifest:

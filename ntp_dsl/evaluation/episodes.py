@@ -15,6 +15,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
+from ntp_dsl.datasets.spoken import in_words
 from ntp_dsl.demonstrations.demonstration import noisy
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
@@ -27,7 +28,7 @@ from ntp_dsl.evaluation.episode_parts import (
     drawn_instance,
 )
 from ntp_dsl.evaluation.scope_agreement import ScopeWatcher
-from ntp_dsl.evaluation.spoken import as_lists, in_words, listener
+from ntp_dsl.evaluation.spoken import as_lists, listener
 from ntp_dsl.execution.interpreter import Watcher
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError

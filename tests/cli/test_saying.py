@@ -66,6 +66,20 @@ def test_an_evaluation_may_tell_in_words_what_is_shown_else(capsys: pytest.Captu
     assert json.loads(capsys.readouterr().out)["success"] == 1.0
 
 
+def test_recorded_sentences_do_what_is_demonstrated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "data"
+    record = ["record", "seating", "seating", "-n", "2", "--seed", "3", "--say", "--out", str(folder)]
+    assert run(record) == 0
+    capsys.readouterr()
+    said = folder / "episode_00000.say.txt"
+    assert said.read_text().count("\n") == 4 and "Bring guest" in said.read_text()
+    assert run(["read", "seating", "seating", "--say", str(said)]) == 0
+    assert run([*record[:4], "1", *record[5:]]) == 0  # what a manifest names is replaced
+    assert sorted(path.name for path in folder.glob("*.say.txt")) == ["episode_00000.say.txt"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -31,9 +31,14 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     "ntp_dsl.authoring": ("ntp_dsl.policies",),
     "ntp_dsl.user_code": ("ntp_dsl.authoring",),
     "ntp_dsl.execution": ("ntp_dsl.policies",),
-    "ntp_dsl.datasets": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
+    "ntp_dsl.datasets": (
+        "ntp_dsl.execution",
+        "ntp_dsl.tasks",
+        "ntp_dsl.user_code",
+        "ntp_dsl.sentences",
+    ),
     "ntp_dsl.dynamic": ("ntp_dsl.execution", "ntp_dsl.tasks", "ntp_dsl.user_code"),
-    "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core", "ntp_dsl.sentences"),
+    "ntp_dsl.evaluation": ("ntp_dsl.datasets", "ntp_dsl.core"),
     "ntp_dsl.cli": (
         "ntp_dsl.evaluation",
         "ntp_dsl.dynamic",

@@ -53,6 +53,9 @@ def command(
         list[Path] | None,
         typer.Option(help="A task file whose goal configurations are never drawn; may be repeated."),
     ] = None,
+    say: Annotated[
+        bool, typer.Option("--say", help="Write beside each demonstration what it shows, as sentences.")
+    ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Record into a folder that holds other files, too.")
     ] = False,
@@ -65,6 +68,7 @@ def command(
 
     Each episode has an undisturbed demonstration from one placement, and a labelled run from another with
     slips, pushes and wrong subprograms, so that recovery is learnt too. The manifest lists failed episodes.
+    With --say, `ntp run --say` takes the sentences in place of the demonstration.
 
     Example: ntp record block_stacking block_stacking -n 300 --out runs/data
     """
@@ -84,6 +88,7 @@ def command(
         hashes,
         ranges,
         arm,
+        say,
         overwrite,
     )
     failed = []

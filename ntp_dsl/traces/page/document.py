@@ -131,6 +131,7 @@ class PageDemonstration(Struct, frozen=True):
     calls: Sequence[tuple[str, Frames]]
     closed: Sequence[Frames]
     scene: PageScene | None  # None where only its scopes are known
+    said: Sequence[str] = ()  # sentences in place of a demonstration
 
 
 class PageDocument(Struct, frozen=True):

@@ -237,6 +237,7 @@ def _demonstration(trace: Trace, demonstration: Demonstration | None) -> PageDem
         calls=_top_level_calls(reference.calls) if reference and reference.calls else [],
         closed=_closed(demonstration) if demonstration is not None else [],
         scene=demonstrated_scene(demonstration) if demonstration is not None else None,
+        said=trace.header.said,
     )
 
 

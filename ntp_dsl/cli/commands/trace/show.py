@@ -73,6 +73,8 @@ def command(
         print_json({"header": trace.header, "calls": rows, "end": trace.end})
         return
     answers.print(Text(headline(trace.header), style="bold"))
+    for sentence in trace.header.said:
+        answers.print(Text(f'said: "{printable(sentence)}"', style="cyan"))
     narrowed = failed or only is not None
     for row in _lines(trace, times, chosen, narrowed, why):
         answers.print(row, no_wrap=True, overflow="ellipsis", crop=answers.is_terminal)

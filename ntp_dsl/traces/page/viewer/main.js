@@ -99,6 +99,7 @@ function drawWhole() {
   byId("summary").textContent = page.summary;
   byId("overview").textContent = page.overview;
   byId("frame").max = Math.max(0, page.frames - 1);
+  for (const each of document.querySelectorAll(".scrubber .of-demonstration")) each.hidden = page.demonstration.said.length > 0;
   byId("shown").max = Math.max(0, page.demonstration.frames - 1);
   for (const id of ["next", "previous"]) byId(id).hidden = !page.divergences.length;
   byId("heads").replaceChildren(...SIDES.flatMap((side, place) => [

@@ -20,9 +20,13 @@ function track(title, className, bars, tall) {
 function drawTimeline() {
   const demonstration = page.demonstration;
   const parts = [];
+  demonstration.said.forEach((text, number) => {
+    parts.push(element("span", { class: "dim" }, number ? "" : "said"), element("q", {}, text));
+  });
   if (demonstration.calls.length) parts.push(...track("demonstrated", "dim", demonstration.calls.map(([name, scope]) => bar(scope, name, ""))));
   if (demonstration.closed.length) parts.push(...track("hand closed", "dim", demonstration.closed.map((scope) => bar(scope, "", "closed"))));
-  for (const side of SIDES) parts.push(...track(`scopes ${letter(side)}`, `side-${side}`, scopes(side), true));
+  const shown = demonstration.said.length ? [] : SIDES; // what was said has no frames
+  for (const side of shown) parts.push(...track(`scopes ${letter(side)}`, `side-${side}`, scopes(side), true));
   byId("timeline").replaceChildren(...parts);
   drawCursor();
 }
