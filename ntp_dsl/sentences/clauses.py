@@ -5,7 +5,7 @@ The same rules take apart what a person says and what a declaration says, so tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ntp_dsl.sentences.english import (
@@ -27,12 +27,11 @@ from ntp_dsl.sentences.english import (
     stem,
 )
 from ntp_dsl.sentences.mentions import Mention
+from ntp_dsl.sentences.splitting import is_link, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
 TOP_AFTER = DETERMINERS | {"on", "at", "to"}
 VAGUE = 3  # things that a word may stand for, so that it is passed over where two others are named
-STOPS = frozenset(".;!")
-LINKS = frozenset({",", "and"})
 ADVERBS = {
     ("at", "the", "top"): Role.ON,
     ("at", "the", "bottom"): Role.UNDER,
@@ -51,56 +50,6 @@ class Clause:
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
     weight: float = 0.0  # logarithm of how probable it is, beside the other ways
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
-
-
-def split(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
-    """Yield the clauses of a sentence: at stops, at "then", and where both sides say something whole.
-
-    A clause without a verb has that of the one before: "top a tray with a cup, and a plate with a fork".
-    """
-    verb = ""
-    for clause in _cut(tokens, mentions):
-        first = next((word for word in clause if word not in OPENINGS | LINKS), "")
-        is_verb = stem(first) in COVERING | GIVING
-        named = mentions(clause)
-        inside = {at for each in named for at in range(each.begin, each.end)}
-        has_verb = any(stem(word) in BEARING | COMMON for at, word in enumerate(clause) if at not in inside)
-        yield [verb, *clause] if verb and not is_verb and not has_verb and 0 in inside else clause
-        verb = first if is_verb else verb
-
-
-def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
-    start = 0
-    for at, token in enumerate(tokens):
-        if token in STOPS or (token == "then" and at > start):
-            yield from _nonempty(tokens[start:at])
-            start = at + 1
-        elif token in LINKS and _is_whole(tokens[start:at], mentions):
-            ends = (n for n in range(at + 1, len(tokens)) if tokens[n] in STOPS or tokens[n] == "then")
-            rest = tokens[at + 1 : next(ends, len(tokens))]
-            links = (n for n, word in enumerate(rest) if word in LINKS and n)
-            nearest = [*(rest[:n] for n in links), rest]
-            if any(_is_whole(part, mentions) for part in nearest):
-                yield from _nonempty(tokens[start:at])
-                start = at + 1
-    yield from _nonempty(tokens[start:])
-
-
-def _nonempty(tokens: Sequence[str]) -> Iterator[list[str]]:
-    found = list(tokens)
-    while found and found[0] in LINKS:
-        found = found[1:]
-    while found and found[-1] in LINKS:
-        found = found[:-1]
-    if found:
-        yield found
-
-
-def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> bool:
-    """Return whether two noun phrases are related by something: they are not just listed."""
-    found = mentions(tokens)
-    pairs = zip(found, found[1:], strict=False)
-    return any(not _is_link(tokens[a.end : b.begin]) for a, b in pairs)
 
 
 def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]:
@@ -157,7 +106,7 @@ class _Parser:
     def _listed_with(self, mention: Mention) -> Role | None:
         """Return the role of the noun phrase that this one is listed with: "on the cup and the plate"."""
         at = self.mentions.index(mention)
-        if at and _is_link(self.tokens[self.mentions[at - 1].end : mention.begin]):
+        if at and is_link(self.tokens[self.mentions[at - 1].end : mention.begin]):
             return self._role(self.mentions[at - 1])
         return None
 
@@ -166,7 +115,15 @@ class _Parser:
         return [each for each in self.mentions if self._role(each) is None]
 
     def readings(self) -> list[Clause]:
-        for rule in (self._site, self._elliptic, self._bearing, self._covering, self._giving):
+        for rule in (
+            self._ordered,
+            self._chained,
+            self._site,
+            self._elliptic,
+            self._bearing,
+            self._covering,
+            self._giving,
+        ):
             parts = rule()
             if parts is not None:
                 return [Clause(tuple(parts), self.content)]
@@ -177,7 +134,37 @@ class _Parser:
             turned = {Role.UNDER: Role.THEME, Role.THEME: Role.ON}
             inverse = tuple((turned.get(role, role), each) for role, each in plain)
             found.append(Clause(inverse, self.content, is_firm=True))
+        roles = [role for role, _ in plain]
+        if sorted(roles, key=str) == sorted(
+            [Role.THEME, Role.WITH], key=str
+        ):  # "stack a with b" says no more
+            turned = {Role.WITH: Role.THEME, Role.THEME: Role.WITH}
+            found.append(Clause(tuple((turned[role], each) for role, each in plain), self.content))
         return found
+
+    def _ordered(self) -> list[Part] | None:
+        """Take apart "from bottom to top: the tray, the plate, the cup"."""
+        rising = upwards(self.tokens)
+        if rising is None or len(self.mentions) < 2:
+            return None
+        order = self.mentions if rising else self.mentions[::-1]
+        pairs = zip(order, order[1:], strict=False)
+        return [part for below, above in pairs for part in ((Role.THEME, above), (Role.ON, below))]
+
+    def _chained(self) -> list[Part] | None:
+        """Take apart "the cup on the plate on the tray"."""
+        roles = [self.markers[id(each)] for each in self.mentions]
+        if len(roles) < 3 or roles[0] is not None or len({each and each[0] for each in roles[1:]}) > 1:
+            return None
+        relation = roles[1]
+        gaps = zip(self.mentions, self.mentions[1:], strict=False)
+        together = all(b.begin - a.end <= LONGEST_PREPOSITION for a, b in gaps)
+        if relation is None or relation[0] not in (Role.ON, Role.IN) or not together:
+            return None
+        if any(stem(word) in BEARING | COMMON for at, word, _ in self.verbs if at > self.mentions[0].end):
+            return None
+        pairs = zip(self.mentions, self.mentions[1:], strict=False)
+        return [part for a, b in pairs for part in ((Role.THEME, a), (relation[0], b))]
 
     def _site(self) -> list[Part] | None:
         """Take apart "the tray is the place for the cup", "where the cup goes is the tray"."""
@@ -188,7 +175,7 @@ class _Parser:
             nearest = [word for word in before if word not in DETERMINERS][-2:]
             named = nearest[-1:] == ["for"] and not SITES.isdisjoint(words)
             named = named or (nearest[-1:] == ["of"] and nearest[0] in SITES)
-            named = named or (nearest[-1:] == ["for"] and nearest[0] in KEPT)
+            named = named or (nearest[-1:] == ["for"] and (nearest[0] in KEPT or "use" in words))
             owned = after[:1] == ["'s"] and not SITES.isdisjoint(after)
             served = "use" in before and self._nearest_word(before[:-1]) == "to" and before[-1].isalpha()
             if named or owned or served or (before and self._nearest_word(before) == "where"):
@@ -216,6 +203,8 @@ class _Parser:
             if self._role(near) not in (None, Role.WITH, Role.OF):
                 continue  # "in the box, or on the heap in it"
             others = [each for each in self.mentions if each is not near]
+            if not all(self._is_listed(others)) or any(self._role(each) in FIRM for each in others):
+                return None
             if any(self._role(each) in (Role.ON, Role.IN) for each in others if each.begin > at):
                 continue
             if is_it and all(each.begin >= after for each in others):  # "the tray, and on it the cup"
@@ -224,6 +213,11 @@ class _Parser:
                 near_role, other_role = (Role.ON, Role.THEME) if role is Role.UNDER else (Role.THEME, role)
             return [(near_role if each is near else other_role, each) for each in self.mentions]
         return None
+
+    def _is_listed(self, mentions: Sequence[Mention]) -> Iterator[bool]:
+        """Yield of noun phrases, but for the first, whether they are listed with the one before."""
+        pairs = zip(mentions, mentions[1:], strict=False)
+        yield from (is_link(self.tokens[a.end : b.begin]) for a, b in pairs)
 
     def _adverb(self, at: int) -> tuple[Role, int, bool] | None:
         """Return a preposition's relation where no noun phrase follows, its end, and whether "it" does."""
@@ -320,7 +314,7 @@ class _Parser:
             elif role is None:
                 assert theme is not None
                 between = self.tokens[theme.end : each.begin]
-                listed = _is_link(between) or self._lists(theme, each)
+                listed = is_link(between) or self._lists(theme, each)
                 role = Role.THEME if listed else Role.OBJECT
             if role is Role.THEME:
                 theme = each
@@ -335,7 +329,7 @@ class _Parser:
             return False
         ends = [first.end, *(each.end for each in inner)]
         begins = [*(each.begin for each in inner), last.begin]
-        return all(_is_link(self.tokens[a:b]) for a, b in zip(ends, begins, strict=True))
+        return all(is_link(self.tokens[a:b]) for a, b in zip(ends, begins, strict=True))
 
 
 def _is_vague(mention: Mention, others: Sequence[Mention]) -> bool:
@@ -345,11 +339,6 @@ def _is_vague(mention: Mention, others: Sequence[Mention]) -> bool:
         {value for sense in each.senses for value in sense.values} for each in others if each is not mention
     ]
     return len(mention.senses) >= VAGUE and any(each < may_be for each in named)
-
-
-def _is_link(between: Sequence[str]) -> bool:
-    """Return whether noun phrases with these words between them are listed: "the cup, and the plate"."""
-    return bool(between) and LINKS.issuperset(between)
 
 
 def _merged(clause: Clause) -> Clause:

@@ -95,29 +95,34 @@ COMMON = _stems(
 PRONOUNS = frozenset("it them this that these those".split())
 ONES = frozenset("one ones".split())
 NEGATIONS = frozenset(
-    "none not never no without except dont don't unless neither nor nothing cannot outside".split()
+    "none not never no without except dont unless neither nor nothing cannot outside or either maybe perhaps "
+    "possibly whose".split()
 )
 DETERMINERS = frozenset("the a an this that these those its some any".split())
 EVERY = frozenset("all every each both everything".split())
 OPENINGS = frozenset(
     "then next now please first second third finally lastly afterwards also and so after that to start "
-    "begin start by firstly secondly thirdly last you we i can could should must will would just".split()
+    "once when after by firstly secondly thirdly last you we i can could should must will would just".split()
 )
 FILLERS = frozenset(
     "up down there here it's right directly carefully gently again back together out away too as well only "
-    "which who whom whose what where when while so be been being is are was were will would should must can "
+    "which who whom what where when while so be been being is are was were will would should must can "
     "could shall may might do does did done let have has had not very exactly precisely just also please "
     "i we you he she they us me want need like supposed meant going ready top side on in at of to for with "
     "by kindly from off and or but then than now next first second third last finally lastly afterwards "
     "after before your my our some one right proper correct better best that this these those the a an it "
     "its them their if order way own".split()
 )
+LINKS = frozenset({",", "and"})
 # Verbs of attention: what they name is not what is to be done, but what comes next is about it.
-ATTENTION = _stems("find look locate identify see notice consider remember search spot watch check know")
+ATTENTION = _stems(
+    "find look locate identify see notice consider remember search spot watch check know start begin"
+)
 # Nouns that name nothing of a scene.
 GENERAL = frozenset(
     "tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan wish "
-    "point result purpose intention course position order way turn time moment thing".split()
+    "chance favour minute moment point result purpose intention course position order way turn time "
+    "thing".split()
 )
 LARGE = frozenset(
     "large larger largest big bigger biggest tall taller tallest long longest wide widest".split()
@@ -133,9 +138,10 @@ NUMBERS = {
     )
 }
 
-TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:n't)?|\d+(?:\.\d+)?|[,;.!{}()]|-(?=\d)")
+TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|\d+(?:\.\d+)?|[,;.!?{}()]|-(?=\d)")
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
 POLITE = re.compile(r"\bwhy (?:don't|not)\b|\bnot only\b|\bdon't forget to\b|\bwouldn't mind\b")
+PARENTHESES = re.compile(r"\b(?:after (?:that|this)|in turn|of course|by the way|for now|for me|as well)\b")
 LISTED = re.compile(r"\b(?:as well as|plus|but also|but|while|whereas)\b|&")
 CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
@@ -144,7 +150,11 @@ def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
-    return TOKEN.findall(LISTED.sub("and", POLITE.sub(" ", text)))
+    return [
+        each
+        for each in TOKEN.findall(PARENTHESES.sub(" ", LISTED.sub("and", POLITE.sub(" ", text))))
+        if each != "very"
+    ]
 
 
 def singular(word: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ntp_dsl.language.registry import Parameter, Registry
-from ntp_dsl.sentences.clauses import readings, split
+from ntp_dsl.sentences.clauses import readings
 from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
@@ -21,6 +21,7 @@ from ntp_dsl.sentences.english import (
     words,
 )
 from ntp_dsl.sentences.mentions import Mention, Sense
+from ntp_dsl.sentences.splitting import split
 
 BEFORE, AFTER = r"(?:\b(?:the|a|an|every|each|its|their|that)\s+)?", r"(?:\s+(?:object|thing|one)\b)?"
 Wording = tuple[Role | None, ...]  # what each parameter is in one of them; None where it does not occur

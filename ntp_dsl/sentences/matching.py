@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import permutations, product
 from operator import itemgetter
@@ -133,7 +133,7 @@ class Matcher:
                 continue
             places = [named[n].values if n in named else (None,) for n in range(len(form.parameters))]
             weight = sum(sense.weight for sense in named.values()) * 0.7
-            meant = tuple(Said(form.name, values, form.is_fact) for values in product(*places))
+            meant = tuple(Said(form.name, values, form.is_fact) for values in _together(places))
             twice = any(len({*each.arguments} - {None}) < len(named) for each in meant)
             if len(meant) <= MOST:
                 yield score + spoken + weight + TWICE * twice, meant
@@ -182,6 +182,16 @@ def _distance(role: Role, wanted: Role) -> float:
     if Role.THEME in pair or Role.UNDER in pair:
         return -4.0
     return -3.0 if Role.FROM in pair else -1.5
+
+
+def _together(places: Sequence[tuple[str | float | None, ...]]) -> Iterator[tuple[str | float | None, ...]]:
+    """Yield the arguments that are meant together: of as many things and places, each goes with its own."""
+    counts = [len(each) for each in places if len(each) > 1]
+    if len(counts) > 1 and len({*counts}) == 1:
+        wide = [each * counts[0] if len(each) == 1 else each for each in places]
+        yield from zip(*wide, strict=True)
+    else:
+        yield from product(*places)
 
 
 def _texts(declared: Program | Api) -> list[str]:

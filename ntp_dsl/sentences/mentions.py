@@ -27,6 +27,11 @@ from ntp_dsl.sentences.english import (
     words,
 )
 
+CONTAINING = frozenset(
+    "of with that which contain contains containing filled full has have having hold holds holding are is "
+    "in".split()
+)
+CONTENTS_END = frozenset("in it them inside".split())
 LONGEST = 7  # words of a noun phrase
 UNLIKELY = log(0.05)  # that a group as a whole is meant by a word for one of its members
 UNIT_WORDS = {
@@ -115,11 +120,32 @@ class Vocabulary:
                 at += 1
                 continue
             mention = self._more_numbers(tokens, mention)
-            found.append(mention)
+            whole = self._with_contents(tokens, found[-1], mention) if found else None
+            if whole is not None:
+                found[-1] = mention = whole
+            else:
+                found.append(mention)
             at = mention.end
         if len(found) > 1 and found[0].end == found[1].begin and self._may_be_verb(tokens, found[0]):
             return found[1:]
         return found
+
+    def _with_contents(self, tokens: Sequence[str], first: Mention, of: Mention) -> Mention | None:
+        """Return "cups of tea", "every cup that has tea in it" as one noun phrase; None where it is none."""
+        between = [*tokens[first.end : of.begin]]
+        members = {value for sense in of.senses for value in sense.values if value in self._members.values()}
+        if not members or not between or not CONTAINING.issuperset(between):
+            return None
+        bearers = {value for sense in of.senses for value in sense.values if value not in members}
+        of_kind = [*dict.fromkeys(value for sense in first.senses for value in sense.values)]
+        found = tuple(value for value in of_kind if value in bearers)
+        if not found:
+            return None
+        end = of.end
+        while end < len(tokens) and tokens[end] in CONTENTS_END:
+            end += 1
+        senses = [*(each for each in of.senses if each.values[0] in members), Sense(found)]
+        return Mention(first.begin, end, tuple(senses), first.head, len(found) > 1)
 
     def _may_be_verb(self, tokens: Sequence[str], first: Mention) -> bool:
         """Return whether a clause begins with a noun that is a verb there: "pad the crate"."""

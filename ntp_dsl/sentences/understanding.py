@@ -17,8 +17,9 @@ from ntp_dsl.common.text import counted, shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.sentences.clauses import readings, split
+from ntp_dsl.sentences.clauses import readings
 from ntp_dsl.sentences.consequences import Said
+from ntp_dsl.sentences.discourse import Discourse
 from ntp_dsl.sentences.elements import Element, Elements, Placed
 from ntp_dsl.sentences.english import (
     ATTENTION,
@@ -44,7 +45,8 @@ from ntp_dsl.sentences.english import (
     words,
 )
 from ntp_dsl.sentences.matching import Matcher
-from ntp_dsl.sentences.mentions import Mention, Sense, Vocabulary
+from ntp_dsl.sentences.mentions import Vocabulary
+from ntp_dsl.sentences.splitting import split
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
 WAYS = 40  # ways to understand one clause, that are followed
@@ -123,8 +125,7 @@ class Listener:
         self.vocabulary = Vocabulary(registry, seen.objects, groups)
         self.elements = Elements(registry, self.program, arguments, seen, self.vocabulary.types)
         self._matcher = Matcher(registry, self.program, self.vocabulary.types)
-        self._theme: Mention | None = None  # what the clause before was about
-        self._named: set[str] = set()  # in the clauses before
+        self._heard = Discourse(self.vocabulary)
 
     def understand(self, sentences: Sequence[str]) -> Understood:
         """Return what sentences say. Raises `NtpError` for one that says nothing of the program's lists."""
@@ -132,10 +133,10 @@ class Listener:
             raise NtpError(
                 f"'{self.program.name}' takes no list, so that sentences have nothing to tell it: omit --say"
             )
-        self._named = set()
+        self._heard = Discourse(self.vocabulary)
         paths = [_Path(0.0)]
         passed_over: list[tuple[int, str]] = []
-        self.elements.mentioned, self._theme = [], None
+        self.elements.mentioned = []
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
         for parts in clauses:
             for tokens in parts:
@@ -144,11 +145,12 @@ class Listener:
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
             self._refuse_negations(text, number)
             said = False
-            for tokens in parts:
+            for part in parts:
+                tokens = self._heard.completed(part)
                 unknown = self._unknown(tokens)
                 if any(self._is_thing(tokens, at) for at, _ in unknown):
                     raise self._not_understood(text, number, tokens)
-                if self._only_points(tokens):
+                if self._heard.only_points(tokens):
                     continue
                 ways = self._ways(tokens)
                 if any(not word.endswith("ly") for _, word in unknown):  # who knows what is to be done
@@ -171,14 +173,16 @@ class Listener:
         """
         tokens = words(sentence)
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
-        self.elements.mentioned, self._theme = [*dict.fromkeys(self._named_by(tokens))], None
+        self.elements.mentioned = [*dict.fromkeys(self._named_by(tokens))]
+        self._heard = Discourse(self.vocabulary)
         paths, themes = [_Path(0.0)], set[str]()
         for clause in clauses:
             paths = self._followed(paths, self._ways(clause), 0)
             if not paths:
                 raise self._not_understood(sentence, 0, clause)
-            assert self._theme is not None
-            values = {str(value) for sense in self._theme.senses for value in sense.values}
+            theme = self._heard.theme
+            assert theme is not None
+            values = {str(value) for sense in theme.senses for value in sense.values}
             themes |= values | {str(each) for each in self.elements.traits(values, [*self._members])}
         if not paths[0].chosen:
             raise self._not_understood(sentence, 0, tokens)
@@ -197,7 +201,8 @@ class Listener:
         tokens = words(text)
         inside = {at for each in self.vocabulary.mentions(tokens) for at in range(each.begin, each.end)}
         for at, word in enumerate(tokens):
-            if word in NEGATIONS - self._matcher.own_words and at not in inside:
+            refused = word in NEGATIONS - self._matcher.own_words or word.endswith("n't")
+            if refused and at not in inside:
                 raise NtpError(
                     f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
                     "say what is to be, and leave out what is not to be done"
@@ -208,19 +213,9 @@ class Listener:
         before = tokens[at - 1] if at else ""
         return before in (DETERMINERS | EVERY) - PRONOUNS or (before != "to" and (before,) in PREPOSITIONS)
 
-    def _only_points(self, tokens: Sequence[str]) -> bool:
-        """Return whether a clause only says what the next one is about: "find the tray"."""
-        mentions = self._resolved(tokens)
-        inside = {at for each in mentions for at in range(each.begin, each.end)}
-        verbs = {stem(word) for at, word in enumerate(tokens) if at not in inside and word not in FILLERS}
-        if len(mentions) != 1 or not verbs or not verbs <= ATTENTION:
-            return False
-        self._theme = mentions[0]
-        return True
-
     def _unknown(self, tokens: Sequence[str]) -> list[tuple[int, str]]:
         """Return the words that mean nothing here, with their places."""
-        inside = {at for each in self._resolved(tokens) for at in range(each.begin, each.end)}
+        inside = {at for each in self._heard.mentions(tokens) for at in range(each.begin, each.end)}
         verbs = {verb for form in self._matcher.forms for verb in form.verbs}
         return [
             (at, word)
@@ -257,60 +252,9 @@ class Listener:
             self.registry, self.program, [form.name for form in self._matcher.forms if not form.is_fact]
         )
 
-    def _resolved(self, tokens: Sequence[str]) -> list[Mention]:
-        """Return the noun phrases of a clause, "it" and "the other one" among them."""
-        found = self.vocabulary.mentions(tokens)
-        inside = {at for each in found for at in range(each.begin, each.end)}
-        for at, word in enumerate(tokens):
-            if at in inside:
-                continue
-            if word == "other":
-                mention = self._other(tokens, at, found)
-            elif (
-                word in PRONOUNS - DETERMINERS
-                and self._theme is not None
-                and tokens[at + 1 :][:1] != ["that"]
-            ):
-                early = all(each.begin > at for each in found)
-                alone = len(found) == 1 and tokens[at - 1 : at] != [] and not self._bears(tokens)
-                mention = (
-                    Mention(at, at + 1, self._theme.senses, self._theme.head, self._theme.is_many)
-                    if early or alone
-                    else None
-                )
-            else:
-                continue
-            if mention is not None:
-                found.append(mention)
-                inside |= {*range(mention.begin, mention.end)}
-        return sorted(found, key=lambda each: each.begin)
-
-    def _bears(self, tokens: Sequence[str]) -> bool:
-        return any(stem(word) in BEARING for word in tokens)
-
-    def _other(self, tokens: Sequence[str], at: int, found: Sequence[Mention]) -> Mention | None:
-        """Return what "the other one" stands for: what is of the same kind, and was not named yet."""
-        after = [each for each in found if each.begin == at + 1]
-        before = [each for each in found if each.end <= at] or ([self._theme] if self._theme else [])
-        head = after[0].head if after else before[-1].head if before else ""
-        if not head:
-            return None
-        kinds = self.vocabulary.mentions([head])
-        here = {value for each in before for sense in each.senses for value in sense.values}
-        all_of_it = [*dict.fromkeys(v for each in kinds for sense in each.senses for v in sense.values)]
-        values = [each for each in all_of_it if each not in here]
-        values = [each for each in values if each not in self._named] or values
-        if not values:
-            return None
-        begin = at - 1 if at and tokens[at - 1] in DETERMINERS else at
-        end = after[0].end if after else at + 2 if tokens[at + 1 : at + 2] in (["one"], ["ones"]) else at + 1
-        if after and after[0] in found and isinstance(found, list):
-            found.remove(after[0])
-        return Mention(begin, end, tuple(Sense((v,), -log(len(values))) for v in values), head)
-
     def _ways(self, tokens: Sequence[str]) -> list[_Way]:
         """Return the ways to understand a clause, the likeliest first."""
-        mentions = self._resolved(tokens)
+        mentions = self._heard.mentions(tokens)
         if not mentions:
             return []
         best: dict[tuple[Said, ...], float] = {}
@@ -319,9 +263,7 @@ class Listener:
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
             themes = [each for role, each in clause.parts if role is Role.THEME] or mentions
-            self._theme = themes[0]
-        named = (sense for each in mentions for sense in each.senses if len(each.senses) == 1)
-        self._named |= {str(value) for sense in named for value in sense.values}
+            self._heard.heard(mentions, themes[0])
         found = [_Way(score, meant) for meant, score in best.items()]
         return sorted(found, key=lambda way: -way.score)[: WAYS * 5]
 

@@ -1,0 +1,109 @@
+"""What was spoken of before: "it", "which", "the other one", and clauses that only point at something."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log
+
+from ntp_dsl.sentences.english import (
+    ATTENTION,
+    BEARING,
+    DETERMINERS,
+    FILLERS,
+    LINKS,
+    ONES,
+    PRONOUNS,
+    SITES,
+    stem,
+)
+from ntp_dsl.sentences.mentions import Mention, Sense, Vocabulary
+
+
+class Discourse:
+    """The noun phrases of a run of sentences, as far as it was heard."""
+
+    def __init__(self, vocabulary: Vocabulary) -> None:
+        self._vocabulary = vocabulary
+        self.theme: Mention | None = None  # what the clause before was about
+        self._last: Mention | None = None  # and what it named last
+        self._named: set[str] = set()
+
+    def heard(self, mentions: Sequence[Mention], theme: Mention) -> None:
+        """Remember a clause's noun phrases, and what it was about."""
+        self.theme, self._last = theme, mentions[-1]
+        certain = (sense for each in mentions if len(each.senses) == 1 for sense in each.senses)
+        self._named |= {str(value) for sense in certain for value in sense.values}
+
+    def completed(self, tokens: Sequence[str]) -> list[str]:
+        """Return a clause with what goes without saying: "the cup on top" is on top of it."""
+        found = list(tokens)
+        if found[-2:] == ["on", "top"] and len(self._vocabulary.mentions(found)) == 1 and self.theme:
+            found += ["of", "it"]
+        return found
+
+    def only_points(self, tokens: Sequence[str]) -> bool:
+        """Return whether a clause only says what the next one is about, as in "find the tray"."""
+        mentions = self.mentions(tokens)
+        inside = {at for each in mentions for at in range(each.begin, each.end)}
+        outside = [word for at, word in enumerate(tokens) if at not in inside]
+        verbs = {stem(word) for word in outside if word not in FILLERS | SITES}
+        names_a_site = not SITES.isdisjoint(outside)
+        if len(mentions) != 1 or not verbs <= ATTENTION or not (verbs or names_a_site):
+            return False
+        self.heard(mentions, mentions[0])
+        return True
+
+    def mentions(self, tokens: Sequence[str]) -> list[Mention]:
+        """Return the noun phrases of a clause, "it" and "the other one" among them."""
+        found = self._vocabulary.mentions(tokens)
+        inside = {at for each in found for at in range(each.begin, each.end)}
+        for at, word in enumerate(tokens):
+            if at in inside:
+                continue
+            mention = None
+            if word == "other":
+                mention = self._other(tokens, at, found)
+            elif word == "which" and at == 0 and self._last is not None:
+                mention = Mention(0, 1, self._last.senses, self._last.head, self._last.is_many)
+            elif self._is_pronoun(tokens, at):
+                mention = self._it(tokens, at, found)
+            if mention is not None:
+                found.append(mention)
+                inside |= {*range(mention.begin, mention.end)}
+        return sorted(found, key=lambda each: each.begin)
+
+    def _is_pronoun(self, tokens: Sequence[str], at: int) -> bool:
+        after = tokens[at + 1 : at + 2]
+        if tokens[at] in DETERMINERS:  # "on that", and not "that cup"
+            return tokens[at] in PRONOUNS and bool(at) and (not after or after[0] in LINKS)
+        return tokens[at] in PRONOUNS and after != ["that"]
+
+    def _it(self, tokens: Sequence[str], at: int, found: Sequence[Mention]) -> Mention | None:
+        """Return what a pronoun stands for where that is nothing in its own clause."""
+        if self.theme is None:
+            return None
+        is_first = all(each.begin > at for each in found)
+        is_alone = len(found) == 1 and at > 0 and not any(stem(word) in BEARING for word in tokens)
+        if not (is_first or is_alone):
+            return None
+        return Mention(at, at + 1, self.theme.senses, self.theme.head, self.theme.is_many)
+
+    def _other(self, tokens: Sequence[str], at: int, found: list[Mention]) -> Mention | None:
+        """Return what "the other one" stands for: what is of the same kind, and was not named yet."""
+        after = [each for each in found if each.begin == at + 1]
+        before = [each for each in found if each.end <= at] or ([self.theme] if self.theme else [])
+        head = after[0].head if after else before[-1].head if before else ""
+        if not head:
+            return None
+        kinds = self._vocabulary.mentions([head])
+        here = {value for each in before for sense in each.senses for value in sense.values}
+        all_of_it = [*dict.fromkeys(v for each in kinds for sense in each.senses for v in sense.values)]
+        values = [each for each in all_of_it if each not in here]
+        values = [each for each in values if each not in self._named] or values
+        if not values:
+            return None
+        begin = at - 1 if at and tokens[at - 1] in DETERMINERS else at
+        end = after[0].end if after else at + 1 + any(tokens[at + 1 : at + 2] == [each] for each in ONES)
+        if after:
+            found.remove(after[0])
+        return Mention(begin, end, tuple(Sense((v,), -log(len(values))) for v in values), head)

@@ -1,0 +1,97 @@
+"""A sentence falls into clauses, each of which says one thing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+
+from ntp_dsl.sentences.english import (
+    ATTENTION,
+    BEARING,
+    COMMON,
+    COVERING,
+    DETERMINERS,
+    GIVING,
+    LINKS,
+    OPENINGS,
+    stem,
+)
+from ntp_dsl.sentences.mentions import Mention
+
+STOPS = frozenset(".;!")
+
+
+def split(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
+    """Yield the clauses of a sentence: at stops, at "then", and where both sides say something whole.
+
+    A clause without a verb has that of the one before: "top a tray with a cup, and a plate with a fork".
+    """
+    verb = ""
+    for clause in _cut(tokens, mentions):
+        first = next((word for word in clause if word not in OPENINGS | LINKS), "")
+        is_verb = stem(first) in COVERING | GIVING
+        named = mentions(clause)
+        inside = {at for each in named for at in range(each.begin, each.end)}
+        has_verb = any(stem(word) in BEARING | COMMON for at, word in enumerate(clause) if at not in inside)
+        yield [verb, *clause] if verb and not is_verb and not has_verb and 0 in inside else clause
+        verb = first if is_verb else verb
+
+
+def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
+    start = 0
+    if upwards(tokens) is not None:
+        yield [each for each in tokens if each not in STOPS]
+        return
+    for at, token in enumerate(tokens):
+        if token in STOPS or (token == "then" and at > start):
+            yield from _nonempty(tokens[start:at])
+            start = at + 1
+        elif token == "?" and not ATTENTION.isdisjoint(map(stem, tokens[start:at])):
+            yield from _nonempty(tokens[start:at])
+            start = at + 1
+        elif token in LINKS and tokens[at + 1 : at + 2] == ["which"]:
+            yield from _nonempty(tokens[start:at])
+            start = at + 1
+        elif token in LINKS and _is_whole(tokens[start:at], mentions):
+            ends = (n for n in range(at + 1, len(tokens)) if tokens[n] in STOPS or tokens[n] == "then")
+            rest = tokens[at + 1 : next(ends, len(tokens))]
+            links = (n for n, word in enumerate(rest) if word in LINKS and n)
+            nearest = [*(rest[:n] for n in links), rest]
+            if any(_is_whole(part, mentions) for part in nearest):
+                yield from _nonempty(tokens[start:at])
+                start = at + 1
+    yield from _nonempty(tokens[start:])
+
+
+def _nonempty(tokens: Sequence[str]) -> Iterator[list[str]]:
+    found = [each for each in tokens if each != "?"]
+    while found and found[0] in LINKS:
+        found = found[1:]
+    while found and found[-1] in LINKS:
+        found = found[:-1]
+    if found:
+        yield found
+
+
+def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> bool:
+    """Return whether two noun phrases are related by something: they are not just listed."""
+    found = mentions(tokens)
+    pairs = zip(found, found[1:], strict=False)
+    return any(not is_link(tokens[a.end : b.begin]) for a, b in pairs)
+
+
+def upwards(tokens: Sequence[str]) -> bool | None:
+    """Return whether things are told from the bottom up, or from the top down; None where neither is said."""
+    text = f" {' '.join(word for word in tokens if word not in DETERMINERS)} "
+    if re.search(r" from (bottom|ground) (up|to top)| going up | bottom to top | upwards ", text):
+        return True
+    return (
+        False
+        if re.search(r" from top (down|to bottom)| going down | top to bottom | downwards ", text)
+        else None
+    )
+
+
+def is_link(between: Sequence[str]) -> bool:
+    """Return whether noun phrases with these words between them are listed: "the cup, and the plate"."""
+    return bool(between) and LINKS.issuperset(between)
