@@ -138,8 +138,12 @@ class Evaluator:
     def is_learned(self) -> bool:
         return self._model is not None
 
-    def tell(self, told: Told) -> None:
-        """Let episodes run with lists that were told, in place of a drawn goal and its demonstration."""
+    def tell(self, told: Told | None) -> None:
+        """Let episodes run with lists that were told, in place of a drawn goal and its demonstration.
+
+        Args:
+            told: None for as they are drawn.
+        """
         self._told = told
 
     def instance(self, number: int) -> Instance:

@@ -53,7 +53,8 @@ def consequences(state: State, program: Program, arguments: tuple[Argument, ...]
             return
         seen.add((row.name, given))
         scope = row.bind(given)
-        found.update(_facts(state, state.literals(row.achieves, scope)))
+        if depth == 0:
+            found.update(_facts(state, state.literals(row.achieves, scope)))
         for statement in row.body:
             for call, inner in _calls(state, statement, scope):
                 try:
@@ -63,7 +64,8 @@ def consequences(state: State, program: Program, arguments: tuple[Argument, ...]
                 callee = state.registry[call.callee]
                 if not any(isinstance(each, tuple) for each in values):
                     found.add(Said(call.callee, without_lists(values), False))
-                found.update(_facts(state, state.literals(callee.achieves, callee.bind(values))))
+                if depth == 0:  # what calls below achieve is on the way, and nobody's aim
+                    found.update(_facts(state, state.literals(callee.achieves, callee.bind(values))))
                 if isinstance(callee, Program):
                     follow(callee, values, depth + 1)
 

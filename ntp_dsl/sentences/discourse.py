@@ -12,6 +12,7 @@ from ntp_dsl.sentences.english import (
     FILLERS,
     LINKS,
     ONES,
+    PREPOSITIONS,
     PRONOUNS,
     SITES,
     stem,
@@ -25,12 +26,12 @@ class Discourse:
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
         self.theme: Mention | None = None  # what the clause before was about
-        self._last: Mention | None = None  # and what it named last
+        self._before: list[Mention] = []  # and what it named
         self._named: set[str] = set()
 
     def heard(self, mentions: Sequence[Mention], theme: Mention) -> None:
         """Remember a clause's noun phrases, and what it was about."""
-        self.theme, self._last = theme, mentions[-1]
+        self.theme, self._before = theme, [*mentions]
         certain = (sense for each in mentions if len(each.senses) == 1 for sense in each.senses)
         self._named |= {str(value) for sense in certain for value in sense.values}
 
@@ -47,11 +48,15 @@ class Discourse:
         inside = {at for each in mentions for at in range(each.begin, each.end)}
         outside = [word for at, word in enumerate(tokens) if at not in inside]
         verbs = {stem(word) for word in outside if word not in FILLERS | SITES}
-        names_a_site = not SITES.isdisjoint(outside)
-        if len(mentions) != 1 or not verbs <= ATTENTION or not (verbs or names_a_site):
+        if len(mentions) != 1 or not verbs <= ATTENTION or not self._is_bare(outside, verbs):
             return False
         self.heard(mentions, mentions[0])
         return True
+
+    def _is_bare(self, outside: Sequence[str], verbs: set[str]) -> bool:
+        """Return whether a clause tells nothing of its noun phrase: no relation, or that it is a place."""
+        related = any((word,) in PREPOSITIONS for word in outside)
+        return bool(verbs) or not related or not SITES.isdisjoint(outside)
 
     def mentions(self, tokens: Sequence[str]) -> list[Mention]:
         """Return the noun phrases of a clause, "it" and "the other one" among them."""
@@ -63,8 +68,8 @@ class Discourse:
             mention = None
             if word == "other":
                 mention = self._other(tokens, at, found)
-            elif word == "which" and at == 0 and self._last is not None:
-                mention = Mention(0, 1, self._last.senses, self._last.head, self._last.is_many)
+            elif word == "which" and at == 0 and self._before:
+                mention = _again(self._before[-1], at)
             elif self._is_pronoun(tokens, at):
                 mention = self._it(tokens, at, found)
             if mention is not None:
@@ -86,7 +91,9 @@ class Discourse:
         is_alone = len(found) == 1 and at > 0 and not any(stem(word) in BEARING for word in tokens)
         if not (is_first or is_alone):
             return None
-        return Mention(at, at + 1, self.theme.senses, self.theme.head, self.theme.is_many)
+        here = [each.senses for each in found]
+        spoken_of = (each for each in (self.theme, *self._before) if each.senses not in here)
+        return _again(next(spoken_of, self.theme), at)
 
     def _other(self, tokens: Sequence[str], at: int, found: list[Mention]) -> Mention | None:
         """Return what "the other one" stands for: what is of the same kind, and was not named yet."""
@@ -107,3 +114,8 @@ class Discourse:
         if after:
             found.remove(after[0])
         return Mention(begin, end, tuple(Sense((v,), -log(len(values))) for v in values), head)
+
+
+def _again(mention: Mention, at: int) -> Mention:
+    """Return a noun phrase where a pronoun stands for it."""
+    return Mention(at, at + 1, mention.senses, mention.head, mention.is_many)

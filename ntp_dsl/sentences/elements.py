@@ -38,7 +38,12 @@ class Elements:
         self._state = State(registry, seen)
         self._consequences: dict[Placed, frozenset[Said]] = {}
         self._offered: dict[Said, list[Placed]] = {}
-        self.mentioned: list[str] = []  # objects and members that may fill what is left open
+        self._mentioned: list[str] = []
+
+    def may_be_about(self, names: Iterable[str]) -> None:
+        """Let objects and members fill what a sentence leaves open."""
+        self._mentioned = list(dict.fromkeys(names))
+        self._offered.clear()
 
     @property
     def lists(self) -> list[Parameter]:
@@ -110,7 +115,7 @@ class Elements:
         own = [each for each in named if self._is_a(each, wanted.type)]
         if own and not wide:
             return list(dict.fromkeys(own))
-        mentioned = [each for each in self.mentioned if self._is_a(each, wanted.type)]
+        mentioned = [each for each in self._mentioned if self._is_a(each, wanted.type)]
         known = list(dict.fromkeys([*own, *mentioned]))
         return known if len(known) > len(own) else list(self._state.values(wanted.type))
 

@@ -136,12 +136,9 @@ class Listener:
         self._heard = Discourse(self.vocabulary)
         paths = [_Path(0.0)]
         passed_over: list[tuple[int, str]] = []
-        self.elements.mentioned = []
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
-        for parts in clauses:
-            for tokens in parts:
-                self.elements.mentioned += self._named_by(tokens)
-        self.elements.mentioned = [*dict.fromkeys(self.elements.mentioned)]
+        heard = (tokens for parts in clauses for tokens in parts)
+        self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
             self._refuse_negations(text, number)
             said = False
@@ -173,7 +170,7 @@ class Listener:
         """
         tokens = words(sentence)
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
-        self.elements.mentioned = [*dict.fromkeys(self._named_by(tokens))]
+        self.elements.may_be_about(self._named_by(tokens))
         self._heard = Discourse(self.vocabulary)
         paths, themes = [_Path(0.0)], set[str]()
         for clause in clauses:
