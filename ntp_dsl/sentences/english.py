@@ -113,6 +113,41 @@ FILLERS = frozenset(
     "after before your my our some one right proper correct better best that this these those the a an it "
     "its them their if order way own".split()
 )
+# Verbs that say much the same. (Static word vectors were tried: of such pairs they find less than half.)
+ALIKE = [
+    _stems(row)
+    for row in """wash rinse clean scrub wipe cleanse
+screw fasten bolt fix secure tighten attach mount
+join connect link couple unite combine
+light illuminate ignite kindle
+open unlock unfasten uncover
+close shut seal lock
+fill load stock replenish refill restock supply
+empty clear unload vacate drain discharge evacuate
+serve deliver hand supply bring dispense
+sort classify group order separate
+turn rotate twist spin swivel
+swap exchange switch trade interchange
+press push squeeze
+pull drag draw
+cut slice chop trim
+pour tip decant
+mix stir blend shake
+heat warm cook boil
+cool chill freeze
+weigh measure
+stamp mark label frank print
+paint colour coat dye varnish
+dry towel
+polish shine buff sand
+remove withdraw extract
+collect gather fetch retrieve
+check inspect examine test verify try
+pack wrap box bundle
+build assemble construct erect make
+water irrigate sprinkle
+feed nourish""".splitlines()
+]
 LINKS = frozenset({",", "and"})
 # Verbs of attention: what they name is not what is to be done, but what comes next is about it.
 ATTENTION = _stems(
@@ -155,6 +190,11 @@ def words(text: str) -> list[str]:
         for each in TOKEN.findall(PARENTHESES.sub(" ", LISTED.sub("and", POLITE.sub(" ", text))))
         if each != "very"
     ]
+
+
+def with_synonyms(verbs: frozenset[str]) -> frozenset[str]:
+    """Return stems of verbs, and of those that say much the same."""
+    return verbs.union(*(group for group in ALIKE if not group.isdisjoint(verbs)))
 
 
 def singular(word: str) -> str:

@@ -12,12 +12,13 @@ from ntp_dsl.language.registry import Api, Parameter, Program, Registry
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
-from ntp_dsl.sentences.english import COMMON, GOALS, Role, words
+from ntp_dsl.sentences.english import COMMON, GOALS, Role, with_synonyms, words
 from ntp_dsl.sentences.forms import Form, Wording, form_of
 from ntp_dsl.sentences.mentions import Sense
 
 UNDERSTOOD = -2.5  # the least score with which a clause counts as understood
 VERB = 2.0  # for a verb that a declaration uses; an ordinary one is shared among all that use it
+SYNONYM = 1.0  # for one that says much the same
 LEFT_OUT = -3.0  # for a noun phrase that a declaration has no place for
 TURNED = -2.0  # for two numbers that are not in the declared order
 TWICE = -3.0  # for one object in two places
@@ -84,6 +85,8 @@ class Matcher:
         """Yield the ways in which a clause says what a declaration does, each with its score."""
         shared = clause.verbs & form.verbs
         spoken = max((VERB / (self._sharers[each] if each in COMMON else 1) for each in shared), default=0.0)
+        if not shared and not with_synonyms(clause.verbs).isdisjoint(form.verbs):
+            spoken = SYNONYM
         for wording in form.wordings:
             yield from self._worded(clause, form, wording, spoken)
 

@@ -42,6 +42,7 @@ from ntp_dsl.sentences.english import (
     SMALL,
     Role,
     stem,
+    with_synonyms,
     words,
 )
 from ntp_dsl.sentences.matching import Matcher
@@ -213,7 +214,7 @@ class Listener:
     def _unknown(self, tokens: Sequence[str]) -> list[tuple[int, str]]:
         """Return the words that mean nothing here, with their places."""
         inside = {at for each in self._heard.mentions(tokens) for at in range(each.begin, each.end)}
-        verbs = {verb for form in self._matcher.forms for verb in form.verbs}
+        verbs = with_synonyms(frozenset(verb for form in self._matcher.forms for verb in form.verbs))
         return [
             (at, word)
             for at, word in enumerate(tokens)

@@ -36,9 +36,47 @@ task tidy:
 '''
 
 
+WASHING = """
+library washing
+use tabletop
+enum Colour: red, green
+type Cup is Movable
+predicate colour(cup: Cup) -> Colour
+predicate washed(cup: Cup) by state
+predicate dried(cup: Cup) by state
+api wash(cup: Cup)
+    requires holding(cup)
+    achieves washed(cup)
+api dry(cup: Cup)
+    requires holding(cup)
+    achieves dried(cup)
+program clean(cup: Cup):
+    requires present(cup) and reachable(cup)
+    achieves washed(cup)
+    pick(cup)
+    wash(cup)
+program warm(cup: Cup):
+    requires present(cup) and reachable(cup)
+    achieves dried(cup)
+    pick(cup)
+    dry(cup)
+program tidy(dirty: list[Cup], wet: list[Cup]):
+    achieves (all washed(c) for c in dirty) and (all dried(c) for c in wet)
+    for c in dirty: clean(c)
+    for c in wet: warm(c)
+task washing:
+    scene:
+        reds:   1 Cup on table with colour(red), cylinder(5 cm, 6 cm)
+        greens: 2 Cup on table with colour(green), cylinder(4 cm, 4 cm)
+    run:     tidy(reds, greens)
+    success: (all washed(c) for c in reds) and (all dried(c) for c in greens)
+"""
+TEXTS = {"coloured": COLOURED, "washing": WASHING}
+
+
 @cache
 def example(name: str) -> Registry:
-    return load_text(COLOURED) if name == "coloured" else load(name)
+    return load_text(TEXTS[name]) if name in TEXTS else load(name)
 
 
 def scene(name: str, seed: int = 0, task: str = "") -> tuple[Listener, Instance]:

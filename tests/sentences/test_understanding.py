@@ -114,6 +114,21 @@ def test_an_object_that_may_be_one_of_two_is_in_doubt_and_one_that_may_not_is_no
     assert certain.probability > 0.95
 
 
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("wash the red cup", "dirty"),
+        ("rinse cup 0", "dirty"),
+        ("dry the red cup", "wet"),
+        ("towel cup 0", "wet"),
+    ],
+)
+def test_a_verb_or_one_much_like_it_tells_which_list_is_meant(text: str, meant: str) -> None:
+    who, _ = scene("washing")
+    [choice] = who.understand([text]).choices
+    assert (choice.parameter, choice.element) == (meant, "cup_0") and choice.probability > SURE_ENOUGH
+
+
 def test_no_name_of_a_library_steers_how_it_is_understood() -> None:
     renamed = COLOURED
     for old, new in (("tidy", "zrtk"), ("Move", "Qx"), ("moves", "qs"), ("colour", "hue"), ("Colour", "Hue")):
