@@ -69,6 +69,8 @@ def consequences(state: State, program: Program, arguments: tuple[Argument, ...]
                 if isinstance(callee, Program):
                     follow(callee, values, depth + 1)
 
+    if not program.takes_list:
+        found.add(Said(program.name, without_lists(arguments), False))
     follow(program, arguments, 0)
     return found
 

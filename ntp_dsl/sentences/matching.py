@@ -12,7 +12,7 @@ from ntp_dsl.language.registry import Api, Parameter, Program, Registry
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
-from ntp_dsl.sentences.english import COMMON, GOALS, Role, with_synonyms, words
+from ntp_dsl.sentences.english import ATTENTION, COMMON, GOALS, Role, with_synonyms, words
 from ntp_dsl.sentences.forms import Form, Wording, form_of
 from ntp_dsl.sentences.mentions import Sense
 
@@ -43,7 +43,9 @@ class Matcher:
     @cached_property
     def forms(self) -> list[Form]:
         """What can be said of the program: what it calls at any level, and what these achieve."""
-        below = self.registry.called_by(self.program.name) - {self.program.name}
+        below = self.registry.called_by(self.program.name)
+        if self.program.takes_list:
+            below -= {self.program.name}
         facts: set[str] = set()
         for name in [self.program.name, *below]:
             waiting = {*predicates(self.registry[name].achieves)}
@@ -87,6 +89,8 @@ class Matcher:
         spoken = max((VERB / (self._sharers[each] if each in COMMON else 1) for each in shared), default=0.0)
         if not shared and not with_synonyms(clause.verbs).isdisjoint(form.verbs):
             spoken = SYNONYM
+        if not spoken and len(clause.parts) == 1 and clause.verbs - COMMON - ATTENTION:
+            return  # of one thing alone, the verb tells what becomes of it
         for wording in form.wordings:
             yield from self._worded(clause, form, wording, spoken)
 

@@ -134,6 +134,9 @@ class Vocabulary:
         """Return "cups of tea", "every cup that has tea in it" as one noun phrase; None where it is none."""
         between = [*tokens[first.end : of.begin]]
         members = {value for sense in of.senses for value in sense.values if value in self._members.values()}
+        is_certain = len(first.senses) == 1 and first.senses[0].values[0] in self.types
+        if is_certain and not members and between == ["of"]:
+            return replace(first, end=of.end)  # "the drawer of the cabinet"
         if not members or not between or not CONTAINING.issuperset(between):
             return None
         bearers = {value for sense in of.senses for value in sense.values if value not in members}

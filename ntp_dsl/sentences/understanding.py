@@ -129,11 +129,11 @@ class Listener:
         self._heard = Discourse(self.vocabulary)
 
     def understand(self, sentences: Sequence[str]) -> Understood:
-        """Return what sentences say. Raises `NtpError` for one that says nothing of the program's lists."""
-        if not self.elements.lists:
-            raise NtpError(
-                f"'{self.program.name}' takes no list, so that sentences have nothing to tell it: omit --say"
-            )
+        """Return what sentences say.
+
+        Raises `NtpError` for one of which nothing that the program may do follows. A program without lists is
+        told nothing; yet what is said has to be what it does.
+        """
         self._heard = Discourse(self.vocabulary)
         paths = [_Path(0.0)]
         passed_over: list[tuple[int, str]] = []
