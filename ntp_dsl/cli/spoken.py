@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,30 +10,39 @@ from ntp_dsl.cli.asking import Interview
 from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import printable
 from ntp_dsl.evaluation.episodes import Evaluator, Told
-from ntp_dsl.evaluation.spoken import as_lists
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.sentences.amending import amended
 from ntp_dsl.sentences.understanding import Listener, Understood
-from ntp_dsl.tasks.goal_text import format_lists
+from ntp_dsl.tasks.goal_text import Lists, format_lists, parse_lists
+from ntp_dsl.tasks.instances import as_told
 
-LONGEST = 10_000  # characters of a file, and sentences
+LONGEST = 10_000  # characters of a file
+MOST = 200  # sentences
+UNDERSTOOD = "what was understood"
 
 
 def sentences_of(given: Sequence[str]) -> list[str]:
     """Return the sentences of `--say`: each is one, or a file with one a line.
 
-    Raises `NtpError` where there are none.
+    Raises `NtpError` where there are none, and for a file that cannot be read.
     """
     found: list[str] = []
     for each in given:
-        found += _lines(Path(each)) if len(each) < 256 and Path(each).is_file() else [each]
+        found += _lines(Path(each)) if _is_file(each) else [each]
     kept = [" ".join(each.split()) for each in found if each.strip() and not each.strip().startswith("#")]
     if not kept:
         raise NtpError(
             '--say: expected a sentence, such as "put block 1 on block 2", or a file with one a line'
         )
+    if len(kept) > MOST:
+        raise NtpError(f"--say: expected up to {MOST} sentences, found {len(kept)}")
     return kept
+
+
+def _is_file(given: str) -> bool:
+    """Return whether a word is meant as a file: it has no blanks, and a folder or an ending."""
+    return " " not in given.strip() and ("/" in given or re.search(r"\w\.\w+$", given) is not None)
 
 
 def _lines(path: Path) -> list[str]:
@@ -75,10 +85,22 @@ def changed(
     return _as_told(evaluator, read, sentences, probability)
 
 
+def check(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> Lists:
+    """Return the lists among a program's arguments. Raises `NtpError` for what it does not take."""
+    registry, instance = evaluator.registry, evaluator.instance(0)
+    program = registry.programs[instance.program]
+    text = format_lists(registry, program, arguments)
+    lists = parse_lists(text, UNDERSTOOD, registry, program, instance.objects)
+    as_told(registry, instance, lists, UNDERSTOOD)
+    return lists
+
+
 def _as_told(
     evaluator: Evaluator, arguments: tuple[Argument, ...], sentences: Sequence[str], probability: float
 ) -> Told:
-    registry, program = evaluator.registry, evaluator.instance(0).program
-    text = format_lists(registry, registry.programs[program], arguments).rstrip()
-    messages.print(f"understood: {printable(text)}")
-    return Told(as_lists(registry, program, arguments), "--say", tuple(sentences), probability)
+    """Print lists as they were understood, and return them."""
+    registry = evaluator.registry
+    text = format_lists(registry, registry.programs[evaluator.instance(0).program], arguments)
+    for line in text.splitlines():
+        messages.print(f"understood: {printable(line.strip())}")
+    return Told(check(evaluator, arguments), UNDERSTOOD, tuple(sentences), probability)

@@ -11,23 +11,32 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.sentences.consequences import values_of
 from ntp_dsl.sentences.elements import Element
-from ntp_dsl.sentences.english import words
+from ntp_dsl.sentences.english import NUMBERS, words
 from ntp_dsl.sentences.mentions import Mention
 from ntp_dsl.sentences.understanding import SURE_ENOUGH, Listener
 
 SWAPPED = re.compile(r"\b(swap\w*|switch\w*|exchang\w*|trad(e|es|ing)|interchang\w*)\b")
 REPLACED = re.compile(
     r"\b(replac\w*|substitut\w*|where i (used|had|put)(?! (it|them)\b)"
-    r"|(instead of|in place of|rather than)(?! (where|what|how)))\b"
+    r"|(instead of|in place of|rather than)(?! (where|what|how|on|in|at|to|onto|into)\b))\b"
 )
 LEFT_OUT = re.compile(
     r"\b(skip|omit|without|ignore|forget|never|do not|don't|leave\b.*\b(out|alone|be|where)|except(?! that)|"
     r"(everything|all|the rest) but|stop before|start with the (second|next)|not)\b"
 )
+NEGATED = re.compile(r"\b(not|never|don't|doesn't|mustn't|shouldn't|won't|can't|avoid|hate)\b")
 ORDINALS = {"first": 0, "second": 1, "third": 2, "fourth": 3, "fifth": 4, "last": -1, "final": -1}
-THINGS = r"(one|step|move|thing|element|action|placement|part|piece|item|object)\b"
-ORDINAL = re.compile(rf"\b({'|'.join(ORDINALS)}) ?(two|three)?\b(?: {THINGS})?")
-
+ORDINAL = re.compile(
+    rf"\b(?P<but>second[ -](?:to[ -])?)?(?P<place>{'|'.join(ORDINALS)})(?P<but_one> but one)?"
+    rf"(?! to last| last)(?: (?P<count>\d+|{'|'.join(NUMBERS)})\b)?"
+)
+# Where a sentence says one change after another.
+SEVERAL = re.compile(
+    r",? (?:and )?then |;"
+    r"|,? and (?=(?:put|leave|skip|swap|use|replace|take|move|add|place|stack|omit|don't)\b)"
+)
+ASIDE = re.compile(r"\b(rather than|instead of) (on|in|at|onto|into|to|where)\b.*$|\b(instead|this time)\b")
+PREAMBLE = re.compile(r"[,:;]|\bin addition\b|\bbut\b|\bexcept that\b|\bonly\b|\bbesides\b")
 
 Changed = Callable[[tuple[Element, ...]], tuple[Element, ...]]
 
@@ -37,67 +46,117 @@ def amended(listener: Listener, arguments: Sequence[Argument], sentence: str) ->
 
     Raises `NtpError` for a sentence that says no change, or that may mean several.
     """
-    text = " ".join(sentence.lower().replace("\u2019", "'").split())
-    named = [each for each in listener.vocabulary.mentions(words(sentence)) if not each.is_many]
-    named = [each for each in named if not any(sense.is_number for sense in each.senses)]
-    for change in (_swapped, _replaced, _left_out):
-        found = change(listener, text, sentence, named)
-        if found is not None:
-            after = tuple(found(each) if isinstance(each, tuple) else each for each in arguments)
-            if after == tuple(arguments):
+    after = tuple(arguments)
+    for part in _parts(" ".join(sentence.replace("\u2019", "'").split())):
+        after = _changed(listener, after, part)
+    return after
+
+
+def _parts(sentence: str) -> list[str]:
+    """Return the changes that a sentence says, one after the other."""
+    if len(re.findall(r"\binstead of\b", sentence)) > 1:
+        return re.split(r",? and ", sentence)
+    return [part for part in SEVERAL.split(sentence) if part.strip()] or [sentence]
+
+
+def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str) -> tuple[Argument, ...]:
+    text = sentence.lower()
+    negations = len(NEGATED.findall(text)) + bool(re.search(r"\b(leave out|skip|omit|only do)\b", text))
+    if negations > 1 or "only do" in text or (NEGATED.search(text) and SWAPPED.search(text)):
+        raise _unclear(sentence)
+    found = listener.vocabulary.mentions(words(sentence))
+    named = [each for each in found if not any(sense.is_number for sense in each.senses)]
+    single = [each for each in named if not each.is_many]
+    if NEGATED.search(text):
+        changes = [(_left_out, named)]
+    else:
+        changes = [(_swapped, single), (_replaced, single), (_left_out, named)]
+    for change, mentions in changes:
+        effect = change(text, sentence, mentions)
+        if effect is not None:
+            after = tuple(effect(each) if isinstance(each, tuple) else each for each in arguments)
+            if after == arguments:
                 raise NtpError(f"'{shortened(sentence)}': nothing of what was shown is about that")
             return after
     return _placed(listener, arguments, sentence)
 
 
-def _swapped(listener: Listener, text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
+def _unclear(sentence: str) -> NtpError:
+    return NtpError(f"'{shortened(sentence)}' is not understood: say what is to be done, in so many words")
+
+
+def _swapped(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
     if not SWAPPED.search(text) or len(named) != 2:
         return None
     one, other = (_the_one(each, sentence) for each in named)
     return lambda elements: tuple(_with_names(each, {one: other, other: one}) for each in elements)
 
 
-def _replaced(listener: Listener, text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
+def _replaced(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
     found = REPLACED.search(text)
     if found is None or len(named) != 2:
         return None
     first, second = (_the_one(each, sentence) for each in named)
     at = _position(words(sentence), words(found[0]))
     after = next((each for each in named if each.begin > at), named[-1])
-    if found[0].startswith("substitut"):
-        after = named[-1]  # "substitute the new one for the old one"
+    if found[0].startswith("substitut"):  # "substitute the new one for the old one"
+        after = named[0] if re.search(r"\b(with|by)\b", text) else named[-1]
     old, new = (first, second) if after is named[0] else (second, first)
     return lambda elements: tuple(_with_names(each, {old: new}) for each in elements)
 
 
-def _left_out(listener: Listener, text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
+def _left_out(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
     if not LEFT_OUT.search(text):
         return None
-    if ordinal := ORDINAL.search(text):
-        at = ORDINALS[ordinal[1]] - (1 if text[: ordinal.start()].rstrip().endswith("start with the") else 0)
-        count = {"two": 2, "three": 3}.get(ordinal[2] or "", 1)
-        return lambda elements: _without(elements, at, count)
-    names = {str(value) for each in named for sense in each.senses for value in sense.values}
-    return (lambda elements: _without_names(elements, names)) if names else None
+    if ordinals := [*ORDINAL.finditer(text)]:
+        return lambda elements: _without(elements, text, ordinals, sentence)
+    if not named:
+        return None
+    if any(len(each.senses) > 1 and not each.is_many for each in named):
+        raise NtpError(
+            f"'{shortened(sentence)}': it is not clear which '{named[0].head}' is meant; say its name"
+        )
+    groups = [{str(value) for sense in each.senses for value in sense.values} for each in named]
+    if re.search(r"\b(and|or)\b", text):
+        groups = [set().union(*groups)]
+    return lambda elements: _without_names(elements, groups)
 
 
-def _without_names(elements: tuple[Element, ...], names: set[str]) -> tuple[Element, ...]:
-    """Return the elements that are not about some things: that do not begin with them, or else name them."""
-    first = tuple(each for each in elements if str(values_of(each)[0]) not in names)
-    if first != elements:
-        return first
-    return tuple(each for each in elements if names.isdisjoint(map(str, values_of(each))))
+def _without_names(elements: tuple[Element, ...], groups: Sequence[set[str]]) -> tuple[Element, ...]:
+    """Return the elements that are not about things: of one, those that begin with it, or else name it."""
+
+    def is_meant(each: Element) -> bool:
+        names = [str(value) for value in values_of(each)]
+        return all(not group.isdisjoint(names) for group in groups)
+
+    begins = tuple(n for n in elements if str(values_of(n)[0]) in groups[0] and is_meant(n))
+    return tuple(each for each in elements if each not in begins and (begins or not is_meant(each)))
 
 
-def _without(elements: tuple[Element, ...], at: int, count: int) -> tuple[Element, ...]:
-    if at < 0:
-        return elements[:-count]
-    return elements[:at] + elements[at + count :]
+def _without(
+    elements: tuple[Element, ...], text: str, ordinals: Sequence[re.Match[str]], sentence: str
+) -> tuple[Element, ...]:
+    """Return the elements but for the first, the last two, the last but one."""
+    left_out: set[int] = set()
+    for found in ordinals:
+        number = found["count"] or "1"
+        count, at = int(NUMBERS.get(number, number)), ORDINALS[found["place"]]
+        if found["but"] or found["but_one"]:
+            at = -2 if at < 0 else at
+        if text[: found.start()].rstrip().endswith("start with the"):
+            at -= 1
+        start = at if at >= 0 else len(elements) + at - (count - 1)
+        if start < 0 or start + count > len(elements):
+            raise NtpError(f"'{shortened(sentence)}': {len(elements)} were shown")
+        left_out |= {*range(start, start + count)}
+    return tuple(each for n, each in enumerate(elements) if n not in left_out)
 
 
 def _placed(listener: Listener, arguments: Sequence[Argument], sentence: str) -> tuple[Argument, ...]:
     """Put new elements in the place of those that were about the same thing, or after all."""
-    understood, themes = listener.clauses_of(sentence)
+    said = [part for part in PREAMBLE.split(ASIDE.sub(" ", sentence)) if "same" not in part.lower()]
+    told = [part.strip() for part in said if listener.vocabulary.mentions(words(part))]
+    understood, themes = listener.clauses_of(", ".join(told) or sentence)
     for choice in understood.choices:
         if choice.probability < SURE_ENOUGH:
             others = ", ".join(str(element) for element, _ in choice.others[:3])
@@ -117,18 +176,17 @@ def _placed(listener: Listener, arguments: Sequence[Argument], sentence: str) ->
 
 
 def _is_about(one: Element, other: Element, themes: frozenset[str]) -> bool:
-    """Return whether two elements say something of the same thing, in the same field."""
-    pairs = zip(values_of(one), values_of(other), strict=True)
-    return any(a == b and b in themes for a, b in pairs)
+    """Return whether two elements say something of the same thing, in the field where that is told."""
+    values = values_of(other)
+    at = next((n for n, value in enumerate(values) if value in themes), None)
+    return at is not None and values_of(one)[at] == values[at]
 
 
 def _with_names(element: Element, names: dict[str, str]) -> Element:
     if not isinstance(element, Record):
         return names.get(element, element)
-    pairs = (
-        (name, names.get(value, value) if isinstance(value, str) else value) for name, value in element.fields
-    )
-    return replace(element, fields=tuple(pairs))
+    fields = ((name, names.get(v, v) if isinstance(v, str) else v) for name, v in element.fields)
+    return replace(element, fields=tuple(fields))
 
 
 def _the_one(mention: Mention, sentence: str) -> str:

@@ -17,6 +17,8 @@ from ntp_dsl.sentences.english import (
     FILLERS,
     FIRM,
     GIVING,
+    GOALS,
+    LEAVING,
     ONES,
     OPENINGS,
     PASSIVE,
@@ -26,7 +28,7 @@ from ntp_dsl.sentences.english import (
     Role,
     stem,
 )
-from ntp_dsl.sentences.mentions import Mention
+from ntp_dsl.sentences.mentions import Mention, Sense
 from ntp_dsl.sentences.splitting import is_link, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
@@ -49,19 +51,36 @@ class Clause:
     parts: tuple[Part, ...]
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
     weight: float = 0.0  # logarithm of how probable it is, beside the other ways
+    tokens: tuple[str, ...] = ()
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
+
+    def before(self, mention: Mention) -> tuple[str, ...]:
+        """Return the word before a noun phrase."""
+        return self.tokens[max(0, mention.begin - 1) : mention.begin]
 
 
 def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]:
     """Return the ways to take a clause apart, given its noun phrases."""
-    return [_merged(each) for each in _Parser(tokens, mentions).readings()]
+    found = [*_Parser(tokens, mentions).readings()]
+    found += [shorter for each in found if (shorter := _without_source(each)) is not None]
+    return [_merged(replace(each, tokens=tuple(tokens))) for each in found]
+
+
+def _without_source(clause: Clause) -> Clause | None:
+    """Return "from the table to the tray" without where it comes from; None for what says no such thing."""
+    roles = [role for role, _ in clause.parts]
+    if Role.FROM not in roles or not GOALS.intersection(roles):
+        return None
+    parts = tuple(part for part in clause.parts if part[0] is not Role.FROM)
+    return replace(clause, parts=parts, is_firm=False)
 
 
 class _Parser:
     def __init__(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> None:
         self.tokens = tokens
         own = [each for each in mentions if not self._is_site_noun(each)]
-        named = [each for each in own if not _is_vague(each, own)]
+        equated = not {"is", "be", "are"}.isdisjoint(tokens)
+        named = [each for each in own if not (equated and _is_vague(each, own))]
         self.mentions = named if len(named) > 1 else own  # "the object on the tray has to be the cup"
         self.covered = {at for each in self.mentions for at in range(each.begin, each.end)}
         self.markers = {id(each): self._marker(each.begin) for each in self.mentions}
@@ -85,6 +104,8 @@ class _Parser:
         """Return whether it is a word for a place that another noun phrase owns: "the seat of"."""
         if mention.end - mention.begin > 2 or mention.head not in SITES or len(mention.senses) == 1:
             return False
+        if {"is", "be", "are", "has", "have"}.isdisjoint(self.tokens):
+            return False
         after = self.tokens[mention.end : mention.end + 1]
         before = self.tokens[max(0, mention.begin - 1) : mention.begin]
         return (
@@ -94,7 +115,8 @@ class _Parser:
     def _marker(self, begin: int) -> tuple[Role, str] | None:
         """Return the role that the preposition before a noun phrase gives it, and the preposition."""
         for length in range(LONGEST_PREPOSITION, 0, -1):
-            words = tuple(self.tokens[max(0, begin - length) : begin])
+            at = range(max(0, begin - length), begin)
+            words = tuple(self.tokens[n] for n in at if n not in self.covered)
             if len(words) == length and words in PREPOSITIONS:
                 return PREPOSITIONS[words], " ".join(words)
         return None
@@ -178,11 +200,16 @@ class _Parser:
             named = named or (nearest[-1:] == ["for"] and (nearest[0] in KEPT or "use" in words))
             owned = after[:1] == ["'s"] and not SITES.isdisjoint(after)
             served = "use" in before and self._nearest_word(before[:-1]) == "to" and before[-1].isalpha()
-            if named or owned or served or (before and self._nearest_word(before) == "where"):
+            if named or owned or served or self._is_where(before):
                 theme = each
         if theme is None or len(self.mentions) < 2:
             return None
         return [(Role.THEME if each is theme else Role.TO, each) for each in self.mentions]
+
+    def _is_where(self, before: Sequence[str]) -> bool:
+        """Return whether a noun phrase's own place is told: "the tray is where", "where the cup goes is"."""
+        near = [word for word in before if word not in DETERMINERS][-2:]
+        return near[-1:] == ["where"] and (len(near) == 1 or near[0] in PASSIVE | SITES)
 
     def _nearest_word(self, before: Sequence[str]) -> str:
         return next((word for word in reversed(before) if word not in DETERMINERS), "")
@@ -305,6 +332,8 @@ class _Parser:
         """Take apart whatever else: the first noun phrase without a preposition is what it is about."""
         parts: list[Part] = []
         theme: Mention | None = None
+        if not self.content and len(self.mentions) == 2 and len(self.unmarked) == 2:  # "seat 2: guest 1"
+            return [(Role.OBJECT, each) for each in self.mentions]
         for each in self.mentions:
             role = self._role(each)
             if role is None and all(sense.is_number for sense in each.senses):
@@ -313,6 +342,9 @@ class _Parser:
                 role = Role.THEME
             elif role is None:
                 assert theme is not None
+                if not LEAVING.isdisjoint(self.content):
+                    parts.append((Role.FROM, each))
+                    continue
                 between = self.tokens[theme.end : each.begin]
                 listed = is_link(between) or self._lists(theme, each)
                 role = Role.THEME if listed else Role.OBJECT
@@ -344,10 +376,11 @@ def _is_vague(mention: Mention, others: Sequence[Mention]) -> bool:
 def _merged(clause: Clause) -> Clause:
     """Return a clause whose listed themes are one noun phrase, of which all are meant."""
     themes = [each for role, each in clause.parts if role is Role.THEME]
-    if len(themes) < 2 or any(len(each.senses) != 1 for each in themes) or respective(clause):
+    if len(themes) < 2 or any(each.senses[0].weight for each in themes) or respective(clause):
         return clause
-    values = tuple(value for each in themes for value in each.senses[0].values)
-    whole = replace(themes[0], senses=(replace(themes[0].senses[0], values=values),), is_many=True)
+    count = min(len(each.senses) for each in themes)
+    listed = (tuple(value for each in themes for value in each.senses[k].values) for k in range(count))
+    whole = replace(themes[0], senses=tuple(Sense(values) for values in listed), is_many=True)
     rest = [(role, each) for role, each in clause.parts if role is not Role.THEME]
     return replace(clause, parts=((Role.THEME, whole), *rest))
 

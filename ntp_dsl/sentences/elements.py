@@ -65,6 +65,7 @@ class Elements:
                 if elements:
                     found += elements
                     break
+        found = list(dict.fromkeys(found))
         self._offered[said] = found
         return found
 

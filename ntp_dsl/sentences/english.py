@@ -87,17 +87,27 @@ SITES = frozenset(
 )
 # Ordinary verbs of handling and being: none of them tells which relation is meant.
 COMMON = _stems(
-    "put place set lay move bring carry take pick grab get go stand sit rest lie belong drop stack pile send "
-    "leave come end find position arrange transfer shift lift fetch deposit keep build use make want need "
-    "balance stow join land stay remain insert tuck slide stick heap mount perch deliver plant seat choose "
-    "reserve happen work task job see sure ensure check certain"
+    """plop pop chuck toss throw stick shove dump sling hoist haul drag slot nestle wedge prop park
+    situate install locate relocate reposition settle station stash tidy slip slap hang lower
+    raise hand pass return position lodge plonk bung place tuck steer guide convey transport
+    ferry relay switch put set lay move bring carry take pick grab get go stand sit rest lie
+    belong drop stack pile send leave come end find arrange transfer shift lift fetch deposit
+    keep build use make want need balance stow join land stay remain insert slide heap mount
+    perch deliver plant seat choose reserve happen work task job see sure ensure check certain
+    store live love like gather collect reside accompany remember aim plan prefer ask expect stay
+    wait follow continue proceed let help try serve act fit occupy appear show stick spend"""
 )
 PRONOUNS = frozenset("it them this that these those".split())
 ONES = frozenset("one ones".split())
-NEGATIONS = frozenset(
+# Words that turn, hedge or widen what is said, or ask: none of it is guessed at.
+REFUSED = frozenset(
     "none not never no without except dont unless neither nor nothing cannot outside or either maybe perhaps "
-    "possibly whose".split()
+    "possibly whose hardly rarely barely scarcely seldom was used if whether than most several few many "
+    "half remaining remainder else zero avoid refrain stop undo fail fails destroy lack lacks refuse refuses "
+    "hate hates prevent forbid dislike reject cancel unstack".split()
 )
+ASKING = frozenset("is are was were does did do has have".split())  # of these the first word makes a question
+LEAVING = _stems("leave vacate quit abandon")  # "the guest leaves the seat"
 DETERMINERS = frozenset("the a an this that these those its some any".split())
 EVERY = frozenset("all every each both everything".split())
 OPENINGS = frozenset(
@@ -111,7 +121,9 @@ FILLERS = frozenset(
     "i we you he she they us me want need like supposed meant going ready top side on in at of to for with "
     "by kindly from off and or but then than now next first second third last finally lastly afterwards "
     "after before your my our some one right proper correct better best that this these those the a an it "
-    "its them their if order way own".split()
+    "mind found ought touching thanks thank regarding quick quickly okay ok nice mate later kind how about "
+    "happy finished through good new always itself soon hey hello hi robot dear meanwhile please anyway sure "
+    "its them their order way own".split()
 )
 # Verbs that say much the same. (Static word vectors were tried: of such pairs they find less than half.)
 ALIKE = [
@@ -175,7 +187,16 @@ NUMBERS = {
 
 TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|\d+(?:\.\d+)?|[,;.!?{}()]|-(?=\d)")
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
-POLITE = re.compile(r"\bwhy (?:don't|not)\b|\bnot only\b|\bdon't forget to\b|\bwouldn't mind\b")
+EXCEPTING = re.compile(r"\b(?:everything|anything|all|any|nothing|everyone)(?: \w+){0,2} but\b|\bthe rest\b")
+NUMBERED = re.compile(r"\b(?:no\.|number|#)\s*(?=\d)|(?<=[a-z])-(?=\d)")
+RIGHT_NOW = re.compile(
+    r"\bright (?=(?:next to|on|onto|under|underneath|in|into|behind|above|beside|there|at|away)\b)"
+)
+POLITE = re.compile(
+    r"\bwhy (?:don't|not)\b|\bnot only\b|^\W*(?:can|could|would|will) you\b|\bdon't forget to\b"
+    r"|\bwouldn't mind\b|\bif you (?:would|could|can|please|like|will|have (?:a|the) \w+)\b"
+    r"|\bi wish\b|\bit would be \w+ if\b"
+)
 PARENTHESES = re.compile(r"\b(?:after (?:that|this)|in turn|of course|by the way|for now|for me|as well)\b")
 LISTED = re.compile(r"\b(?:as well as|plus|but also|but|while|whereas)\b|&")
 CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
@@ -185,6 +206,7 @@ def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
+    text = NUMBERED.sub(" ", RIGHT_NOW.sub("", EXCEPTING.sub("except", text)))
     return [
         each
         for each in TOKEN.findall(PARENTHESES.sub(" ", LISTED.sub("and", POLITE.sub(" ", text))))

@@ -53,8 +53,8 @@ def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) 
                 verbs |= found.verbs
                 roles: list[Role | None] = [None] * len(parameters)
                 for role, mention in found.parts:
-                    [number] = mention.senses[0].values
-                    roles[int(number)] = role
+                    for number in mention.senses[0].values:
+                        roles[int(number)] = role
                 if any(roles):
                     wordings[tuple(roles)] = None
     spoken = {each.name: "" for each in parameters}

@@ -8,11 +8,11 @@ from functools import cached_property
 from itertools import permutations, product
 from operator import itemgetter
 
-from ntp_dsl.language.registry import Api, Parameter, Program, Registry
+from ntp_dsl.language.registry import Api, Parameter, Program, Registry, bounds
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
-from ntp_dsl.sentences.english import ATTENTION, COMMON, GOALS, Role, with_synonyms, words
+from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, with_synonyms, words
 from ntp_dsl.sentences.forms import Form, Wording, form_of
 from ntp_dsl.sentences.mentions import Sense
 
@@ -22,7 +22,9 @@ SYNONYM = 1.0  # for one that says much the same
 LEFT_OUT = -3.0  # for a noun phrase that a declaration has no place for
 TURNED = -2.0  # for two numbers that are not in the declared order
 TWICE = -3.0  # for one object in two places
+AT_ODDS = -3.0  # a cost of grammar that types do not make good
 EASE = 0.3  # of what grammar says counts where types alone tell what is what
+NAMED = 1.5  # for a noun phrase that follows the name of the parameter: "ground white"
 OPEN = -0.7  # for a parameter that the clause does not name
 UNWORDED = -0.5  # for a parameter of which a wording says nothing
 MOST = 60  # calls or facts that one clause may mean together
@@ -126,7 +128,9 @@ class Matcher:
             for number, parameter in enumerate(form.parameters):
                 if any(number == other for other, _ in taken):
                     continue
-                cost = self._cost(role, wording[number], parameter) * ease
+                cost = self._cost(role, wording[number], parameter)
+                cost *= ease if cost > AT_ODDS else 1.0
+                cost += NAMED * (words(parameter.name) == [*clause.before(mention)])
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
@@ -139,16 +143,18 @@ class Matcher:
             if score < UNDERSTOOD:
                 continue
             places = [named[n].values if n in named else (None,) for n in range(len(form.parameters))]
+            if _scatters(places, wording):
+                continue
             weight = sum(sense.weight for sense in named.values()) * 0.7
             meant = tuple(Said(form.name, values, form.is_fact) for values in _together(places))
-            twice = any(len({*each.arguments} - {None}) < len(named) for each in meant)
+            twice = any(_repeats(each.arguments) for each in meant)
             if len(meant) <= MOST:
                 yield score + spoken + weight + TWICE * twice, meant
 
     def _alike(self, form: Form, one: int, other: int) -> bool:
         """Return whether only the order of mention can tell two parameters apart."""
         a, b = form.parameters[one], form.parameters[other]
-        return self.registry.is_number(a.type) and a.type == b.type
+        return a.type not in self.registry.parents and a.type == b.type
 
     def _cost(self, role: Role, wanted: Role | None, parameter: Parameter) -> float:
         """Return how badly a role fits a parameter; types alone tell members and numbers."""
@@ -159,7 +165,9 @@ class Matcher:
     def _fitting(self, sense: Sense, parameter: Parameter) -> Sense | None:
         """Return the part of what a noun phrase stands for that a parameter takes."""
         if sense.is_number:
-            return sense if sense.measures == parameter.type else None
+            low, high = bounds(parameter)
+            is_within = parameter.low is None or low <= float(sense.values[0]) <= high
+            return sense if sense.measures == parameter.type and is_within else None
         if parameter.type in self.registry.enums:
             fits = tuple(v for v in sense.values if v in self.registry.enums[parameter.type])
         elif parameter.type in self.registry.parents:
@@ -182,13 +190,13 @@ def _distance(role: Role, wanted: Role) -> float:
     if role is wanted:
         return 0.0
     pair = {role, wanted}
+    if pair & FIRM:
+        return -4.0
     if pair <= GOALS:
         return -0.7
     if Role.OBJECT in pair or Role.OF in pair:
         return -1.0
-    if Role.THEME in pair or Role.UNDER in pair:
-        return -4.0
-    return -3.0 if Role.FROM in pair else -1.5
+    return -4.0 if Role.THEME in pair else -1.5
 
 
 def _together(places: Sequence[tuple[str | float | None, ...]]) -> Iterator[tuple[str | float | None, ...]]:
@@ -199,6 +207,21 @@ def _together(places: Sequence[tuple[str | float | None, ...]]) -> Iterator[tupl
         yield from zip(*wide, strict=True)
     else:
         yield from product(*places)
+
+
+def _repeats(arguments: Sequence[object]) -> bool:
+    """Return whether one object or member is named twice."""
+    names = [each for each in arguments if isinstance(each, str)]
+    return len({*names}) < len(names)
+
+
+def _scatters(places: Sequence[tuple[str | float | None, ...]], wording: Wording) -> bool:
+    """Return whether one thing would go to several places, or several to others of another number."""
+    counts = [len(each) for each in places]
+    several = [role for role, count in zip(wording, counts, strict=True) if count > 1]
+    if len(several) == 1:
+        return several[0] in GOALS and len(counts) > 1
+    return len({count for count in counts if count > 1}) > 1
 
 
 def _texts(declared: Program | Api) -> list[str]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from itertools import combinations
+from math import comb, log
 
 from ntp_dsl.language.names.symbol_table import UNITS
 from ntp_dsl.language.registry import Registry
@@ -32,6 +33,7 @@ CONTAINING = frozenset(
     "in".split()
 )
 CONTENTS_END = frozenset("in it them inside".split())
+MOST_WAYS = 60  # to choose some of many
 LONGEST = 7  # words of a noun phrase
 UNLIKELY = log(0.05)  # that a group as a whole is meant by a word for one of its members
 UNIT_WORDS = {
@@ -94,6 +96,7 @@ class Vocabulary:
             for by_name in [{obj.name: obj for obj in objects}]
             for name, kind in self.types.items()
         }
+        self._movable = [obj.name for obj in objects if obj.movable]
         self._members = {tuple(words(member)): member for rows in registry.enums.values() for member in rows}
         self._heads = {word for each in self._objects.values() for word in each.heads}
         self._words = self._heads | {word for each in self._objects.values() for word in each.properties}
@@ -157,6 +160,8 @@ class Vocabulary:
 
     def _mention(self, tokens: Sequence[str], begin: int, end: int) -> Mention | None:
         phrase = list(tokens[begin:end])
+        if phrase == ["everything"] and self._movable:
+            return Mention(begin, end, (Sense(tuple(self._movable)),), "thing", True)
         if len(phrase) == 1 and phrase[0] in DETERMINERS | EVERY:
             named = [name for name, known in self._objects.items() if known.name == (phrase[0],)]
             goes_on = end < len(tokens) and not singulars(tokens[end]).isdisjoint(self._words)
@@ -168,7 +173,11 @@ class Vocabulary:
             return None
         if number := _measured(phrase):
             return Mention(begin, end, (number,))
-        phrase = [each for each in phrase[:-1] if each not in ("number", "no", "-")] + phrase[-1:]
+        if len({*phrase}) < len(phrase) and not phrase[-1].isdigit():
+            return None  # "red red" are two
+        is_numbered = end < len(tokens) and tokens[end].isdigit()
+        if not is_numbered and (counted := self._counted(phrase)):
+            return Mention(begin, end, tuple(counted), singular(phrase[-1]), True)
         senses = [*self._exact(phrase)] or [*self._described(phrase, every)]
         if end - begin == 1 and stem(phrase[0]) in COMMON and singular(phrase[0]) == phrase[0]:
             return None  # "seat", "place" and "stack" as verbs
@@ -177,6 +186,24 @@ class Vocabulary:
         many = every or any(len(each.values) > 1 for each in senses)
         nouns = [word for word in phrase if not word.isdigit() and word not in NUMBERS]
         return Mention(begin, end, tuple(senses), singular(nouns[-1]) if nouns else "", many)
+
+    def _counted(self, phrase: Sequence[str]) -> list[Sense]:
+        """Return "two forks": any two of them; nothing where it is no count, or there are too many ways."""
+        count = NUMBERS.get(phrase[0], phrase[0])
+        noun = phrase[-1]
+        if not count.isdigit() or len(phrase) < 2 or noun.isdigit() or noun in NUMBERS:
+            return []
+        if noun == singular(noun) and phrase[0] != "one":
+            return []
+        names = [value for sense in self._described(phrase[1:], True) for value in sense.values]
+        ways = comb(len(names), int(count))
+        if not 0 < ways <= MOST_WAYS or not int(count):
+            return []
+        return [Sense(each, -log(ways)) for each in combinations(names, int(count))]
+
+    def is_kind(self, word: str) -> bool:
+        """Return whether a word is the noun of numbered objects."""
+        return any(word in known.kinds and known.number for known in self._objects.values())
 
     def _exact(self, phrase: Sequence[str]) -> Iterator[Sense]:
         """Yield what is called so."""
@@ -229,12 +256,28 @@ class Vocabulary:
             if (size >= limit if largest else size <= limit)
         ]
 
+    def _span(self, tokens: Sequence[str], first: Mention) -> Mention | None:
+        """Return "blocks 1 to 3" as one noun phrase; None where it is none."""
+        low, after = tokens[first.end - 1], list(tokens[first.end : first.end + 2])
+        is_plural = tokens[first.end - 2] != first.head
+        if not (is_plural and low.isdigit() and len(after) == 2 and after[1].isdigit()):
+            return None
+        if after[0] not in ("to", "through", "-"):
+            return None
+        each = [self._mention([first.head, str(n)], 0, 2) for n in range(int(low), int(after[1]) + 1)]
+        named = tuple(value for one in each if one for value in one.senses[0].values)
+        if not all(each) or not named:
+            return None
+        return replace(first, end=first.end + 2, senses=(Sense(named),), is_many=True)
+
     def _more_numbers(self, tokens: Sequence[str], first: Mention) -> Mention:
         """Return a mention with the numbers that follow: "blocks 1, 2 and 3"."""
         last = tokens[first.end - 1]
         if first.end - first.begin < 2 or not (NUMBERS.get(last, last).isdigit() and first.head):
             return first
         values, at = [*first.senses[0].values], first.end
+        if (span := self._span(tokens, first)) is not None:
+            return span
         while at + 1 < len(tokens) and tokens[at] in (",", "and"):
             after = at + 2 if tokens[at] == "," and tokens[at + 1] == "and" else at + 1
             if after >= len(tokens):

@@ -14,6 +14,8 @@ from ntp_dsl.sentences.english import (
     GIVING,
     LINKS,
     OPENINGS,
+    PREPOSITIONS,
+    PRONOUNS,
     stem,
 )
 from ntp_dsl.sentences.mentions import Mention
@@ -77,7 +79,12 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
     """Return whether two noun phrases are related by something: they are not just listed."""
     found = mentions(tokens)
     pairs = zip(found, found[1:], strict=False)
-    return any(not is_link(tokens[a.end : b.begin]) for a, b in pairs)
+    if any(not is_link(tokens[a.end : b.begin]) for a, b in pairs):
+        return True
+    spoken_of = [
+        at for at, word in enumerate(tokens) if at and word in PRONOUNS and (tokens[at - 1],) in PREPOSITIONS
+    ]
+    return len(found) == 1 and any(at >= found[0].end for at in spoken_of)  # "the cup on it"
 
 
 def upwards(tokens: Sequence[str]) -> bool | None:

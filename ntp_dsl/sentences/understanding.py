@@ -18,10 +18,11 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.sentences.clauses import readings
-from ntp_dsl.sentences.consequences import Said
+from ntp_dsl.sentences.consequences import Said, values_of
 from ntp_dsl.sentences.discourse import Discourse
 from ntp_dsl.sentences.elements import Element, Elements, Placed
 from ntp_dsl.sentences.english import (
+    ASKING,
     ATTENTION,
     BEARING,
     COMMON,
@@ -32,12 +33,12 @@ from ntp_dsl.sentences.english import (
     GENERAL,
     GIVING,
     LARGE,
-    NEGATIONS,
     NUMBERS,
     ONES,
     OPENINGS,
     PREPOSITIONS,
     PRONOUNS,
+    REFUSED,
     SITES,
     SMALL,
     Role,
@@ -51,11 +52,14 @@ from ntp_dsl.sentences.splitting import split
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
 WAYS = 40  # ways to understand one clause, that are followed
+ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
+AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
 KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
 KNOWN |= LARGE | SMALL | {word for each in PREPOSITIONS for word in each}
 KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
+LONGEST = 80  # words of a sentence
 RARE = 1e-3  # ways less probable than this are not told
 
 
@@ -141,27 +145,17 @@ class Listener:
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
-            self._refuse_negations(text, number)
+            self._refuse(text, number)
             said = False
             for part in parts:
-                tokens = self._heard.completed(part)
-                unknown = self._unknown(tokens)
-                if any(self._is_thing(tokens, at) for at, _ in unknown):
-                    raise self._not_understood(text, number, tokens)
-                if self._heard.only_points(tokens):
-                    continue
-                ways = self._ways(tokens)
-                if any(not word.endswith("ly") for _, word in unknown):  # who knows what is to be done
-                    ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
-                after = self._followed(paths, ways, number)
-                if not after:
-                    if self._has_content(tokens):
-                        raise self._not_understood(text, number, tokens)
-                    continue
-                paths, said = after, True
-                passed_over += [(number, word) for _, word in unknown]
+                after = self._after(paths, part, text, number)
+                said |= after is not paths
+                paths = after
+                passed_over += [(number, word) for _, word in self._unknown(part)]
             if not said:
                 raise self._not_understood(text, number, words(text))
+        if self.elements.lists and not paths[0].chosen:
+            raise NtpError(f"what was said tells nothing of what '{self.program.name}' is to do: name it")
         return self._told(paths, passed_over)
 
     def clauses_of(self, sentence: str) -> tuple[Understood, frozenset[str]]:
@@ -173,18 +167,35 @@ class Listener:
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
         self.elements.may_be_about(self._named_by(tokens))
         self._heard = Discourse(self.vocabulary)
+        self._refuse(sentence, 0)
         paths, themes = [_Path(0.0)], set[str]()
         for clause in clauses:
-            paths = self._followed(paths, self._ways(clause), 0)
-            if not paths:
-                raise self._not_understood(sentence, 0, clause)
+            paths = self._after(paths, clause, sentence, 0)
             theme = self._heard.theme
-            assert theme is not None
-            values = {str(value) for sense in theme.senses for value in sense.values}
+            values = {str(value) for sense in theme.senses for value in sense.values} if theme else set()
             themes |= values | {str(each) for each in self.elements.traits(values, [*self._members])}
         if not paths[0].chosen:
             raise self._not_understood(sentence, 0, tokens)
         return self._told(paths, []), frozenset(themes)
+
+    def _after(self, paths: list[_Path], clause: Sequence[str], text: str, number: int) -> list[_Path]:
+        """Return the paths that go on with a clause; the same ones where it says nothing by itself.
+
+        Raises `NtpError` for words that nobody knows, and where nothing fits.
+        """
+        tokens = self._heard.completed(clause)
+        unknown = [at for at, word in self._unknown(tokens) if not word.endswith("ly")]
+        if any(self._decides(tokens, at) for at in unknown):
+            raise self._not_understood(text, number, tokens)
+        if self._heard.only_points(tokens):
+            return paths
+        ways = self._ways(tokens)
+        if unknown:  # who knows what is to become of one thing alone
+            ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
+        after = self._followed(paths, ways, number)
+        if not after and self._has_content(tokens):
+            raise self._not_understood(text, number, tokens)
+        return after or paths
 
     @property
     def _members(self) -> Iterator[str]:
@@ -195,21 +206,37 @@ class Listener:
             for sense in mention.senses:
                 yield from (value for value in sense.values if isinstance(value, str))
 
-    def _refuse_negations(self, text: str, number: int) -> None:
+    def _refuse(self, text: str, number: int) -> None:
+        """Raise `NtpError` for words that turn or hedge what is said, and for questions."""
         tokens = words(text)
-        inside = {at for each in self.vocabulary.mentions(tokens) for at in range(each.begin, each.end)}
+        if len(tokens) > LONGEST:
+            raise NtpError(
+                f"sentence {number + 1} has {len(tokens)} words: say it in several, of up to {LONGEST}"
+            )
+        mentions = self.vocabulary.mentions(tokens)
+        inside = {at for each in mentions for at in range(each.begin, each.end)}
         for at, word in enumerate(tokens):
-            refused = word in NEGATIONS - self._matcher.own_words or word.endswith("n't")
-            if refused and at not in inside:
+            refused = word in REFUSED - self._matcher.own_words or word.endswith("n't")
+            if (refused and at not in inside) or (at == 0 and word in ASKING and tokens[-1] == "?"):
                 raise NtpError(
                     f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
-                    "say what is to be, and leave out what is not to be done"
+                    "say what is to be, in so many words"
+                )
+            is_named = any(each.begin < at < each.end for each in mentions)
+            if word.isdigit() and not is_named and at and self.vocabulary.is_kind(tokens[at - 1]):
+                raise NtpError(
+                    f"sentence {number + 1}, '{shortened(text)}': there is no '{tokens[at - 1]} {word}'"
                 )
 
-    def _is_thing(self, tokens: Sequence[str], at: int) -> bool:
-        """Return whether a word seems to be a noun: it follows an article or a preposition."""
-        before = tokens[at - 1] if at else ""
-        return before in (DETERMINERS | EVERY) - PRONOUNS or (before != "to" and (before,) in PREPOSITIONS)
+    def _decides(self, tokens: Sequence[str], at: int) -> bool:
+        """Return whether what a clause means hangs on an unknown word: a noun, a relation, the only verb."""
+        before, after = tokens[at - 1] if at else "", tokens[at + 1] if at + 1 < len(tokens) else ""
+        if before in (DETERMINERS | EVERY) - PRONOUNS or (before != "to" and (before,) in PREPOSITIONS):
+            return True
+        mentions = self._heard.mentions(tokens)
+        relates = any(each.begin == at + 1 for each in mentions) and any(each.end <= at for each in mentions)
+        related = any((word,) in PREPOSITIONS for word in tokens)
+        return relates or after.endswith("ing") or (len(mentions) > 1 and not related)
 
     def _unknown(self, tokens: Sequence[str]) -> list[tuple[int, str]]:
         """Return the words that mean nothing here, with their places."""
@@ -300,7 +327,10 @@ class Listener:
                 share = log(len(offered)) if len(offered) > 1 else 0.0
                 for placed in offered:
                     chosen = (*each.chosen, (number, placed))
-                    after.append(_Path(each.score + ANEW - share, chosen))
+                    against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
+                    after.append(_Path(each.score + ANEW - share + against, chosen))
+                if len(offered) > 1:  # on the way to what another sentence says
+                    after.append(_Path(each.score + ON_THE_WAY, each.chosen))
             found = sorted(after, key=lambda each: -each.score)[:BEAM]
         yield from found
 
@@ -341,3 +371,9 @@ def _by_sentence(path: _Path) -> dict[tuple[int, int], Placed]:
         found[number, counts[number]] = placed
         counts[number] += 1
     return found
+
+
+def _is_reverse(one: Placed, other: Placed) -> bool:
+    """Return whether an element names what another does, the other way round."""
+    values = values_of(one[1])
+    return one[0] == other[0] and len({*values}) > 1 and values == values_of(other[1])[::-1]

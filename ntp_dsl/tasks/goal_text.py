@@ -84,10 +84,21 @@ def read_lists(path: Path, registry: Registry, program: Callable, objects: Seque
         raise NtpError(f"{path}: {error.strerror}") from error
     if len(text) > LARGEST:
         raise NtpError(f"{path}: expected a goal, as `ntp read` prints; this is too long for one")
-    return _Parser(path, registry, program, objects).parse(list(_tokens(path, text)))
+    return parse_lists(text, str(path), registry, program, objects)
 
 
-def _tokens(path: Path, text: str) -> Iterator[_Token]:
+def parse_lists(
+    text: str, where: str, registry: Registry, program: Callable, objects: Sequence[SceneObject]
+) -> Lists:
+    """Return the lists of a text, as `read_lists` does of a file.
+
+    Args:
+        where: the text is from, for errors.
+    """
+    return _Parser(where, registry, program, objects).parse(list(_tokens(where, text)))
+
+
+def _tokens(path: str, text: str) -> Iterator[_Token]:
     for number, row in enumerate(text.split("\n"), start=1):
         row = row.split("#")[0].rstrip()
         at = 0
@@ -111,7 +122,7 @@ def _tokens(path: Path, text: str) -> Iterator[_Token]:
 
 class _Parser:
     def __init__(
-        self, path: Path, registry: Registry, program: Callable, objects: Sequence[SceneObject]
+        self, path: str, registry: Registry, program: Callable, objects: Sequence[SceneObject]
     ) -> None:
         self.path, self.registry, self.program = path, registry, program
         self.types = dict(registry.constants) | {obj.name: obj.type for obj in objects}

@@ -11,7 +11,7 @@ from ntp_dsl.cli.asking import Interview, draw_questions, questions
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Say, Seed, Task, shown_at
-from ntp_dsl.cli.spoken import sentences_of, understood
+from ntp_dsl.cli.spoken import check, sentences_of, understood
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstration_remarks import act, remarks
@@ -159,7 +159,12 @@ def _read_sentences(
 ) -> int:
     evaluator = Evaluator(Plan(library, task, model_or_shipped(model), seed=seed))
     registry = evaluator.registry
-    found = understood(evaluator, sentences, Interview(registry, answers_given, None))
+    interview = Interview(registry, answers_given, None)
+    found = understood(evaluator, sentences, interview)
+    check(evaluator, found.arguments)
+    if interview.unused:
+        verb = "was" if interview.unused == 1 else "were"
+        messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
     program = registry.programs[evaluator.instance(0).program]
     text = format_lists(registry, program, found.arguments)
     if json:

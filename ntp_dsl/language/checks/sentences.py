@@ -13,7 +13,7 @@ from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.nodes import Declaration, Span, Text
 
 Spoken = nodes.ApiDeclaration | nodes.ProgramDeclaration
-PLACE = re.compile(r"\{([^{}]*)\}")
+PLACE = re.compile(r"\{ *([^{}]*?) *\}")
 
 
 def check_placeholders(declaration: Spoken, table: SymbolTable) -> Iterator[Diagnostic]:
@@ -44,6 +44,8 @@ def _parameters(declaration: Spoken, table: SymbolTable) -> Iterator[tuple[str, 
     """Yield the parameters, records replaced by their fields, with their types."""
     for each in declaration.parameters:
         record = table.records.get(each.type.name)
+        if each.type.is_list:
+            continue
         if record is not None:
             yield from ((field.name, field.type.name) for field in record.fields)
         else:
@@ -54,7 +56,8 @@ def _unknown(match: re.Match[str], text: Text, parameters: Iterable[str]) -> Dia
     name, known = match.group(1), list(parameters)
     meant = nearest(name, known)
     listing = ", ".join(known) or "none"
-    message = f"there is no parameter '{name}' ({listing})" + (f"; did you mean '{meant}'?" if meant else "")
+    message = f"there is no parameter '{name}' that can be said ({listing})"
+    message += f"; did you mean '{meant}'?" if meant else ""
     at, start = text.span, text.span.column + 1 + match.start(1)
     place = Span(at.path, at.line, start, at.line, start + max(1, len(name)))
     return Diagnostic("E411", message, place, fix=Fix(place, meant) if meant else None)
