@@ -86,6 +86,8 @@ def test_recorded_sentences_do_what_is_demonstrated(
         (["--say", " "], "expected a sentence"),
         (["--say", "put block 1 on block 2", "--goal", "goal.txt"], "--goal says what --say says"),
         (["--say", "put block 1 on the gherkin"], "nothing here is called 'gherkin'"),
+        (["--say", "nowhere.txt"], "nowhere.txt: No such file"),
+        (["--say", "put block 1 on block 2. put block 2 on block 1"], "goes round in a circle"),
     ],
 )
 def test_misuse_is_explained(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,6 +51,13 @@ def test_two_calls_that_are_said_alike_are_warned_of() -> None:
     assert "W407" not in codes(text + twin.replace("see to", "lay"))
 
 
+def test_comments_stand_within_the_brackets() -> None:
+    text = LIBRARY.format(
+        says='says (  # in words\n        # two\n        "put {item} on {support}",  # one\n    )'
+    )
+    assert codes(text) == set() and format_text(format_text(text)) == format_text(text)
+
+
 def test_says_stays_a_name_where_no_sentence_follows() -> None:
     text = LIBRARY.replace("    {says}\n", "").replace("put(", "says(")
     assert codes(text) == codes(LIBRARY.replace("    {says}\n", ""))

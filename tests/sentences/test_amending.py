@@ -49,6 +49,10 @@ def test_another_place_for_what_was_shown(sentence: str) -> None:
         ("skip block 3", (0, 2)),
         ("do not move block 4", (0, 1)),
         ("do all that, but leave block 1 where it is", (1, 2)),
+        ("leave out the first and the last", (1,)),
+        ("skip the last but one", (0, 2)),
+        ("leave out blocks 3 and 4", (0,)),
+        ("do not put block 3 on block 1", (0, 2)),
     ],
 )
 def test_what_is_left_out(sentence: str, left: tuple[int, ...]) -> None:
@@ -68,7 +72,28 @@ def test_two_objects_change_roles_and_something_is_added() -> None:
     assert changed("and also put block 6 on block 4") == (*SHOWN, placement(6, 4))
 
 
-@pytest.mark.parametrize("sentence", ["skip block 7", "hurry up", "but put a block on block 6"])
+def test_changes_are_made_one_after_the_other() -> None:
+    assert changed("swap block 3 and block 4, then leave out the last one") == (
+        placement(1, 2),
+        placement(4, 1),
+    )
+    assert changed("skip block 3 and put block 7 on block 1") == (*SHOWN[::2], placement(7, 1))
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "skip block 7",
+        "don't leave out the last one",
+        "don't swap block 3 and block 4",
+        "leave out the last four",
+        "leave out the block on block 1",
+        "put block 2 on the gherkin",
+        "avoid putting block 3 on block 6",
+        "hurry up",
+        "but put a block on block 6",
+    ],
+)
 def test_what_changes_nothing_or_may_mean_several_is_refused(sentence: str) -> None:
     with pytest.raises(NtpError):
         changed(sentence)

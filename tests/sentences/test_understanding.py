@@ -151,6 +151,19 @@ def test_the_order_of_objects_and_of_sentences_does_not_matter() -> None:
         ("do not put block 1 on block 2", "'not'"),
         ("paint block 1", "'paint'"),
         ("put block 1 under the table", "nothing that 'stack' is to do fits"),
+        ("put block 9 on block 1", "there is no 'block 9'"),
+        ("put block 1 beside block 2", "nothing that 'stack' is to do fits"),
+        ("remove block 1 from block 2", "'remove'"),
+        ("take block 1 off block 2", "nothing that 'stack' is to do fits"),
+        ("avoid putting block 1 on block 2", "'avoid'"),
+        ("no block goes on block 2", "'no'"),
+        ("put everything but block 1 on block 2", "'except'"),
+        ("put most blocks on block 2", "'most'"),
+        ("put block 1 or block 3 on block 2", "'or'"),
+        ("is block 1 on block 2?", "'is'"),
+        ("blocks 1, 2 and 3 go on blocks 4 and 5", "nothing that 'stack' is to do fits"),
+        ("bitte lege block 1 auf block 2", "'auf'"),
+        ("put block 1 on block 2 " * 40, "words: say it in several"),
         ("", "it names no object"),
     ],
 )
@@ -159,6 +172,36 @@ def test_what_is_not_understood_is_named(text: str, word: str) -> None:
     with pytest.raises(NtpError, match="sentence 1") as caught:
         who.understand([text])
     assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["put the tray in the guest", "seat 1 on guest 2", "guest 1 leaves seat 2", "guest 1 hates seat 2"],
+)
+def test_types_do_not_make_good_what_grammar_denies(text: str) -> None:
+    who, _ = scene("seating")
+    with pytest.raises(NtpError):
+        who.understand([text])
+
+
+def test_of_a_count_it_is_asked_which_are_meant() -> None:
+    who, _ = scene("coloured")
+    found = who.understand(["put two cups on tray 1"])
+    assert len(found.choices) == 2 and found.probability < SURE_ENOUGH
+    assert lists(who, "put two blue cups on tray 1") == ["(cup_2, tray_1)", "(cup_3, tray_1)"]
+
+
+def test_what_is_got_first_and_told_of_later_is_one_thing() -> None:
+    who, _ = scene("block_stacking")
+    assert lists(who, "get block 2.", "block 1 goes on it") == ["(block_1, block_2)"]
+    assert lists(who, "put block 1 on block 2 and block 3 on it") == [
+        "(block_1, block_2)",
+        "(block_3, block_1)",
+    ]
+    assert lists(who, "move block 1 from the table to block 3") == ["(block_1, block_3)"]
+    tower = ["(block_5, block_3)", "(block_7, block_5)"]
+    assert sorted(lists(who, "from bottom to top: block 3, block 5, block 7")) == tower
+    assert sorted(lists(who, "block 7 on block 5 on block 3")) == tower
 
 
 def test_a_word_that_is_passed_over_is_told() -> None:
