@@ -21,7 +21,7 @@ from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import UNDISTURBED, Disturbances
 
 FIXED_SCENES = ["block_stacking", "seating", "line_up", "sandwiches", "exchange"]
-FEW, MANY = 3, 10
+FEW, MANY = 3, 40
 
 
 class Touched(Exception):
