@@ -39,14 +39,13 @@ class Domain:
     free: Sequence[str]
 
 
-TEMPLATES = said_by_people
 DOMAINS = (
-    Domain("block_stacking", TEMPLATES.ON_ORDERED, TEMPLATES.ON_FREE),
-    Domain("seating", TEMPLATES.ON_ORDERED, TEMPLATES.ON_FREE),
-    Domain("table_cleanup", TEMPLATES.IN_ORDERED, TEMPLATES.IN_FREE),
-    Domain("object_sorting", TEMPLATES.KIND[:20], TEMPLATES.KIND[20:]),
-    Domain("serving", TEMPLATES.MEMBER[:15], TEMPLATES.MEMBER[15:]),
-    Domain("set_the_table", TEMPLATES.SIDE_ORDERED, TEMPLATES.SIDE_FREE),
+    Domain("block_stacking", said_by_people.ON_ORDERED, said_by_people.ON_FREE),
+    Domain("seating", said_by_people.ON_ORDERED, said_by_people.ON_FREE),
+    Domain("table_cleanup", said_by_people.IN_ORDERED, said_by_people.IN_FREE),
+    Domain("object_sorting", said_by_people.KIND[:20], said_by_people.KIND[20:]),
+    Domain("serving", said_by_people.MEMBER[:15], said_by_people.MEMBER[15:]),
+    Domain("set_the_table", said_by_people.SIDE_ORDERED, said_by_people.SIDE_FREE),
 )
 
 
@@ -59,7 +58,7 @@ def sentence(template: str, element: Record) -> str:
 
 def _kind(element: Record, template: str) -> str:
     name = str(element.fields[0][1])
-    return name if template in TEMPLATES.MEMBER else f"{name}s"
+    return name if template in said_by_people.MEMBER else f"{name}s"
 
 
 def goal(instance: Instance) -> list[Record]:
@@ -79,13 +78,14 @@ def run(domain: Domain, templates: Sequence[str], arguments: argparse.Namespace)
     evaluator = Evaluator(
         Plan(EXAMPLES / domain.name, domain.name, shipped_core(), arguments.world, seed=arguments.seed)
     )
-    won, asked, failed = 0, 0, []
+    episodes, won, asked = 0, 0, 0
+    failed: list[str] = []
     for number in range(arguments.episodes):
         evaluator.tell(None)
         sentences, instance = told(evaluator, number, templates)
         if not sentences:  # only of sides that no template says
-            won += 1
             continue
+        episodes += 1
         try:
             found = evaluator.listener(number).understand(sentences)
             asked += any(each.probability < SURE_ENOUGH for each in found.choices)
@@ -100,7 +100,8 @@ def run(domain: Domain, templates: Sequence[str], arguments: argparse.Namespace)
         won += bool(episode.success)
         if not episode.success:
             failed.append(f"{number}: {episode.attributed_to}: {episode.reason}")
-    return {"success": won / arguments.episodes, "asked": asked / arguments.episodes, "failed": failed}
+    shares = {"success": round(won / episodes, 4), "asked": round(asked / episodes, 4)}
+    return {"episodes": episodes, **shares, "failed": failed}
 
 
 def understood(domain: Domain, templates: Sequence[str], seed: int) -> Iterator[tuple[str, str]]:
@@ -129,7 +130,7 @@ def ambiguous(seed: int) -> Iterator[tuple[str, str]]:
     """Yield sentences that leave open what is meant, and whether that is noticed."""
     evaluator = Evaluator(Plan(EXAMPLES / "block_stacking", "block_stacking", None, seed=seed))
     listener = evaluator.listener(0)
-    for text in TEMPLATES.AMBIGUOUS:
+    for text in said_by_people.AMBIGUOUS:
         try:
             found = listener.understand([text])
         except NtpError:
@@ -142,7 +143,7 @@ def ambiguous(seed: int) -> Iterator[tuple[str, str]]:
 def mixed(seed: int) -> Iterator[tuple[str, str]]:
     """Yield sentences that change a list, and whether they change it as they say."""
     evaluator = Evaluator(Plan(EXAMPLES / "block_stacking", "block_stacking", None, seed=seed))
-    for number, (kind, template) in enumerate(TEMPLATES.MIXED):
+    for number, (kind, template) in enumerate(said_by_people.MIXED):
         shown = next(
             each
             for attempt in range(number, number + 50)

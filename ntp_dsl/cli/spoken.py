@@ -41,8 +41,10 @@ def sentences_of(given: Sequence[str]) -> list[str]:
 
 
 def _is_file(given: str) -> bool:
-    """Return whether a word is meant as a file: it has no blanks, and a folder or an ending."""
-    return " " not in given.strip() and ("/" in given or re.search(r"\w\.\w+$", given) is not None)
+    """Return whether a text is meant as a file: it ends like one, and is there or has no blanks."""
+    if "/" not in given and re.search(r"\w\.\w+$", given) is None:
+        return False
+    return " " not in given.strip() or (len(given) < 256 and Path(given).is_file())
 
 
 def _lines(path: Path) -> list[str]:
@@ -53,7 +55,7 @@ def _lines(path: Path) -> list[str]:
     except OSError as error:
         raise NtpError(f"{path}: {error.strerror}") from error
     if len(text) > LONGEST:
-        raise NtpError(f"{path}: expected sentences, one a line; this is too long for some")
+        raise NtpError(f"{path}: expected sentences, one a line, in at most {LONGEST} characters")
     return text.splitlines()
 
 

@@ -99,7 +99,7 @@ class BaselineModel:
         return LearnedPolicy(self.core, demonstration)
 
     def told(self, probability: float = 1.0) -> Policy:
-        raise NtpError("a checkpoint of `ntp train` needs a demonstration: omit --model, or --goal")
+        raise NtpError("a checkpoint of `ntp train` needs a demonstration, and is told nothing: omit --model")
 
 
 def open_model(path: Path, registry: Registry, program: str, dispatch: Dispatch | None = None) -> Model:

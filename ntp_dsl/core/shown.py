@@ -80,7 +80,7 @@ class Told:
         return None
 
     def certainty(self, frame: Frame, arguments: Arguments | None) -> float:
-        return self._probability if frame.matched is None else 1.0  # what it calls is no surer than the root
+        return self._probability if frame.matched is None else 1.0  # it counts once, at the root
 
     def told(self, frame: Frame) -> traced.Reading | None:
         return None

@@ -159,7 +159,7 @@ class Evaluator:
         return as_told(self.registry, drawn, told.lists, told.where) if told is not None else drawn
 
     def listener(self, number: int) -> Listener:
-        """Return who understands sentences about an episode, for the program as the model runs it."""
+        """Return a listener for an episode's scene, and for the program as the model runs it."""
         registry: Registry = getattr(self._model, "registry", self.registry)
         return listener(registry, self.instance(number), self.plan.seed, number)
 
@@ -233,7 +233,7 @@ class Evaluator:
             except NoDemonstration as failure:
                 return _without_demonstration(number, instance, failure)
             except NtpError as failure:
-                return _not_understood(number, instance, failure)
+                return _not_begun(number, instance, Attribution.DECISION, str(failure), attempts)
             instance = replace(
                 told, goal=instance.goal, bindings=instance.bindings
             )  # judged by what was meant
@@ -321,11 +321,6 @@ def traced(folder: Path | None, number: int) -> Iterator[TraceWriter]:
 def _without_demonstration(number: int, instance: Instance, failure: NoDemonstration) -> Episode:
     """Return the failed episode of a task that could not be demonstrated."""
     return _not_begun(number, instance, failure.attributed_to, str(failure), ATTEMPTS)
-
-
-def _not_understood(number: int, instance: Instance, failure: NtpError) -> Episode:
-    """Return the failed episode of a task whose sentences were not understood."""
-    return _not_begun(number, instance, Attribution.DECISION, str(failure), 1)
 
 
 def _not_begun(

@@ -13,7 +13,7 @@ from ntp_dsl.tasks.instances import Instance
 
 
 def listener(registry: Registry, instance: Instance, seed: int, number: int) -> Listener:
-    """Return who understands sentences about an episode's scene, as it is at the start."""
+    """Return a listener for an episode's scene, as it is at the start."""
     groups = {name: _names(value) for name, value in instance.bindings.items()}
     seen = starting_scene(registry, instance, seed, number).seen
     named = {name: names for name, names in groups.items() if names}

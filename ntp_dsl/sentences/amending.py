@@ -9,9 +9,8 @@ from dataclasses import replace
 from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument, Record
-from ntp_dsl.sentences.consequences import values_of
-from ntp_dsl.sentences.elements import Element
-from ntp_dsl.sentences.english import NUMBERS, words
+from ntp_dsl.sentences.elements import Element, values_of
+from ntp_dsl.sentences.english import NUMBERS, POLITE, words
 from ntp_dsl.sentences.mentions import Mention
 from ntp_dsl.sentences.understanding import SURE_ENOUGH, Listener
 
@@ -27,16 +26,22 @@ LEFT_OUT = re.compile(
 NEGATED = re.compile(r"\b(not|never|don't|doesn't|mustn't|shouldn't|won't|can't|avoid|hate)\b")
 ORDINALS = {"first": 0, "second": 1, "third": 2, "fourth": 3, "fifth": 4, "last": -1, "final": -1}
 ORDINAL = re.compile(
-    rf"\b(?P<but>second[ -](?:to[ -])?)?(?P<place>{'|'.join(ORDINALS)})(?P<but_one> but one)?"
+    rf"\b(?<!to )(?<!to-)(?P<but>second[ -](?:to[ -])?)?(?P<place>{'|'.join(ORDINALS)})(?P<but_one> but one)?"
     rf"(?! to last| last)(?: (?P<count>\d+|{'|'.join(NUMBERS)})\b)?"
 )
 # Where a sentence says one change after another.
 SEVERAL = re.compile(
-    r",? (?:and )?then |;"
-    r"|,? and (?=(?:put|leave|skip|swap|use|replace|take|move|add|place|stack|omit|don't)\b)"
+    r"(?:^|[,.!]? )(?:and )?then |[;!]|\.(?: |$)|"
+    r"[,.]? (?:and|but)(?: also)? "
+    r"(?=(?:put|leave|skip|swap|use|replace|take|move|add|place|stack|omit|don't)\b)|"
+    r", (?=(?:put|leave|skip|swap|replace|omit|don't)\b)",
+    re.IGNORECASE,
 )
-ASIDE = re.compile(r"\b(rather than|instead of) (on|in|at|onto|into|to|where)\b.*$|\b(instead|this time)\b")
-PREAMBLE = re.compile(r"[,:;]|\bin addition\b|\bbut\b|\bexcept that\b|\bonly\b|\bbesides\b")
+ASIDE = re.compile(
+    r"\b(rather than|instead of) (on|in|at|onto|into|to|where)\b.*$|\b(instead|this time)\b", re.IGNORECASE
+)
+PREAMBLE = re.compile(r"[,:;]|\bin addition\b|\bbut\b|\bexcept that\b|\bonly\b|\bbesides\b", re.IGNORECASE)
+EXCEPTING = re.compile(r"\b(everything|all|the rest) but\b|\ball except\b|\beverything except\b")
 
 Changed = Callable[[tuple[Element, ...]], tuple[Element, ...]]
 
@@ -47,7 +52,11 @@ def amended(listener: Listener, arguments: Sequence[Argument], sentence: str) ->
     Raises `NtpError` for a sentence that says no change, or that may mean several.
     """
     after = tuple(arguments)
-    for part in _parts(" ".join(sentence.replace("\u2019", "'").split())):
+    parts = _parts(" ".join(sentence.replace("\u2019", "'").split()))
+    telling = [
+        part for part in parts if listener.vocabulary.mentions(words(part)) or ORDINAL.search(part.lower())
+    ]
+    for part in telling or [sentence]:
         after = _changed(listener, after, part)
     return after
 
@@ -60,8 +69,9 @@ def _parts(sentence: str) -> list[str]:
 
 
 def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str) -> tuple[Argument, ...]:
-    text = sentence.lower()
-    negations = len(NEGATED.findall(text)) + bool(re.search(r"\b(leave out|skip|omit|only do)\b", text))
+    text = POLITE.sub(" ", sentence.lower())
+    negations = len(NEGATED.findall(text)) + len(re.findall(r"\b(leave out|skip|omit|only do)\b", text))
+    negations += len(EXCEPTING.findall(text)) if negations else 0
     if negations > 1 or "only do" in text or (NEGATED.search(text) and SWAPPED.search(text)):
         raise _unclear(sentence)
     found = listener.vocabulary.mentions(words(sentence))
@@ -74,7 +84,10 @@ def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str)
     for change, mentions in changes:
         effect = change(text, sentence, mentions)
         if effect is not None:
-            after = tuple(effect(each) if isinstance(each, tuple) else each for each in arguments)
+            filled = [each for each in arguments if isinstance(each, tuple) and each]
+            if ORDINAL.search(text) and len(filled) > 1:
+                raise NtpError(f"'{shortened(sentence)}': there are several lists: name what is left out")
+            after = tuple(effect(each) if isinstance(each, tuple) and each else each for each in arguments)
             if after == arguments:
                 raise NtpError(f"'{shortened(sentence)}': nothing of what was shown is about that")
             return after
@@ -82,7 +95,7 @@ def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str)
 
 
 def _unclear(sentence: str) -> NtpError:
-    return NtpError(f"'{shortened(sentence)}' is not understood: say what is to be done, in so many words")
+    return NtpError(f"'{shortened(sentence)}' is not understood: say each change by itself, without 'not'")
 
 
 def _swapped(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
@@ -109,13 +122,18 @@ def _left_out(text: str, sentence: str, named: Sequence[Mention]) -> Changed | N
     if not LEFT_OUT.search(text):
         return None
     if ordinals := [*ORDINAL.finditer(text)]:
+        if named and not all(each.is_many for each in named):
+            raise _unclear(sentence)
         return lambda elements: _without(elements, text, ordinals, sentence)
+    if "stop before" in text:
+        raise _unclear(sentence)
     if not named:
         return None
-    if any(len(each.senses) > 1 and not each.is_many for each in named):
-        raise NtpError(
-            f"'{shortened(sentence)}': it is not clear which '{named[0].head}' is meant; say its name"
-        )
+    for each in named:
+        if len(each.senses) > 1 and not each.is_many:
+            raise NtpError(
+                f"'{shortened(sentence)}': it is not clear which '{each.head}' is meant; say its name"
+            )
     groups = [{str(value) for sense in each.senses for value in sense.values} for each in named]
     if re.search(r"\b(and|or)\b", text):
         groups = [set().union(*groups)]
@@ -146,6 +164,8 @@ def _without(
         if text[: found.start()].rstrip().endswith("start with the"):
             at -= 1
         start = at if at >= 0 else len(elements) + at - (count - 1)
+        if "stop before" in text[: found.start()]:
+            count = len(elements) - start
         if start < 0 or start + count > len(elements):
             raise NtpError(f"'{shortened(sentence)}': {len(elements)} were shown")
         left_out |= {*range(start, start + count)}

@@ -50,7 +50,6 @@ class Clause:
 
     parts: tuple[Part, ...]
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
-    weight: float = 0.0  # logarithm of how probable it is, beside the other ways
     tokens: tuple[str, ...] = ()
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
 
@@ -167,7 +166,11 @@ class _Parser:
     def _ordered(self) -> list[Part] | None:
         """Take apart "from bottom to top: the tray, the plate, the cup"."""
         rising = upwards(self.tokens)
-        if rising is None or len(self.mentions) < 2:
+        if (
+            rising is None
+            or len(self.mentions) < 2
+            or any(self.markers[id(each)] for each in self.mentions[1:])
+        ):
             return None
         order = self.mentions if rising else self.mentions[::-1]
         pairs = zip(order, order[1:], strict=False)
@@ -179,13 +182,12 @@ class _Parser:
         if len(roles) < 3 or roles[0] is not None or len({each and each[0] for each in roles[1:]}) > 1:
             return None
         relation = roles[1]
-        gaps = zip(self.mentions, self.mentions[1:], strict=False)
-        together = all(b.begin - a.end <= LONGEST_PREPOSITION for a, b in gaps)
+        pairs = [*zip(self.mentions, self.mentions[1:], strict=False)]
+        together = all(b.begin - a.end <= LONGEST_PREPOSITION for a, b in pairs)
         if relation is None or relation[0] not in (Role.ON, Role.IN) or not together:
             return None
         if any(stem(word) in BEARING | COMMON for at, word, _ in self.verbs if at > self.mentions[0].end):
             return None
-        pairs = zip(self.mentions, self.mentions[1:], strict=False)
         return [part for a, b in pairs for part in ((Role.THEME, a), (relation[0], b))]
 
     def _site(self) -> list[Part] | None:

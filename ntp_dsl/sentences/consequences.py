@@ -9,7 +9,7 @@ from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
-from ntp_dsl.semantics.observation import Argument, Record, without_lists
+from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.semantics.state import State
 
 DEEPEST = 4  # programs below the root
@@ -127,8 +127,3 @@ def _unfolded(state: State, literal: Literal, depth: int) -> Iterator[Said]:
     for inner in state.helping(declared.body, bind(declared, literal.arguments)):
         if inner.positive:
             yield from _unfolded(state, inner, depth + 1)
-
-
-def values_of(element: Record | str) -> tuple[str | float, ...]:
-    """Return the values of a list's element."""
-    return tuple(value for _, value in element.fields) if isinstance(element, Record) else (element,)

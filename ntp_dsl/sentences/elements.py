@@ -7,10 +7,11 @@ from functools import cached_property
 from itertools import product
 from math import prod
 
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation, Record
 from ntp_dsl.semantics.state import State
-from ntp_dsl.sentences.consequences import Said, consequences, values_of
+from ntp_dsl.sentences.consequences import Said, consequences
 
 Element = Record | str
 Placed = tuple[str, Element]  # a list parameter's name, and an element of that list
@@ -47,6 +48,7 @@ class Elements:
 
     @property
     def lists(self) -> list[Parameter]:
+        """Return the program's list parameters."""
         return [each for each in self.program.parameters if each.is_list]
 
     def saying(self, said: Said) -> list[Placed]:
@@ -99,7 +101,11 @@ class Elements:
             yield from (str(value) for value in self._values(own, said, wide))
             return
         pools = [self._values(each, said, wide) for each in fields]
-        if prod(map(len, pools)) <= MOST_ELEMENTS:
+        if prod(map(len, pools)) > MOST_ELEMENTS:
+            raise NtpError(
+                f"more than {MOST_ELEMENTS} elements of '{parameter.name}' may be meant: name every object"
+            )
+        if all(pools):
             for values in product(*pools):
                 names = [each.name for each in fields]
                 yield Record(parameter.type, tuple(zip(names, values, strict=True)))
@@ -134,3 +140,8 @@ def _names_twice(element: Element) -> bool:
     """Return whether an element names an object or a member more than once."""
     names = [value for value in values_of(element) if isinstance(value, str)]
     return len({*names}) < len(names)
+
+
+def values_of(element: Record | str) -> tuple[str | float, ...]:
+    """Return the values of a list's element."""
+    return tuple(value for _, value in element.fields) if isinstance(element, Record) else (element,)

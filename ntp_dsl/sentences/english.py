@@ -60,6 +60,8 @@ IRREGULAR = {
 def stem(word: str) -> str:
     """Return what the forms of a verb have in common: placed, placing and places are of plac."""
     word = IRREGULAR.get(word, word)
+    if word.endswith(("ied", "ies")) and len(word) > 4:
+        return f"{word[:-3]}y"
     for ending in ("ing", "ed", "es", "s", "e"):
         if word.endswith(ending) and len(word) - len(ending) >= 3 and not word.endswith("ss"):
             word = word[: -len(ending)]
@@ -101,12 +103,14 @@ PRONOUNS = frozenset("it them this that these those".split())
 ONES = frozenset("one ones".split())
 # Words that turn, hedge or widen what is said, or ask: none of it is guessed at.
 REFUSED = frozenset(
-    "none not never no without except dont unless neither nor nothing cannot outside or either maybe perhaps "
-    "possibly whose hardly rarely barely scarcely seldom was used if whether than most several few many "
-    "half remaining remainder else zero avoid refrain stop undo fail fails destroy lack lacks refuse refuses "
-    "hate hates prevent forbid dislike reject cancel unstack".split()
+    "none not never no without except but dont unless neither nor nothing cannot outside or either maybe "
+    "perhaps possibly whose hardly rarely barely scarcely seldom was used if whether than most several few "
+    "many half remaining remainder else zero avoid refrain stop undo fail fails destroy lack lacks refuse "
+    "refuses hate hates prevent forbid dislike reject cancel unstack".split()
 )
-ASKING = frozenset("is are was were does did do has have".split())  # of these the first word makes a question
+ASKING = frozenset(
+    "is are was were does did do has have which what where who why".split()
+)  # a question's first
 LEAVING = _stems("leave vacate quit abandon")  # "the guest leaves the seat"
 DETERMINERS = frozenset("the a an this that these those its some any".split())
 EVERY = frozenset("all every each both everything".split())
@@ -185,28 +189,40 @@ NUMBERS = {
     )
 }
 
-TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|\d+(?:\.\d+)?|[,;.!?{}()]|-(?=\d)")
+TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|[0-9]{1,15}(?:\.[0-9]{1,15})?|[,;.!?{}()]|-(?=\d)")
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
-EXCEPTING = re.compile(r"\b(?:everything|anything|all|any|nothing|everyone)(?: \w+){0,2} but\b|\bthe rest\b")
-NUMBERED = re.compile(r"\b(?:no\.|number|#)\s*(?=\d)|(?<=[a-z])-(?=\d)")
+NUMBERED = re.compile(r"(?:\bno\.|\bnumber|#)\s*(?=\d)|(?<=[a-z])-(?=\d)")
 RIGHT_NOW = re.compile(
     r"\bright (?=(?:next to|on|onto|under|underneath|in|into|behind|above|beside|there|at|away)\b)"
 )
+NOT_ONLY = re.compile(r"\bnot only\b(.*?)\bbut\b(?: also\b)?")
 POLITE = re.compile(
-    r"\bwhy (?:don't|not)\b|\bnot only\b|^\W*(?:can|could|would|will) you\b|\bdon't forget to\b"
+    r"\bwhy (?:don't|not)\b|^\W*(?:can|could|would|will) you\b|\bdon't forget to\b"
     r"|\bwouldn't mind\b|\bif you (?:would|could|can|please|like|will|have (?:a|the) \w+)\b"
     r"|\bi wish\b|\bit would be \w+ if\b"
 )
 PARENTHESES = re.compile(r"\b(?:after (?:that|this)|in turn|of course|by the way|for now|for me|as well)\b")
-LISTED = re.compile(r"\b(?:as well as|plus|but also|but|while|whereas)\b|&")
+LISTED = re.compile(r"\b(?:as well as|plus|but also|while|whereas)\b|&")
 CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+
+
+def name_words(name: str) -> list[str]:
+    """Return the words of an identifier: `left_plate`, `FrontDoor` and `block_3` are two each."""
+    return TOKEN.findall(CAMEL.sub(" ", name).lower())
+
+
+def number_of(word: str) -> str:
+    """Return the digits of a number, in digits or as a word; nothing for other words."""
+    digits = NUMBERS.get(word, word)
+    return digits if digits.isdecimal() and digits.isascii() else ""
 
 
 def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
-    text = NUMBERED.sub(" ", RIGHT_NOW.sub("", EXCEPTING.sub("except", text)))
+    text = NOT_ONLY.sub(r"\1 and ", text)
+    text = NUMBERED.sub(" ", RIGHT_NOW.sub("", text))
     return [
         each
         for each in TOKEN.findall(PARENTHESES.sub(" ", LISTED.sub("and", POLITE.sub(" ", text))))

@@ -15,6 +15,7 @@ from ntp_dsl.sentences.english import (
     ONES,
     PREPOSITIONS,
     Role,
+    name_words,
     singular,
     singulars,
     stem,
@@ -59,8 +60,8 @@ def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) 
                     wordings[tuple(roles)] = None
     spoken = {each.name: "" for each in parameters}
     if not wordings or not any(filled(text, spoken) for text in texts):
-        wordings[_by_name(words(name), len(parameters))] = None
-    verbs |= {stem(word) for word in words(name) if word not in FILLERS | ONES | EVERY}
+        wordings[_by_name(name_words(name), len(parameters))] = None
+    verbs |= {stem(word) for word in name_words(name) if word not in FILLERS | ONES | EVERY}
     return Form(name, is_fact, parameters, tuple(wordings), frozenset(verbs))
 
 
@@ -87,7 +88,7 @@ def _mentions(tokens: Sequence[str], parameters: Sequence[Parameter]) -> list[Me
     taken: set[int] = set()
     for by_type in (False, True):
         for number, parameter in enumerate(parameters):
-            wanted = words(parameter.type if by_type else parameter.name)
+            wanted = name_words(parameter.type if by_type else parameter.name)
             if number in found or not wanted:
                 continue
             starts = range(len(tokens) - len(wanted) + 1)
@@ -114,15 +115,19 @@ def _alike(wanted: Sequence[str], given: Sequence[str]) -> bool:
 
 def _by_name(name: Sequence[str], count: int) -> Wording:
     """Return what the parameters are where a name such as `put_in` is spoken: "put … in …"."""
-    tokens: list[str] = []
-    mentions: list[Mention] = []
-    for number, part in enumerate(spoken_by_name(name, [str(each) for each in range(count)])):
-        if part.isdigit() and number:
-            mentions.append(Mention(len(tokens), len(tokens) + 1, (Sense((part,)),)))
-        tokens.append(part)
     roles: list[Role | None] = [None] * count
+    if not count:
+        return ()
+    places = [f"{{{number}}}" for number in range(count)]
+    tokens = spoken_by_name(name, places)
+    mentions = [
+        Mention(at, at + 1, (Sense((str(places.index(word)),)),))
+        for at, word in enumerate(tokens)
+        if word in places
+    ]
     for role, mention in readings(tokens, mentions)[0].parts:
-        roles[int(mention.senses[0].values[0])] = role
+        for number in mention.senses[0].values:
+            roles[int(number)] = role
     return tuple(roles)
 
 
@@ -135,12 +140,24 @@ def spoken_by_name(name: Sequence[str], values: Sequence[str]) -> list[str]:
 
 
 def filled(text: str, spoken: Mapping[str, str]) -> str:
-    """Return the first clause of a text with its parameters replaced; nothing where one does not occur."""
+    """Return the first clause of a text with its parameters replaced; nothing where one does not occur.
+
+    Where the text has braces, these alone are places.
+    """
     text = re.split(r"[.;:,](?:\s|$)", " ".join(text.split()))[0]
-    for name, value in spoken.items():
-        noun = re.escape(name.replace("_", " "))
-        pattern = re.compile(rf"{BEFORE}(?:\{{{re.escape(name)}\}}|\b{noun}\b{AFTER})", re.IGNORECASE)
-        text, count = pattern.subn(lambda _, value=value: f"\0{value}\0", text, count=1)  # type: ignore[misc]
-        if not count:
-            return ""
-    return text.replace("\0", "")
+    if not spoken:
+        return ""
+    nouns = "|".join(re.escape(each.replace("_", " ")) for each in sorted(spoken, key=len, reverse=True))
+    braces = "|".join(map(re.escape, spoken))
+    place = rf"\{{ *({braces}) *\}}" if "{" in text else rf"\b({nouns})\b{AFTER}"
+    found: set[str] = set()
+
+    def value(match: re.Match[str]) -> str:
+        name = match.group(1).lower().replace(" ", "_")
+        if name in found:
+            return match.group(0)
+        found.add(name)
+        return spoken[name]
+
+    whole = re.sub(BEFORE + place, value, text, flags=re.IGNORECASE)
+    return whole if found == {*spoken} else ""

@@ -12,7 +12,7 @@ from ntp_dsl.language.registry import Api, Parameter, Program, Registry, bounds
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
-from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, with_synonyms, words
+from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, name_words, with_synonyms
 from ntp_dsl.sentences.forms import Form, Wording, form_of
 from ntp_dsl.sentences.mentions import Sense
 
@@ -66,11 +66,11 @@ class Matcher:
     @cached_property
     def own_words(self) -> frozenset[str]:
         """Return the words in the names of what can be said."""
-        return frozenset(word for form in self.forms for word in words(form.name))
+        return frozenset(word for form in self.forms for word in name_words(form.name))
 
     @cached_property
     def _sharers(self) -> Counter[str]:
-        """Return how many declarations use each word, of those that are not about the same thing."""
+        """Return how many declarations use each word."""
         return Counter(verb for form in self.forms for verb in form.verbs)
 
     def meant_by(self, clause: Clause) -> Iterator[Scored]:
@@ -130,7 +130,7 @@ class Matcher:
                     continue
                 cost = self._cost(role, wording[number], parameter)
                 cost *= ease if cost > AT_ODDS else 1.0
-                cost += NAMED * (words(parameter.name) == [*clause.before(mention)])
+                cost += NAMED * (name_words(parameter.name) == [*clause.before(mention)])
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
@@ -139,7 +139,7 @@ class Matcher:
                         yield from bind(at + 1, (*taken, (number, fitting)), after)
             yield from bind(at + 1, taken, score + LEFT_OUT)
 
-        for score, named in bind(0, (), clause.weight):
+        for score, named in bind(0, (), 0.0):
             if score < UNDERSTOOD:
                 continue
             places = [named[n].values if n in named else (None,) for n in range(len(form.parameters))]

@@ -19,13 +19,15 @@ from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
     LARGE,
+    LINKS,
     NUMBERS,
     ONES,
     SMALL,
+    name_words,
+    number_of,
     singular,
     singulars,
     stem,
-    words,
 )
 
 CONTAINING = frozenset(
@@ -39,8 +41,11 @@ UNLIKELY = log(0.05)  # that a group as a whole is meant by a word for one of it
 UNIT_WORDS = {
     "degree": "deg", "degrees": "deg", "centimetre": "cm", "centimetres": "cm", "centimeter": "cm",
     "centimeters": "cm", "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
-    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "second": "s", "seconds": "s",
+    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "seconds": "s", "milliseconds": "ms",
+    "radian": "rad", "radians": "rad", "newton": "N", "newtons": "N", "n": "N", "kilogram": "kg",
+    "kilograms": "kg", "kilos": "kg",
 }  # fmt: skip
+LINKS_OF_A_SPAN = (["to"], ["through"], ["-"])
 
 
 @dataclass(frozen=True)
@@ -89,15 +94,15 @@ class Vocabulary:
     ) -> None:
         self.types = dict(registry.constants) | {obj.name: obj.type for obj in objects}
         self._sizes = {obj.name: obj.size[0] * obj.size[1] * obj.size[2] for obj in objects}
+        traits = {obj.name: dict(obj.traits) for obj in objects}
         self._objects = {
-            name: _known(
-                registry, name, kind, dict(each.traits) if (each := by_name.get(name)) else {}, groups
-            )
-            for by_name in [{obj.name: obj for obj in objects}]
+            name: _known(registry, name, kind, traits.get(name, {}), groups)
             for name, kind in self.types.items()
         }
         self._movable = [obj.name for obj in objects if obj.movable]
-        self._members = {tuple(words(member)): member for rows in registry.enums.values() for member in rows}
+        members = (member for members in registry.enums.values() for member in members)
+        self._members = {tuple(name_words(member)): member for member in members}
+        self._remembered: dict[tuple[str, ...], tuple[Mention, ...]] = {}
         self._heads = {word for each in self._objects.values() for word in each.heads}
         self._words = self._heads | {word for each in self._objects.values() for word in each.properties}
         self._words |= {word for each in self._objects.values() for word in each.name}
@@ -105,7 +110,7 @@ class Vocabulary:
 
     def knows(self, word: str) -> bool:
         """Return whether a word is one of the library's or the scene's things."""
-        return not singulars(word).isdisjoint(self._words) or word.replace(".", "").isdigit()
+        return not singulars(word).isdisjoint(self._words) or bool(number_of(word.replace(".", "", 1)))
 
     @property
     def things(self) -> list[str]:
@@ -114,6 +119,12 @@ class Vocabulary:
 
     def mentions(self, tokens: Sequence[str]) -> list[Mention]:
         """Return the noun phrases of a clause, from left to right; each is as long as can be."""
+        key = tuple(tokens)
+        if key not in self._remembered:
+            self._remembered[key] = tuple(self._found_in(key))
+        return [*self._remembered[key]]
+
+    def _found_in(self, tokens: Sequence[str]) -> list[Mention]:
         found: list[Mention] = []
         at = 0
         while at < len(tokens):
@@ -173,9 +184,9 @@ class Vocabulary:
             return None
         if number := _measured(phrase):
             return Mention(begin, end, (number,))
-        if len({*phrase}) < len(phrase) and not phrase[-1].isdigit():
+        if len({*phrase}) < len(phrase) and not number_of(phrase[-1]):
             return None  # "red red" are two
-        is_numbered = end < len(tokens) and tokens[end].isdigit()
+        is_numbered = end < len(tokens) and bool(number_of(tokens[end]))
         if not is_numbered and (counted := self._counted(phrase)):
             return Mention(begin, end, tuple(counted), singular(phrase[-1]), True)
         senses = [*self._exact(phrase)] or [*self._described(phrase, every)]
@@ -184,14 +195,13 @@ class Vocabulary:
         if not senses:
             return None
         many = every or any(len(each.values) > 1 for each in senses)
-        nouns = [word for word in phrase if not word.isdigit() and word not in NUMBERS]
+        nouns = [word for word in phrase if not number_of(word)]
         return Mention(begin, end, tuple(senses), singular(nouns[-1]) if nouns else "", many)
 
     def _counted(self, phrase: Sequence[str]) -> list[Sense]:
         """Return "two forks": any two of them; nothing where it is no count, or there are too many ways."""
-        count = NUMBERS.get(phrase[0], phrase[0])
-        noun = phrase[-1]
-        if not count.isdigit() or len(phrase) < 2 or noun.isdigit() or noun in NUMBERS:
+        count, noun = number_of(phrase[0]), phrase[-1]
+        if not count or len(phrase) < 2 or number_of(noun):
             return []
         if noun == singular(noun) and phrase[0] != "one":
             return []
@@ -207,7 +217,7 @@ class Vocabulary:
 
     def _exact(self, phrase: Sequence[str]) -> Iterator[Sense]:
         """Yield what is called so."""
-        given = tuple(NUMBERS.get(word, word) if at else word for at, word in enumerate(phrase))
+        given = tuple((number_of(word) or word) if at else word for at, word in enumerate(phrase))
         for name, known in self._objects.items():
             if known.name == given:
                 yield Sense((name,))
@@ -223,8 +233,7 @@ class Vocabulary:
 
     def _described(self, phrase: Sequence[str], every: bool) -> Iterator[Sense]:
         """Yield the objects of a kind that have all the properties."""
-        number = NUMBERS.get(phrase[-1], phrase[-1])
-        number = number if number.isdigit() and len(phrase) > 1 else ""
+        number = number_of(phrase[-1]) if len(phrase) > 1 else ""
         noun, others = phrase[-2 if number else -1], phrase[: -2 if number else -1]
         if any(stem(word) in COMMON for word in others):
             return  # "place block 6" is no kind of block
@@ -258,13 +267,13 @@ class Vocabulary:
 
     def _span(self, tokens: Sequence[str], first: Mention) -> Mention | None:
         """Return "blocks 1 to 3" as one noun phrase; None where it is none."""
-        low, after = tokens[first.end - 1], list(tokens[first.end : first.end + 2])
-        is_plural = tokens[first.end - 2] != first.head
-        if not (is_plural and low.isdigit() and len(after) == 2 and after[1].isdigit()):
+        if tokens[first.end - 2] == first.head or tokens[first.end : first.end + 1] not in LINKS_OF_A_SPAN:
             return None
-        if after[0] not in ("to", "through", "-"):
+        low = number_of(tokens[first.end - 1])
+        high = "".join(number_of(word) for word in tokens[first.end + 1 : first.end + 2])
+        if not low or not high or int(high) - int(low) > len(self._objects):
             return None
-        each = [self._mention([first.head, str(n)], 0, 2) for n in range(int(low), int(after[1]) + 1)]
+        each = [self._mention([first.head, str(n)], 0, 2) for n in range(int(low), int(high) + 1)]
         named = tuple(value for one in each if one for value in one.senses[0].values)
         if not all(each) or not named:
             return None
@@ -272,18 +281,18 @@ class Vocabulary:
 
     def _more_numbers(self, tokens: Sequence[str], first: Mention) -> Mention:
         """Return a mention with the numbers that follow: "blocks 1, 2 and 3"."""
-        last = tokens[first.end - 1]
-        if first.end - first.begin < 2 or not (NUMBERS.get(last, last).isdigit() and first.head):
+        if first.end - first.begin < 2 or not (number_of(tokens[first.end - 1]) and first.head):
             return first
-        values, at = [*first.senses[0].values], first.end
         if (span := self._span(tokens, first)) is not None:
             return span
-        while at + 1 < len(tokens) and tokens[at] in (",", "and"):
-            after = at + 2 if tokens[at] == "," and tokens[at + 1] == "and" else at + 1
-            if after >= len(tokens):
+        values, at = [*first.senses[0].values], first.end
+        while at + 1 < len(tokens) and tokens[at] in LINKS:
+            after = at + 2 if [*tokens[at : at + 2]] == [",", "and"] else at + 1
+            number = number_of(tokens[after]) if after < len(tokens) else ""
+            follows = tokens[after + 1] if after + 1 < len(tokens) else ""
+            if not number or self.knows(follows) or follows in UNIT_WORDS or follows in UNITS:
                 break
-            number = NUMBERS.get(tokens[after], tokens[after])
-            more = self._mention([first.head, number], 0, 2) if number.isdigit() else None
+            more = self._mention([first.head, number], 0, 2)
             if more is None:
                 break
             values += more.senses[0].values
@@ -300,21 +309,21 @@ def _known(
     traits: Mapping[str, str | float],
     groups: Mapping[str, Sequence[str]] | None,
 ) -> _Known:
-    parts = tuple(words(name))
-    nouns = [word for word in parts if not word.isdigit()]
-    kinds = [words(each) for each in registry.ancestors(kind)]
+    parts = tuple(name_words(name))
+    nouns = [word for word in parts if not number_of(word)]
+    kinds = [name_words(each) for each in registry.ancestors(kind)]
     heads = {*nouns[-1:], *(each[-1] for each in kinds if each)}
     own = frozenset(heads)
     properties = {*nouns, *(word for each in kinds for word in each)}
     for value in traits.values():
         if isinstance(value, str):
-            properties |= {*words(value)}
-            heads |= {words(value)[-1]}
+            properties |= {*name_words(value)}
+            heads |= {*name_words(value)[-1:]}
     for group, names in (groups or {}).items():
-        if name in names and (of := words(group)):
+        if name in names and (of := name_words(group)):
             heads.add(singular(of[-1]))
             properties |= {*of, singular(of[-1])}
-    number = parts[-1] if parts[-1].isdigit() else ""
+    number = number_of(parts[-1]) if parts else ""
     return _Known(parts, own, frozenset(heads), frozenset(properties), number)
 
 
@@ -330,10 +339,12 @@ def _one_or_all(names: Sequence[str], many: bool) -> Iterator[Sense]:
 def _measured(phrase: Sequence[str]) -> Sense | None:
     """Return a number with its unit, or one without."""
     sign, rest = (-1.0, phrase[1:]) if phrase[0] == "-" else (1.0, phrase)
-    if not rest or not rest[0].replace(".", "", 1).isdigit() or len(rest) > 2:
+    if not 1 <= len(rest) <= 2 or not number_of(rest[0].replace(".", "", 1)):
         return None
-    unit = UNIT_WORDS.get(rest[1], rest[1]) if len(rest) == 2 else ""
-    if len(rest) == 2 and unit not in UNITS:
+    if len(rest) == 1:
+        return None if rest[0] in NUMBERS else Sense((sign * float(rest[0]),), measures="number")
+    unit = UNIT_WORDS.get(rest[1], rest[1])
+    if unit not in UNITS:
         return None
-    measures, scale = UNITS[unit] if unit else ("number", 1.0)
-    return Sense((sign * float(rest[0]) * scale,), measures=measures)
+    measures, scale = UNITS[unit]
+    return Sense((sign * float(NUMBERS.get(rest[0], rest[0])) * scale,), measures=measures)

@@ -7,7 +7,7 @@ from math import pi
 
 from ntp_dsl.language.registry import Callable, Program, Registry
 from ntp_dsl.semantics.observation import Argument, without_lists
-from ntp_dsl.sentences.english import words
+from ntp_dsl.sentences.english import name_words
 from ntp_dsl.sentences.forms import filled, sayable, spoken_by_name
 
 SPOKEN = {"length": ("cm", 0.01), "angle": ("degrees", pi / 180), "time": ("s", 1.0), "mass": ("kg", 1.0)}
@@ -18,7 +18,9 @@ def narrated(registry: Registry, callee: Callable, arguments: Sequence[Argument]
     parameters, values = sayable(registry, callee.parameters), without_lists(tuple(arguments))
     spoken = {each.name: said(value, each.type) for each, value in zip(parameters, values, strict=True)}
     worded = (filled(text, spoken) for text in (*callee.says, callee.docstring))
-    return next(filter(None, worded), "") or " ".join(spoken_by_name(words(callee.name), [*spoken.values()]))
+    return next(filter(None, worded), "") or " ".join(
+        spoken_by_name(name_words(callee.name), [*spoken.values()])
+    )
 
 
 def said(value: str | float, type_name: str = "") -> str:
@@ -35,5 +37,5 @@ def example(registry: Registry, program: Program, callees: Sequence[str]) -> str
     if not own:
         return f"'{program.docstring}'"
     callee = registry[own[-1]]
-    kinds = [f"<{' '.join(words(each.type))}>" for each in sayable(registry, callee.parameters)]
+    kinds = [f"<{' '.join(name_words(each.type))}>" for each in sayable(registry, callee.parameters)]
     return f"'{narrated(registry, callee, kinds)}'"

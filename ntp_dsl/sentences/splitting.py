@@ -90,13 +90,9 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
 def upwards(tokens: Sequence[str]) -> bool | None:
     """Return whether things are told from the bottom up, or from the top down; None where neither is said."""
     text = f" {' '.join(word for word in tokens if word not in DETERMINERS)} "
-    if re.search(r" from (bottom|ground) (up|to top)| going up | bottom to top | upwards ", text):
+    if re.search(r" from (bottom|ground) (up|to top)| going up | bottom to top ", text):
         return True
-    return (
-        False
-        if re.search(r" from top (down|to bottom)| going down | top to bottom | downwards ", text)
-        else None
-    )
+    return False if re.search(r" from top (down|to bottom)| going down | top to bottom ", text) else None
 
 
 def is_link(between: Sequence[str]) -> bool:

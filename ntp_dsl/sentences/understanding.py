@@ -18,9 +18,9 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.sentences.clauses import readings
-from ntp_dsl.sentences.consequences import Said, values_of
+from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.discourse import Discourse
-from ntp_dsl.sentences.elements import Element, Elements, Placed
+from ntp_dsl.sentences.elements import Element, Elements, Placed, values_of
 from ntp_dsl.sentences.english import (
     ASKING,
     ATTENTION,
@@ -48,7 +48,8 @@ from ntp_dsl.sentences.english import (
 )
 from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
-from ntp_dsl.sentences.splitting import split
+from ntp_dsl.sentences.narration import example
+from ntp_dsl.sentences.splitting import STOPS, split
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
 WAYS = 40  # ways to understand one clause, that are followed
@@ -141,11 +142,12 @@ class Listener:
         self._heard = Discourse(self.vocabulary)
         paths = [_Path(0.0)]
         passed_over: list[tuple[int, str]] = []
+        for number, text in enumerate(sentences):
+            self._refuse(text, number)
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
-            self._refuse(text, number)
             said = False
             for part in parts:
                 after = self._after(paths, part, text, number)
@@ -163,11 +165,11 @@ class Listener:
 
         Raises `NtpError` where there is none.
         """
+        self._refuse(sentence, 0)
         tokens = words(sentence)
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
         self.elements.may_be_about(self._named_by(tokens))
         self._heard = Discourse(self.vocabulary)
-        self._refuse(sentence, 0)
         paths, themes = [_Path(0.0)], set[str]()
         for clause in clauses:
             paths = self._after(paths, clause, sentence, 0)
@@ -190,7 +192,7 @@ class Listener:
         if self._heard.only_points(tokens):
             return paths
         ways = self._ways(tokens)
-        if unknown:  # who knows what is to become of one thing alone
+        if unknown:  # of one thing alone, an unknown verb says nothing
             ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
         after = self._followed(paths, ways, number)
         if not after and self._has_content(tokens):
@@ -217,10 +219,14 @@ class Listener:
         inside = {at for each in mentions for at in range(each.begin, each.end)}
         for at, word in enumerate(tokens):
             refused = word in REFUSED - self._matcher.own_words or word.endswith("n't")
-            if (refused and at not in inside) or (at == 0 and word in ASKING and tokens[-1] == "?"):
+            refused |= word == "rest" and tokens[max(0, at - 1)] == "the"
+            begins = at == 0 or tokens[at - 1] in STOPS
+            asked = [*tokens[at:]].index("?") + at if begins and "?" in tokens[at:] else at
+            asks = word in ASKING and sum(at <= each.begin < asked for each in mentions) > 1
+            if (refused and at not in inside) or asks:
                 raise NtpError(
                     f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
-                    "say what is to be, in so many words"
+                    f"state the result that you want, without '{word}'"
                 )
             is_named = any(each.begin < at < each.end for each in mentions)
             if word.isdigit() and not is_named and at and self.vocabulary.is_kind(tokens[at - 1]):
@@ -260,9 +266,7 @@ class Listener:
             listed = ", ".join(f"'{word}'" for word in dict.fromkeys(unknown))
             why = f"nothing here is called {listed}"
         elif named:
-            why = (
-                f"it names {', '.join(named[:6])}, and nothing that '{self.program.name}' is to do fits that"
-            )
+            why = f"no step or effect of '{self.program.name}' matches; it names {', '.join(named[:6])}"
         else:
             why = "it names no object"
         things = ", ".join(self.vocabulary.things[:12])
@@ -271,11 +275,8 @@ class Listener:
         return NtpError(f"{head}: {why}\n  known things: {things}\n  for example: {self._example()}")
 
     def _example(self) -> str:
-        from ntp_dsl.sentences.narration import example
-
-        return example(
-            self.registry, self.program, [form.name for form in self._matcher.forms if not form.is_fact]
-        )
+        calls = [form.name for form in self._matcher.forms if not form.is_fact]
+        return example(self.registry, self.program, calls)
 
     def _ways(self, tokens: Sequence[str]) -> list[_Way]:
         """Return the ways to understand a clause, the likeliest first."""
@@ -283,12 +284,13 @@ class Listener:
         if not mentions:
             return []
         best: dict[tuple[Said, ...], float] = {}
-        for clause in readings(tokens, mentions):
+        ways_to_read = readings(tokens, mentions)
+        themes = [each for role, each in ways_to_read[0].parts if role is Role.THEME] or mentions
+        self._heard.heard(mentions, themes[0])
+        for clause in ways_to_read:
             for score, meant in self._matcher.meant_by(clause):
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
-            themes = [each for role, each in clause.parts if role is Role.THEME] or mentions
-            self._heard.heard(mentions, themes[0])
         found = [_Way(score, meant) for meant, score in best.items()]
         return sorted(found, key=lambda way: -way.score)[: WAYS * 5]
 

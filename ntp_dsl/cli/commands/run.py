@@ -149,8 +149,6 @@ def command(
         raise NtpError("--ask-below asks at the terminal, which --watch listens to: omit one of them")
     if goal and (demo or say):
         raise NtpError(f"--goal says what {'--demo shows' if demo else '--say says'}: choose one")
-    if say and expert and demo:
-        raise NtpError("--expert needs no --demo: omit it, or --say")
     sentences = sentences_of(say) if say else []
     path = model_or_expert(model, expert, dispatch)
     scratch = TemporaryDirectory(prefix="ntp_run_") if (watch or viewer) and out is None else None

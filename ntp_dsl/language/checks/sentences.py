@@ -73,7 +73,7 @@ def check_said_alike(declarations: Iterable[Declaration], table: SymbolTable) ->
         kinds = zip(_kinds(one, first, table), _kinds(other, second, table), strict=True)
         if all(_overlap(table, a, b) for a, b in kinds):
             message = f"'{other.name}' is said just as '{one.name}' is, so that a sentence may mean either"
-            yield Diagnostic("W407", message, second.span, help="let one of the two have another word")
+            yield Diagnostic("W407", message, second.span, help="reword one of them")
 
 
 def _words(text: Text) -> list[str]:
@@ -88,13 +88,4 @@ def _kinds(declaration: Spoken, text: Text, table: SymbolTable) -> list[str]:
 
 def _overlap(table: SymbolTable, one: str, other: str) -> bool:
     """Return whether one type is the other, or of its kind."""
-    return one in {*_ancestors(table, other)} or other in {*_ancestors(table, one)}
-
-
-def _ancestors(table: SymbolTable, name: str) -> Iterator[str]:
-    seen: set[str] = set()
-    while name and name not in seen:
-        yield name
-        seen.add(name)
-        declared = table.types.get(name)
-        name = declared.parent.name if declared is not None and declared.parent else ""
+    return one in {*table.ancestors(other)} or other in {*table.ancestors(one)}

@@ -62,7 +62,7 @@ def command(
     check_no_input(again, [file])
     evaluator = Evaluator(_plan(trace, file, library, model, out))
     recorded = _recorded(trace, shown)
-    if trace.header.policy is PolicyKind.LEARNED and recorded is None:
+    if recorded is None and (trace.header.policy is PolicyKind.LEARNED or trace.header.said):
         evaluator.tell(_told_before(trace, file, evaluator))
     policy = evaluator.policy(recorded)
     heed_answers(trace, policy)
