@@ -32,6 +32,7 @@ from ntp_dsl.sentences.mentions import Mention, Sense
 from ntp_dsl.sentences.splitting import is_link, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
+ARTICLES = frozenset({"a", "an", "the"})
 TOP_AFTER = DETERMINERS | {"on", "at", "to"}
 VAGUE = 3  # things that a word may stand for, so that it is passed over where two others are named
 ADVERBS = {
@@ -86,7 +87,7 @@ class _Parser:
         self.verbs = [
             (at, word, stem(word))
             for at, word in enumerate(tokens)
-            if at not in self.covered and word.isalpha() and not self._is_top(at)
+            if at not in self.covered and word.isalpha() and not self._is_noun(at)
         ]
         self.content = frozenset(
             base
@@ -94,10 +95,12 @@ class _Parser:
             if word not in FILLERS | OPENINGS | PRONOUNS | ONES | EVERY or base in BEARING | COVERING
         )
 
-    def _is_top(self, at: int) -> bool:
-        """Return whether a word is the noun of "on top of", and no verb."""
+    def _is_noun(self, at: int) -> bool:
+        """Return whether a word is no verb: that of "on top of", and what an article precedes."""
         before, after = self.tokens[max(0, at - 1) : at], self.tokens[at + 1 : at + 2]
-        return self.tokens[at] == "top" and (after == ["of"] or (bool(before) and before[0] in TOP_AFTER))
+        if self.tokens[at] == "top" and after == ["of"]:
+            return True
+        return bool(before) and before[0] in (TOP_AFTER if self.tokens[at] == "top" else ARTICLES)
 
     def _is_site_noun(self, mention: Mention) -> bool:
         """Return whether it is a word for a place that another noun phrase owns: "the seat of"."""
@@ -199,6 +202,9 @@ class _Parser:
             nearest = [word for word in before if word not in DETERMINERS][-2:]
             named = nearest[-1:] == ["for"] and not SITES.isdisjoint(words)
             named = named or (nearest[-1:] == ["of"] and nearest[0] in SITES)
+            named = named or (
+                nearest in (["belongs", "to"], ["belong", "to"]) and not SITES.isdisjoint(words)
+            )
             named = named or (nearest[-1:] == ["for"] and (nearest[0] in KEPT or "use" in words))
             owned = after[:1] == ["'s"] and not SITES.isdisjoint(after)
             served = "use" in before and self._nearest_word(before[:-1]) == "to" and before[-1].isalpha()
@@ -353,7 +359,10 @@ class _Parser:
             if role is Role.THEME:
                 theme = each
             parts.append((role, each))
-        if theme is None and [role for role, _ in parts].count(Role.WITH) == 1:  # "with the cup on the tray"
+        roles = [role for role, _ in parts]
+        if theme is None and len(parts) == 2 and roles[0] is roles[1] and roles[0] in GOALS:
+            return [parts[0], (Role.THEME, parts[1][1])]  # "on top of the tray, the cup"
+        if theme is None and roles.count(Role.WITH) == 1:  # "with the cup on the tray"
             return [(Role.THEME if role is Role.WITH else role, each) for role, each in parts]
         return parts
 

@@ -10,6 +10,7 @@ from ntp_dsl.sentences.english import (
     BEARING,
     DETERMINERS,
     FILLERS,
+    HANDLING,
     LINKS,
     ONES,
     PREPOSITIONS,
@@ -18,6 +19,8 @@ from ntp_dsl.sentences.english import (
     stem,
 )
 from ntp_dsl.sentences.mentions import Mention, Sense, Vocabulary
+
+BEING = frozenset("is what should will must can".split())
 
 
 class Discourse:
@@ -38,25 +41,36 @@ class Discourse:
     def completed(self, tokens: Sequence[str]) -> list[str]:
         """Return a clause with what goes without saying: "the cup on top" is on top of it."""
         found = list(tokens)
-        if found[-2:] == ["on", "top"] and len(self._vocabulary.mentions(found)) == 1 and self.theme:
-            found += ["of", "it"]
-        return found
+        if self.theme is None or len(self._vocabulary.mentions(found)) != 1:
+            return found
+        if found[-2:] == ["on", "top"]:
+            return [*found, "of", "it"]
+        return [*found, "it"] if found[-1:] in (["inside"], ["in"], ["on"]) else found
 
-    def only_points(self, tokens: Sequence[str]) -> bool:
-        """Return whether a clause only says what the next one is about, as in "find the tray"."""
+    def only_points(self, tokens: Sequence[str], following: Sequence[str]) -> bool:
+        """Return whether a clause only says what the next one is about: "find the tray", "take it, and …".
+
+        Args:
+            following: the next clause, which may say "it".
+        """
         mentions = self.mentions(tokens)
         inside = {at for each in mentions for at in range(each.begin, each.end)}
         outside = [word for at, word in enumerate(tokens) if at not in inside]
-        verbs = {stem(word) for word in outside if word not in FILLERS | SITES}
-        if len(mentions) != 1 or not verbs <= ATTENTION or not self._is_bare(outside, verbs):
+        if len(mentions) != 1:
+            return False
+        relations = {word for each in PREPOSITIONS for word in each}
+        verbs = {stem(word) for word in outside if word not in FILLERS | SITES | relations}
+        related = any((word,) in PREPOSITIONS for word in outside)
+        told_next = not PRONOUNS.isdisjoint(following) and not self._names(following, mentions[0])
+        points = verbs <= ATTENTION and (bool(verbs) or not related or not SITES.isdisjoint(outside))
+        if not points and not (told_next and verbs <= HANDLING and not related):
             return False
         self.heard(mentions, mentions[0])
         return True
 
-    def _is_bare(self, outside: Sequence[str], verbs: set[str]) -> bool:
-        """Return whether a clause tells nothing of its noun phrase: no relation, or that it is a place."""
-        related = any((word,) in PREPOSITIONS for word in outside)
-        return bool(verbs) or not related or not SITES.isdisjoint(outside)
+    def _names(self, tokens: Sequence[str], mention: Mention) -> bool:
+        """Return whether a clause names a thing again, where a pronoun would do."""
+        return any(each.senses == mention.senses for each in self._vocabulary.mentions(tokens))
 
     def mentions(self, tokens: Sequence[str]) -> list[Mention]:
         """Return the noun phrases of a clause, "it" and "the other one" among them."""
@@ -79,15 +93,16 @@ class Discourse:
 
     def _is_pronoun(self, tokens: Sequence[str], at: int) -> bool:
         after = tokens[at + 1 : at + 2]
-        if tokens[at] in DETERMINERS:  # "on that", and not "that cup"
-            return tokens[at] in PRONOUNS and bool(at) and (not after or after[0] in LINKS)
+        if tokens[at] in DETERMINERS:  # "on that", "that is", and not "that cup"
+            ends = not after or after[0] in LINKS if at else bool(after) and after[0] in BEING
+            return tokens[at] in PRONOUNS and ends
         return tokens[at] in PRONOUNS and after != ["that"]
 
     def _it(self, tokens: Sequence[str], at: int, found: Sequence[Mention]) -> Mention | None:
         """Return what a pronoun stands for where that is nothing in its own clause."""
         if self.theme is None:
             return None
-        is_first = all(each.begin > at for each in found)
+        is_first = all(each.begin > at for each in found) and len(found) < 2  # "it is the cup that …"
         is_alone = len(found) == 1 and at > 0 and not any(stem(word) in BEARING for word in tokens)
         if not (is_first or is_alone):
             return None

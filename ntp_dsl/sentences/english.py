@@ -125,8 +125,8 @@ FILLERS = frozenset(
     "i we you he she they us me want need like supposed meant going ready top side on in at of to for with "
     "by kindly from off and or but then than now next first second third last finally lastly afterwards "
     "after before your my our some one right proper correct better best that this these those the a an it "
-    "mind found ought touching thanks thank regarding quick quickly okay ok nice mate later kind how about "
-    "happy finished through good new always itself soon hey hello hi robot dear meanwhile please anyway sure "
+    "ordered order asked mind found ought touching thanks thank regarding quick quickly okay ok nice mate "
+    "later kind how about happy finished through good new always itself soon hey hello hi robot dear meanwhile please anyway sure "
     "its them their order way own".split()
 )
 # Verbs that say much the same. (Static word vectors were tried: of such pairs they find less than half.)
@@ -169,6 +169,8 @@ LINKS = frozenset({",", "and"})
 ATTENTION = _stems(
     "find look locate identify see notice consider remember search spot watch check know start begin"
 )
+# Verbs of taking: what becomes of the thing, the next clause says.
+HANDLING = ATTENTION | _stems("take grab pick get fetch lift hold go")
 # Nouns that name nothing of a scene.
 GENERAL = frozenset(
     "tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan wish "
@@ -193,9 +195,15 @@ TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|[0-9]{1,15}(?:\.[0-9]{1,15})?|[,;.!
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
 NUMBERED = re.compile(r"(?:\bno\.|\bnumber|#)\s*(?=\d)|(?<=[a-z])-(?=\d)")
 RIGHT_NOW = re.compile(
-    r"\bright (?=(?:next to|on|onto|under|underneath|in|into|behind|above|beside|there|at|away)\b)"
+    r"\bright (?=(?:next to|on|onto|under|underneath|in|into|behind|above|beside|at|away)\b)"
 )
 NOT_ONLY = re.compile(r"\bnot only\b(.*?)\bbut\b(?: also\b)?")
+# Two negations that say what is to be: nothing is to stay outside.
+NOTHING_OUTSIDE = re.compile(
+    r"\b(?:(?:don't|do not|never) leave(?: any| the)? (?P<a>[\w ]+?)|"
+    r"none of the (?P<b>[\w ]+?) (?:are|is|be|should be) left|"
+    r"(?:shouldn't|mustn't|should not|must not) be any (?P<c>[\w ]+?) left) (?:outside|out)(?: of)?\b"
+)
 POLITE = re.compile(
     r"\bwhy (?:don't|not)\b|^\W*(?:can|could|would|will) you\b|\bdon't forget to\b"
     r"|\bwouldn't mind\b|\bif you (?:would|could|can|please|like|will|have (?:a|the) \w+)\b"
@@ -222,6 +230,7 @@ def words(text: str) -> list[str]:
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
     text = NOT_ONLY.sub(r"\1 and ", text)
+    text = NOTHING_OUTSIDE.sub(lambda m: f"all {m['a'] or m['b'] or m['c']} are in", text)
     text = NUMBERED.sub(" ", RIGHT_NOW.sub("", text))
     return [
         each

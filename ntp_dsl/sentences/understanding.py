@@ -149,12 +149,13 @@ class Listener:
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
             said = False
-            for part in parts:
-                after = self._after(paths, part, text, number)
+            for at, part in enumerate(parts):
+                later = [*parts[at + 1 :], *(each for some in clauses[number + 1 :] for each in some), []]
+                after = self._after(paths, part, later[0], text, number)
                 said |= after is not paths
                 paths = after
                 passed_over += [(number, word) for _, word in self._unknown(part)]
-            if not said:
+            if not said and not (self._heard.theme is not None and clauses[number + 1 :]):
                 raise self._not_understood(text, number, words(text))
         if self.elements.lists and not paths[0].chosen:
             raise NtpError(f"what was said tells nothing of what '{self.program.name}' is to do: name it")
@@ -171,8 +172,8 @@ class Listener:
         self.elements.may_be_about(self._named_by(tokens))
         self._heard = Discourse(self.vocabulary)
         paths, themes = [_Path(0.0)], set[str]()
-        for clause in clauses:
-            paths = self._after(paths, clause, sentence, 0)
+        for at, clause in enumerate(clauses):
+            paths = self._after(paths, clause, (clauses[at + 1 :] or [[]])[0], sentence, 0)
             theme = self._heard.theme
             values = {str(value) for sense in theme.senses for value in sense.values} if theme else set()
             themes |= values | {str(each) for each in self.elements.traits(values, [*self._members])}
@@ -180,7 +181,9 @@ class Listener:
             raise self._not_understood(sentence, 0, tokens)
         return self._told(paths, []), frozenset(themes)
 
-    def _after(self, paths: list[_Path], clause: Sequence[str], text: str, number: int) -> list[_Path]:
+    def _after(
+        self, paths: list[_Path], clause: Sequence[str], following: Sequence[str], text: str, number: int
+    ) -> list[_Path]:
         """Return the paths that go on with a clause; the same ones where it says nothing by itself.
 
         Raises `NtpError` for words that nobody knows, and where nothing fits.
@@ -189,7 +192,7 @@ class Listener:
         unknown = [at for at, word in self._unknown(tokens) if not word.endswith("ly")]
         if any(self._decides(tokens, at) for at in unknown):
             raise self._not_understood(text, number, tokens)
-        if self._heard.only_points(tokens):
+        if self._heard.only_points(tokens, following):
             return paths
         ways = self._ways(tokens)
         if unknown:  # of one thing alone, an unknown verb says nothing
