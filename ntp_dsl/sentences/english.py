@@ -119,15 +119,15 @@ OPENINGS = frozenset(
     "once when after by firstly secondly thirdly last you we i can could should must will would just".split()
 )
 FILLERS = frozenset(
-    "up down there here it's right directly carefully gently again back together out away too as well only "
-    "which who whom what where when while so be been being is are was were will would should must can "
-    "could shall may might do does did done let have has had not very exactly precisely just also please "
-    "i we you he she they us me want need like supposed meant going ready top side on in at of to for with "
-    "by kindly from off and or but then than now next first second third last finally lastly afterwards "
-    "after before your my our some one right proper correct better best that this these those the a an it "
-    "ordered order asked mind found ought touching thanks thank regarding quick quickly okay ok nice mate "
-    "later kind how about happy finished through good new always itself soon hey hello hi robot dear meanwhile please anyway sure "
-    "its them their order way own".split()
+    """up down there here it's right directly carefully gently again back together out away too as well
+    only which who whom what where when while so be been being is are was were will would should
+    must can could shall may might do does did done let have has had not very exactly precisely just
+    also please i we you he she they us me want need like supposed meant going ready top side on in
+    at of to for with by kindly from off and or but then than now next first second third last
+    finally lastly afterwards after before your my our some one proper correct better best that this
+    these those the a an it ordered order asked mind found ought touching thanks thank regarding
+    quick quickly okay ok nice mate later kind how about happy finished through good new always
+    itself soon hey hello hi robot dear meanwhile anyway sure its them their way own""".split()
 )
 # Verbs that say much the same. (Static word vectors were tried: of such pairs they find less than half.)
 ALIKE = [
