@@ -24,14 +24,17 @@ from ntp_dsl.sentences.english import (
     PASSIVE,
     PREPOSITIONS,
     PRONOUNS,
+    RESERVING,
     SITES,
     Role,
+    singular,
     stem,
 )
 from ntp_dsl.sentences.mentions import Mention, Sense
 from ntp_dsl.sentences.splitting import is_link, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
+WHEREVER = frozenset({"where", "wherever", "whatever"})
 ARTICLES = frozenset({"a", "an", "the"})
 TOP_AFTER = DETERMINERS | {"on", "at", "to"}
 VAGUE = 3  # things that a word may stand for, so that it is passed over where two others are named
@@ -151,6 +154,8 @@ class _Parser:
             parts = rule()
             if parts is not None:
                 return [Clause(tuple(parts), self.content)]
+        if any(self._is_elsewhere(each) for each in self.mentions):
+            return []  # where another thing is, nobody knows
         plain = self._plain()
         is_firm = any(role in FIRM for role, _ in plain)
         found = [Clause(tuple(plain), self.content, is_firm=is_firm)]
@@ -193,6 +198,13 @@ class _Parser:
             return None
         return [part for a, b in pairs for part in ((Role.THEME, a), (relation[0], b))]
 
+    def _is_elsewhere(self, mention: Mention) -> bool:
+        """Return whether another thing's place is meant, as in "where the cup is"."""
+        before = [word for word in self.tokens[: mention.begin] if word not in DETERMINERS]
+        noun = self.tokens[mention.end - 1]
+        is_plural = mention.is_many or noun != singular(noun)
+        return not is_plural and bool(before) and before[-1] in WHEREVER
+
     def _site(self) -> list[Part] | None:
         """Take apart "the tray is the place for the cup", "where the cup goes is the tray"."""
         theme = None
@@ -206,6 +218,9 @@ class _Parser:
                 nearest in (["belongs", "to"], ["belong", "to"]) and not SITES.isdisjoint(words)
             )
             named = named or (nearest[-1:] == ["for"] and (nearest[0] in KEPT or "use" in words))
+            kept = not RESERVING.isdisjoint(map(stem, words)) and self.unmarked[:1] != [each]
+            named = named or (kept and nearest[-1:] == ["for"])
+            named = named or (kept and nearest[:1] == ["for"] and nearest[-1].endswith("ing"))
             owned = after[:1] == ["'s"] and not SITES.isdisjoint(after)
             served = "use" in before and self._nearest_word(before[:-1]) == "to" and before[-1].isalpha()
             if named or owned or served or self._is_where(before):
@@ -288,7 +303,8 @@ class _Parser:
     def _is_passive(self, at: int) -> bool:
         word = self.tokens[at]
         before = [each for each in self.tokens[max(0, at - 3) : at] if each in PASSIVE]
-        return bool(before) and (word.endswith(("ed", "en")) or stem(word) != word)
+        is_participle = word.endswith(("ed", "en")) or (stem(word) != word and not word.endswith("ing"))
+        return bool(before) and is_participle
 
     def _bearing(self) -> list[Part] | None:
         """Take apart "the tray carries the cup", "the cup is carried by the tray"."""

@@ -43,6 +43,10 @@ class Discourse:
         found = list(tokens)
         if self.theme is None or len(self._vocabulary.mentions(found)) != 1:
             return found
+        if "there" in found[1:]:  # "put it there", "in there"
+            at = found.index("there", 1)
+            relation = [] if (found[at - 1],) in PREPOSITIONS else ["to"]
+            return [*found[:at], *relation, "it", *found[at + 1 :]]
         if found[-2:] == ["on", "top"]:
             return [*found, "of", "it"]
         return [*found, "it"] if found[-1:] in (["inside"], ["in"], ["on"]) else found

@@ -75,17 +75,21 @@ def _stems(text: str) -> frozenset[str]:
 
 # Verbs whose subject is where something is: "the tray carries the cup".
 BEARING = _stems(
-    "carry hold support bear receive get take contain have accommodate host accept house shoulder"
+    "want need carry hold support bear receive get take contain have accommodate host accept house shoulder"
 )
 # Verbs whose object is where something gets: "top the tray with the cup".
 COVERING = _stems("cover top crown cap load fill stock furnish equip burden")
 # Verbs of which the first of two objects is where something gets: "give the tray the cup".
 GIVING = _stems("give hand offer assign lend serve allot")
+# Verbs of what is kept "for" something: that comes there.
+RESERVING = _stems(
+    "set keep reserve use prepare save clear free designate assign mean intend want choose pick"
+)
 PASSIVE = frozenset("be is are was were been being gets get".split())
 # Nouns for where something belongs: "the tray is the place for the cup".
 SITES = frozenset(
     "place spot base support foundation home destination target position bottom seat stand pedestal holder "
-    "container platform receptacle carrier location perch".split()
+    "container platform receptacle carrier location perch space room".split()
 )
 # Ordinary verbs of handling and being: none of them tells which relation is meant.
 COMMON = _stems(
@@ -96,7 +100,7 @@ COMMON = _stems(
     belong drop stack pile send leave come end find arrange transfer shift lift fetch deposit
     keep build use make want need balance stow join land stay remain insert slide heap mount
     perch deliver plant seat choose reserve happen work task job see sure ensure check certain
-    store live love like gather collect reside accompany remember aim plan prefer ask expect stay
+    add store live love like gather collect reside accompany remember aim plan prefer ask expect stay
     wait follow continue proceed let help try serve act fit occupy appear show stick spend"""
 )
 PRONOUNS = frozenset("it them this that these those".split())
@@ -173,8 +177,8 @@ ATTENTION = _stems(
 HANDLING = ATTENTION | _stems("take grab pick get fetch lift hold go")
 # Nouns that name nothing of a scene.
 GENERAL = frozenset(
-    "tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan wish "
-    "chance favour minute moment point result purpose intention course position order way turn time "
+    "piece tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan "
+    "wish chance favour minute moment point result purpose intention course position order way turn time "
     "thing".split()
 )
 LARGE = frozenset(

@@ -24,7 +24,7 @@ from ntp_dsl.sentences.english import (
 from ntp_dsl.sentences.mentions import Mention, Sense
 from ntp_dsl.sentences.splitting import split
 
-BEFORE, AFTER = r"(?:\b(?:the|a|an|every|each|its|their|that)\s+)?", r"(?:\s+(?:object|thing|one)\b)?"
+BEFORE, AFTER = r"(?:\b(?:the|a|an|every|each|its|their|that)\s+)", r"(?:\s+(?:object|thing|one)\b)?"
 Wording = tuple[Role | None, ...]  # what each parameter is in one of them; None where it does not occur
 
 
@@ -50,6 +50,8 @@ def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) 
     verbs: set[str] = set()
     for text in texts:
         for clause in split(words(text), lambda tokens: _mentions(tokens, parameters)):
+            if "other" in clause:  # "take other drinks off": none of these
+                continue
             for found in readings(clause, _mentions(clause, parameters)):
                 verbs |= found.verbs
                 roles: list[Role | None] = [None] * len(parameters)
@@ -59,7 +61,8 @@ def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) 
                 if any(roles):
                     wordings[tuple(roles)] = None
     spoken = {each.name: "" for each in parameters}
-    if not wordings or not any(filled(text, spoken) for text in texts):
+    says_relation = any((word,) in PREPOSITIONS for word in name_words(name))
+    if not wordings or says_relation or not any(filled(text, spoken) for text in texts):
         wordings[_by_name(name_words(name), len(parameters))] = None
     verbs |= {stem(word) for word in name_words(name) if word not in FILLERS | ONES | EVERY}
     return Form(name, is_fact, parameters, tuple(wordings), frozenset(verbs))
@@ -92,7 +95,7 @@ def _mentions(tokens: Sequence[str], parameters: Sequence[Parameter]) -> list[Me
             if number in found or not wanted:
                 continue
             starts = range(len(tokens) - len(wanted) + 1)
-            for at in sorted(starts, key=lambda at: tokens[max(0, at - 1)] != "{"):
+            for at in sorted(starts, key=lambda at: _rank(tokens[at - 1] if at else "")):
                 end = at + len(wanted)
                 if not _alike(wanted, tokens[at:end]) or not taken.isdisjoint(range(at, end)):
                     continue
@@ -104,6 +107,11 @@ def _mentions(tokens: Sequence[str], parameters: Sequence[Parameter]) -> list[Me
                 taken |= {*range(begin, end)}
                 break
     return sorted(found.values(), key=lambda each: each.begin)
+
+
+def _rank(before: str) -> int:
+    """Return how little the word before a noun shows that it is meant: braces, an article, anything."""
+    return 0 if before == "{" else 1 if before in DETERMINERS else 2
 
 
 def _alike(wanted: Sequence[str], given: Sequence[str]) -> bool:
@@ -147,17 +155,17 @@ def filled(text: str, spoken: Mapping[str, str]) -> str:
     text = re.split(r"[.;:,](?:\s|$)", " ".join(text.split()))[0]
     if not spoken:
         return ""
-    nouns = "|".join(re.escape(each.replace("_", " ")) for each in sorted(spoken, key=len, reverse=True))
-    braces = "|".join(map(re.escape, spoken))
-    place = rf"\{{ *({braces}) *\}}" if "{" in text else rf"\b({nouns})\b{AFTER}"
-    found: set[str] = set()
-
-    def value(match: re.Match[str]) -> str:
-        name = match.group(1).lower().replace(" ", "_")
-        if name in found:
-            return match.group(0)
-        found.add(name)
-        return spoken[name]
-
-    whole = re.sub(BEFORE + place, value, text, flags=re.IGNORECASE)
-    return whole if found == {*spoken} else ""
+    spans: dict[str, tuple[int, int]] = {}
+    for name in sorted(spoken, key=len, reverse=True):
+        noun = re.escape(name.replace("_", " "))
+        patterns = [rf"{BEFORE}?\{{ *{re.escape(name)} *\}}"] if "{" in text else []
+        patterns = patterns or [rf"{BEFORE}{noun}\b{AFTER}", rf"\b{noun}\b{AFTER}"]
+        matches = (match for each in patterns for match in re.finditer(each, text, re.IGNORECASE))
+        free = (m.span() for m in matches if all(m.end() <= a or m.start() >= b for a, b in spans.values()))
+        span = next(free, None)
+        if span is None:
+            return ""
+        spans[name] = span
+    for name, (begin, end) in sorted(spans.items(), key=lambda each: -each[1][0]):
+        text = text[:begin] + spoken[name] + text[end:]
+    return text

@@ -8,12 +8,13 @@ wording; of all ways to understand all sentences, the probabilities add up to on
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import exp, log
 
-from ntp_dsl.common.text import counted, shortened
+from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
@@ -42,6 +43,7 @@ from ntp_dsl.sentences.english import (
     SITES,
     SMALL,
     Role,
+    number_of,
     stem,
     with_synonyms,
     words,
@@ -60,6 +62,7 @@ SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
 KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
 KNOWN |= LARGE | SMALL | {word for each in PREPOSITIONS for word in each}
 KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
+LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
 LONGEST = 80  # words of a sentence
 RARE = 1e-3  # ways less probable than this are not told
 
@@ -158,7 +161,7 @@ class Listener:
             if not said and not (self._heard.theme is not None and clauses[number + 1 :]):
                 raise self._not_understood(text, number, words(text))
         if self.elements.lists and not paths[0].chosen:
-            raise NtpError(f"what was said tells nothing of what '{self.program.name}' is to do: name it")
+            raise NtpError(f"what was said names no whole element: {self._wanted()}")
         return self._told(paths, passed_over)
 
     def clauses_of(self, sentence: str) -> tuple[Understood, frozenset[str]]:
@@ -218,6 +221,10 @@ class Listener:
             raise NtpError(
                 f"sentence {number + 1} has {len(tokens)} words: say it in several, of up to {LONGEST}"
             )
+        if LEFT_ALONE.search(text):
+            raise NtpError(
+                f"sentence {number + 1}, '{shortened(text)}': say what is to be done, and leave the rest out"
+            )
         mentions = self.vocabulary.mentions(tokens)
         inside = {at for each in mentions for at in range(each.begin, each.end)}
         for at, word in enumerate(tokens):
@@ -240,6 +247,8 @@ class Listener:
     def _decides(self, tokens: Sequence[str], at: int) -> bool:
         """Return whether what a clause means hangs on an unknown word: a noun, a relation, the only verb."""
         before, after = tokens[at - 1] if at else "", tokens[at + 1] if at + 1 < len(tokens) else ""
+        if before == "'s" or number_of(before):
+            return True
         if before in (DETERMINERS | EVERY) - PRONOUNS or (before != "to" and (before,) in PREPOSITIONS):
             return True
         mentions = self._heard.mentions(tokens)
@@ -274,8 +283,16 @@ class Listener:
             why = "it names no object"
         things = ", ".join(self.vocabulary.things[:12])
         more = len(self.vocabulary.things) - 12
-        things += f" and {counted(more, 'more')}" if more > 0 else ""
+        things += f" and {more} more" if more > 0 else ""
         return NtpError(f"{head}: {why}\n  known things: {things}\n  for example: {self._example()}")
+
+    def _wanted(self) -> str:
+        """Say what an element of each list consists of."""
+        found = []
+        for each in self.elements.lists:
+            fields = self.registry.records.get(each.type, (each,))
+            found.append(f"one of '{each.name}' is {' and '.join(f'a {field.type}' for field in fields)}")
+        return ", ".join(found)
 
     def _example(self) -> str:
         calls = [form.name for form in self._matcher.forms if not form.is_fact]
@@ -288,6 +305,8 @@ class Listener:
             return []
         best: dict[tuple[Said, ...], float] = {}
         ways_to_read = readings(tokens, mentions)
+        if not ways_to_read:
+            return []
         themes = [each for role, each in ways_to_read[0].parts if role is Role.THEME] or mentions
         self._heard.heard(mentions, themes[0])
         for clause in ways_to_read:
