@@ -90,7 +90,7 @@ def run(domain: Domain, templates: Sequence[str], arguments: argparse.Namespace)
             found = evaluator.listener(number).understand(sentences)
             asked += any(each.probability < SURE_ENOUGH for each in found.choices)
             lists = as_lists(evaluator.registry, instance.program, found.arguments)
-            if {*lists["goal"]} != {*goal(instance)}:
+            if {each for some in lists.values() for each in some} != {*goal(instance)}:
                 raise NtpError(f"understood {', '.join(map(str, lists['goal']))} of {' / '.join(sentences)}")
             evaluator.tell(Told(lists, "the sentences", tuple(sentences), found.probability))
             episode = evaluator.episode(number)
