@@ -91,7 +91,7 @@ def run(domain: Domain, templates: Sequence[str], arguments: argparse.Namespace)
             asked += any(each.probability < SURE_ENOUGH for each in found.choices)
             lists = as_lists(evaluator.registry, instance.program, found.arguments)
             if {each for some in lists.values() for each in some} != {*goal(instance)}:
-                raise NtpError(f"understood {', '.join(map(str, lists['goal']))} of {' / '.join(sentences)}")
+                raise NtpError(f"understood {[*map(str, lists.values())]} of {' / '.join(sentences)}")
             evaluator.tell(Told(lists, "the sentences", tuple(sentences), found.probability))
             episode = evaluator.episode(number)
         except NtpError as error:
