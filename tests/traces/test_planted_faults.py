@@ -13,7 +13,7 @@ from ntp_dsl.cli.app import run
 FAULTS = sections()
 NAMED = {  # by what the commands print, and not by the fault's own text
     "1": ("It reported success, but beside(block_2, mark_0, 0.09) did not hold", "(-0.001, 0.090, 0.023) m"),
-    "2": ("move_beside(plate_0, ahead, 0.16)", "set_the_table.ntp:69", "(0.160, 0.000, 0.095) m"),
+    "2": ("move_beside(plate_0, ahead, 0.16)", "set_the_table.ntp:70", "(0.160, 0.000, 0.095) m"),
     "3": ("No object of the scene is a Tray", "line 27 of make_room"),
     "4": ("no statement achieves on(guard_0, bunk_0)", "which achieves `on(r.relieved, r.post)"),
     "5": ("requires room(item, after, gap)", "call make_room(item, after, gap) before it"),
