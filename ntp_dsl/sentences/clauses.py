@@ -133,9 +133,13 @@ class _Parser:
     def _listed_with(self, mention: Mention) -> Role | None:
         """Return the role of the noun phrase that this one is listed with: "on the cup and the plate"."""
         at = self.mentions.index(mention)
-        if at and is_link(self.tokens[self.mentions[at - 1].end : mention.begin]):
+        if at and self._are_listed(self.mentions[at - 1], mention):
             return self._role(self.mentions[at - 1])
         return None
+
+    def _are_listed(self, first: Mention, second: Mention) -> bool:
+        """Return whether noun phrases of one kind stand beside each other: "the cup and the plate"."""
+        return first.is_member == second.is_member and is_link(self.tokens[first.end : second.begin])
 
     @property
     def unmarked(self) -> list[Mention]:
@@ -369,8 +373,7 @@ class _Parser:
                 if not LEAVING.isdisjoint(self.content):
                     parts.append((Role.FROM, each))
                     continue
-                between = self.tokens[theme.end : each.begin]
-                listed = is_link(between) or self._lists(theme, each)
+                listed = self._are_listed(theme, each) or self._lists(theme, each)
                 role = Role.THEME if listed else Role.OBJECT
             if role is Role.THEME:
                 theme = each

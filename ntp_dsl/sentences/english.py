@@ -199,7 +199,7 @@ TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|[0-9]{1,15}(?:\.[0-9]{1,15})?|[,;.!
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
 NUMBERED = re.compile(r"(?:\bno\.|\bnumber|#)\s*(?=\d)|(?<=[a-z])-(?=\d)")
 RIGHT_NOW = re.compile(
-    r"\bright (?=(?:next to|on|onto|under|underneath|in|into|behind|above|beside|at|away)\b)"
+    r"\bright (?=(?:next to|on top|onto|under|underneath|into|behind|above|beside|away)\b)"
 )
 NOT_ONLY = re.compile(r"\bnot only\b(.*?)\bbut\b(?: also\b)?")
 # Two negations that say what is to be: nothing is to stay outside.

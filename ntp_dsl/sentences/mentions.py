@@ -70,6 +70,7 @@ class Mention:
     senses: tuple[Sense, ...]
     head: str = ""  # its noun, for "the other one"
     is_many: bool = False
+    is_member: bool = False  # of an enumeration
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,8 @@ class Vocabulary:
             return None
         many = every or any(len(each.values) > 1 for each in senses)
         nouns = [word for word in phrase if not number_of(word)]
-        return Mention(begin, end, tuple(senses), singular(nouns[-1]) if nouns else "", many)
+        is_member = senses[0].values[0] in self._members.values()
+        return Mention(begin, end, tuple(senses), singular(nouns[-1]) if nouns else "", many, is_member)
 
     def _counted(self, phrase: Sequence[str]) -> list[Sense]:
         """Return "two forks": any two of them; nothing where it is no count, or there are too many ways."""
