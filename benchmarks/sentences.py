@@ -18,8 +18,8 @@ import numpy as np
 import sentence_templates as said_by_people
 
 from ntp_dsl.core.one_core import shipped_core
-from ntp_dsl.evaluation.episodes import Evaluator, Plan, Told
-from ntp_dsl.evaluation.spoken import as_lists
+from ntp_dsl.evaluation.episodes import Evaluator, GivenLists, Plan
+from ntp_dsl.evaluation.listening import as_lists
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Record
 from ntp_dsl.sentences.amending import amended
@@ -92,7 +92,7 @@ def run(domain: Domain, templates: Sequence[str], arguments: argparse.Namespace)
             lists = as_lists(evaluator.registry, instance.program, found.arguments)
             if {each for some in lists.values() for each in some} != {*goal(instance)}:
                 raise NtpError(f"understood {[*map(str, lists.values())]} of {' / '.join(sentences)}")
-            evaluator.tell(Told(lists, "the sentences", tuple(sentences), found.probability))
+            evaluator.tell(GivenLists(lists, "the sentences", tuple(sentences), found.probability))
             episode = evaluator.episode(number)
         except NtpError as error:
             failed.append(f"{number}: {str(error).splitlines()[0]}")

@@ -31,7 +31,7 @@ from ntp_dsl.datasets.recording import (
     demonstration_start,
     record_episode,
 )
-from ntp_dsl.datasets.spoken import in_words
+from ntp_dsl.datasets.wording import in_words
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration, write_demonstration
 from ntp_dsl.demonstrations.queries import Sample
 from ntp_dsl.language.diagnostics.diagnostics import NtpError

@@ -15,7 +15,7 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.workers import in_order
 from ntp_dsl.datasets.recording import RecordedDemonstration, header
-from ntp_dsl.datasets.spoken import in_words
+from ntp_dsl.datasets.wording import in_words
 from ntp_dsl.demonstrations.demonstration import noisy
 from ntp_dsl.demonstrations.demonstration_files import write_demonstration
 from ntp_dsl.evaluation.demonstrated import as_demonstrated
@@ -27,8 +27,8 @@ from ntp_dsl.evaluation.episode_parts import (
     demonstration,
     drawn_instance,
 )
+from ntp_dsl.evaluation.listening import as_lists, listener
 from ntp_dsl.evaluation.scope_agreement import ScopeWatcher
-from ntp_dsl.evaluation.spoken import as_lists, listener
 from ntp_dsl.execution.interpreter import Watcher
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -74,7 +74,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Told:
+class GivenLists:
     """The lists of a task's program, in so many words, where nothing is demonstrated."""
 
     lists: Lists
@@ -123,7 +123,7 @@ class Evaluator:
             self._shown_in = PersonWorld(plan.demo_by, plan.demo_rate)
             equip(self._shown_in, self.registry)
         self._file = from_file(self.registry, self.task, plan.tasks) if plan.tasks else []
-        self._told: Told | None = None
+        self._told: GivenLists | None = None
         self._model: Any = None  # a `Model` of the core, which needs torch
         if plan.model is not None:
             from ntp_dsl.core.models import open_model  # the expert needs no torch
@@ -138,7 +138,7 @@ class Evaluator:
     def is_learned(self) -> bool:
         return self._model is not None
 
-    def tell(self, told: Told | None) -> None:
+    def tell(self, told: GivenLists | None) -> None:
         """Let episodes run with lists that were told, in place of a drawn goal and its demonstration.
 
         Args:
@@ -183,14 +183,14 @@ class Evaluator:
             found = replace(found, demonstration=seen)
         return found, attempts
 
-    def _in_words(self, instance: Instance, number: int) -> tuple[Told, int]:
+    def _in_words(self, instance: Instance, number: int) -> tuple[GivenLists, int]:
         """Return what the sentences for a demonstration say, and the number of attempts at it."""
         recorded, attempts = self.demonstration(instance, number)
         assert recorded.calls is not None
         said = in_words(self.registry, recorded.calls)
         understood = self.listener(number).understand(said)
         lists = as_lists(self.registry, instance.program, understood.arguments)
-        return Told(lists, "the sentences", tuple(said), understood.probability), attempts
+        return GivenLists(lists, "the sentences", tuple(said), understood.probability), attempts
 
     def policy(self, recorded: RecordedDemonstration | None) -> Policy:
         """Return the policy: learned for a demonstration, or scripted, with the demonstration's scopes."""

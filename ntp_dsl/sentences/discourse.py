@@ -15,6 +15,7 @@ from ntp_dsl.sentences.english import (
     ONES,
     PREPOSITIONS,
     PRONOUNS,
+    RELATIONS,
     SITES,
     stem,
 )
@@ -62,8 +63,7 @@ class Discourse:
         outside = [word for at, word in enumerate(tokens) if at not in inside]
         if len(mentions) != 1:
             return False
-        relations = {word for each in PREPOSITIONS for word in each}
-        verbs = {stem(word) for word in outside if word not in FILLERS | SITES | relations}
+        verbs = {stem(word) for word in outside if word not in FILLERS | SITES | RELATIONS}
         related = any((word,) in PREPOSITIONS for word in outside)
         told_next = not PRONOUNS.isdisjoint(following) and not self._names(following, mentions[0])
         points = verbs <= ATTENTION and (bool(verbs) or not related or not SITES.isdisjoint(outside))

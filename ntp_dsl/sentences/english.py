@@ -1,6 +1,6 @@
 """Words of English that mean the same in any library: relations, and verbs by what their parts stand for.
 
-Nothing here names a library's words. What is lacking is not understood, and is said so.
+Nothing here names a library's words. A word that is lacking is reported as not understood.
 """
 
 from __future__ import annotations
@@ -47,13 +47,15 @@ PREPOSITIONS: dict[tuple[str, ...], Role] = {
     **dict.fromkeys([("go", "of"), ("rid", "of"), ("hold", "of"), ("care", "of")], Role.THEME),
 }
 
+RELATIONS = frozenset(word for each in PREPOSITIONS for word in each)
+
 IRREGULAR = {
     "held": "hold", "borne": "bear", "bore": "bear", "taken": "take", "took": "take", "gotten": "get",
-    "got": "get", "has": "have", "had": "have", "having": "have", "put": "put", "laid": "lay",
+    "got": "get", "has": "have", "had": "have", "having": "have", "laid": "lay",
     "goes": "go", "gone": "go", "went": "go", "stood": "stand", "brought": "bring", "given": "give",
-    "gave": "give", "carries": "carry", "carried": "carry", "sat": "sit", "kept": "keep", "hung": "hang",
-    "tries": "try", "dries": "dry", "dried": "dry", "rid": "rid", "built": "build", "shut": "shut",
-    "lit": "light", "fed": "feed", "led": "lead", "cut": "cut", "dying": "die", "lying": "lie",
+    "gave": "give", "sat": "sit", "kept": "keep", "hung": "hang",
+    "built": "build",
+    "lit": "light", "fed": "feed", "led": "lead", "dying": "die", "lying": "lie",
 }  # fmt: skip
 
 
@@ -123,7 +125,7 @@ OPENINGS = frozenset(
     "once when after by firstly secondly thirdly last you we i can could should must will would just".split()
 )
 FILLERS = frozenset(
-    """up down there here it's right directly carefully gently again back together out away too as well
+    """up down there here right directly carefully gently again back together out away too as well
     only which who whom what where when while so be been being is are was were will would should
     must can could shall may might do does did done let have has had not very exactly precisely just
     also please i we you he she they us me want need like supposed meant going ready top side on in

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ntp_dsl.language.registry import Parameter, Registry
-from ntp_dsl.sentences.clauses import readings
 from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
@@ -21,6 +20,7 @@ from ntp_dsl.sentences.english import (
     stem,
     words,
 )
+from ntp_dsl.sentences.grammar import readings
 from ntp_dsl.sentences.mentions import Mention, Sense
 from ntp_dsl.sentences.splitting import split
 

@@ -69,6 +69,11 @@ class Matcher:
         return frozenset(word for form in self.forms for word in name_words(form.name))
 
     @cached_property
+    def verbs(self) -> frozenset[str]:
+        """Return the stems of the words that declarations use, and of those that say much the same."""
+        return with_synonyms(frozenset(verb for form in self.forms for verb in form.verbs))
+
+    @cached_property
     def _sharers(self) -> Counter[str]:
         """Return how many declarations use each word."""
         return Counter(verb for form in self.forms for verb in form.verbs)
@@ -112,10 +117,12 @@ class Matcher:
         return sum(all(n in fit for n, fit in zip(way, fits, strict=True)) for way in ways) == 1
 
     def _worded(self, clause: Clause, form: Form, wording: Wording, spoken: float) -> Iterator[Scored]:
-
+        """Yield the ways to put a clause's noun phrases in the places of one wording."""
         ease = EASE if not clause.is_firm and self._is_told_by_types(clause, form) else 1.0
 
-        def bind(at: int, taken: tuple[tuple[int, Sense], ...], score: float) -> Iterator:  # type: ignore[type-arg]
+        def bind(
+            at: int, taken: tuple[tuple[int, Sense], ...], score: float
+        ) -> Iterator[tuple[float, dict[int, Sense]]]:
             if score < UNDERSTOOD:
                 return
             if at == len(clause.parts):

@@ -11,14 +11,13 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from math import exp, log
+from dataclasses import dataclass
+from math import exp, log, prod
 
 from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
-from ntp_dsl.sentences.clauses import readings
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.discourse import Discourse
 from ntp_dsl.sentences.elements import Element, Elements, Placed, values_of
@@ -40,27 +39,29 @@ from ntp_dsl.sentences.english import (
     PREPOSITIONS,
     PRONOUNS,
     REFUSED,
+    RELATIONS,
     SITES,
     SMALL,
     Role,
     number_of,
     stem,
-    with_synonyms,
     words,
 )
+from ntp_dsl.sentences.grammar import readings
 from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.narration import example
 from ntp_dsl.sentences.splitting import STOPS, split
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
+MOST_WAYS = 200  # ways to understand one clause, of which some have no element
 WAYS = 40  # ways to understand one clause, that are followed
 ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
 AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
 KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
-KNOWN |= LARGE | SMALL | {word for each in PREPOSITIONS for word in each}
+KNOWN |= LARGE | SMALL | RELATIONS
 KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
 LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
 LONGEST = 80  # words of a sentence
@@ -89,10 +90,7 @@ class Understood:
     @property
     def probability(self) -> float:
         """Return how probable it is that all elements are right, taken for independent."""
-        chance = 1.0
-        for each in self.choices:
-            chance *= each.probability
-        return chance
+        return prod(each.probability for each in self.choices)
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,6 @@ class _Path:
 
     score: float
     chosen: tuple[tuple[int, Placed], ...] = ()  # with the sentence that said each first
-    asked: Mapping[int, Placed] = field(default_factory=dict)
 
 
 class Listener:
@@ -239,7 +236,7 @@ class Listener:
                     f"state the result that you want, without '{word}'"
                 )
             is_named = any(each.begin < at < each.end for each in mentions)
-            if word.isdigit() and not is_named and at and self.vocabulary.is_kind(tokens[at - 1]):
+            if number_of(word) and not is_named and at and self.vocabulary.is_kind(tokens[at - 1]):
                 raise NtpError(
                     f"sentence {number + 1}, '{shortened(text)}': there is no '{tokens[at - 1]} {word}'"
                 )
@@ -259,7 +256,7 @@ class Listener:
     def _unknown(self, tokens: Sequence[str]) -> list[tuple[int, str]]:
         """Return the words that mean nothing here, with their places."""
         inside = {at for each in self._heard.mentions(tokens) for at in range(each.begin, each.end)}
-        verbs = with_synonyms(frozenset(verb for form in self._matcher.forms for verb in form.verbs))
+        verbs = self._matcher.verbs
         return [
             (at, word)
             for at, word in enumerate(tokens)
@@ -314,7 +311,7 @@ class Listener:
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
         found = [_Way(score, meant) for meant, score in best.items()]
-        return sorted(found, key=lambda way: -way.score)[: WAYS * 5]
+        return sorted(found, key=lambda way: -way.score)[:MOST_WAYS]
 
     def _followed(self, paths: Sequence[_Path], ways: Sequence[_Way], number: int) -> list[_Path]:
         """Return the paths that go on with a sentence."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from ntp_dsl.evaluation.episode_parts import drawn_instance
-from ntp_dsl.evaluation.spoken import as_lists, listener
+from ntp_dsl.evaluation.listening import as_lists, listener
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.libraries import load, load_text
 from ntp_dsl.sentences.understanding import Listener

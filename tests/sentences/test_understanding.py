@@ -6,7 +6,7 @@ import pytest
 from listening import COLOURED, example, in_scene, lists, scene
 
 import ntp_dsl
-from ntp_dsl.datasets.spoken import in_words
+from ntp_dsl.datasets.wording import in_words
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.libraries import load_text
 from ntp_dsl.sentences.understanding import SURE_ENOUGH

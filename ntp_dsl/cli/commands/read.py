@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ntp_dsl.cli.asking import Interview, draw_questions, questions
+from ntp_dsl.cli.dialogue.asking import Interview, draw_questions, questions
+from ntp_dsl.cli.dialogue.saying import check, sentences_of, understood
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Say, Seed, Task, shown_at
-from ntp_dsl.cli.spoken import check, sentences_of, understood
 from ntp_dsl.common.text import counted, printable
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstration_remarks import act, remarks

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ntp_dsl.cli.asking import Interview
+from ntp_dsl.cli.dialogue.asking import Interview
+from ntp_dsl.cli.dialogue.saying import changed, sentences_of, told
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.live_runs.call_tree import LiveTree
 from ntp_dsl.cli.live_runs.stepping import supervised
@@ -47,14 +48,13 @@ from ntp_dsl.cli.options import (
     shown_at,
     varied,
 )
-from ntp_dsl.cli.spoken import changed, sentences_of, told
 from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
 from ntp_dsl.evaluation.demonstration_remarks import remarks
 from ntp_dsl.evaluation.episode_parts import NoDemonstration
-from ntp_dsl.evaluation.episodes import Evaluator, Plan, Told
+from ntp_dsl.evaluation.episodes import Evaluator, GivenLists, Plan
 from ntp_dsl.evaluation.pictures import Camera
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError, TaskFailed
@@ -184,7 +184,7 @@ def command(
         instance = evaluator.instance(0)
         program = evaluator.registry.programs[instance.program]
         lists = read_lists(goal, evaluator.registry, program, instance.objects)
-        evaluator.tell(Told(lists, str(goal)))
+        evaluator.tell(GivenLists(lists, str(goal)))
     elif sentences and recorded is not None:
         evaluator.tell(_changed(evaluator, recorded, sentences))
         recorded = None
@@ -214,7 +214,7 @@ def command(
     return 0
 
 
-def _changed(evaluator: Evaluator, recorded: RecordedDemonstration, sentences: list[str]) -> Told:
+def _changed(evaluator: Evaluator, recorded: RecordedDemonstration, sentences: list[str]) -> GivenLists:
     """Return what a demonstration shows, as sentences change it."""
     source = _source(evaluator, evaluator.policy(recorded))
     if source is None:

@@ -19,8 +19,8 @@ from ntp_dsl.common.files import episode_files
 from ntp_dsl.common.text import counted
 from ntp_dsl.datasets.recording import RecordedDemonstration
 from ntp_dsl.demonstrations.demonstration_files import read_demonstration
-from ntp_dsl.evaluation.episodes import Evaluator, Plan, Told
-from ntp_dsl.evaluation.spoken import as_lists
+from ntp_dsl.evaluation.episodes import Evaluator, GivenLists, Plan
+from ntp_dsl.evaluation.listening import as_lists
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.traces.comparison.comparison import Comparison
 from ntp_dsl.traces.comparison.comparison_rules import DivergenceKind
@@ -82,7 +82,7 @@ def command(
 def _plan(trace: Trace, file: Path, library: Path | None, model: Path | None, out: Path) -> Plan:
     """Return the plan of a trace's run. Raises `NtpError` where the trace does not say enough."""
     header = trace.header
-    registry_of(trace, library, file)
+    registry_of(trace, library, file)  # raises for another library than the trace's
     if header.policy not in (PolicyKind.LEARNED, PolicyKind.SCRIPTED) or header.seed is None:
         raise NtpError(f"{file}: expected a trace of `ntp run` or `ntp eval`, found one by '{header.policy}'")
     path = model or (Path(header.model) if header.model else None)
@@ -101,13 +101,13 @@ def _plan(trace: Trace, file: Path, library: Path | None, model: Path | None, ou
     )
 
 
-def _told_before(trace: Trace, file: Path, evaluator: Evaluator) -> Told:
+def _told_before(trace: Trace, file: Path, evaluator: Evaluator) -> GivenLists:
     """Return what a run was told, which was shown nothing."""
     if not trace.calls:
         raise NtpError(f"{file}: ends before the goal that was told: `ntp run --goal` runs it again")
     root = trace.calls[0]
     lists = as_lists(evaluator.registry, root.name, root.arguments)
-    return Told(lists, str(file), trace.header.said, trace.header.understood)
+    return GivenLists(lists, str(file), trace.header.said, trace.header.understood)
 
 
 def _recorded(trace: Trace, shown: Path | None) -> RecordedDemonstration | None:

@@ -6,10 +6,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ntp_dsl.cli.asking import Interview
+from ntp_dsl.cli.dialogue.asking import Interview
 from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import printable
-from ntp_dsl.evaluation.episodes import Evaluator, Told
+from ntp_dsl.evaluation.episodes import Evaluator, GivenLists
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.sentences.amending import amended
@@ -71,7 +71,7 @@ def understood(evaluator: Evaluator, sentences: Sequence[str], interview: Interv
     return interview.meanings(listener, sentences, found)
 
 
-def told(evaluator: Evaluator, sentences: Sequence[str], interview: Interview) -> Told:
+def told(evaluator: Evaluator, sentences: Sequence[str], interview: Interview) -> GivenLists:
     """Return the lists that sentences tell, and print them as they are understood."""
     found = understood(evaluator, sentences, interview)
     return _as_told(evaluator, found.arguments, sentences, found.probability)
@@ -79,7 +79,7 @@ def told(evaluator: Evaluator, sentences: Sequence[str], interview: Interview) -
 
 def changed(
     evaluator: Evaluator, read: tuple[Argument, ...], sentences: Sequence[str], probability: float
-) -> Told:
+) -> GivenLists:
     """Return the lists of a demonstration as sentences change them, and print them."""
     listener: Listener = evaluator.listener(0)
     for sentence in sentences:
@@ -99,10 +99,10 @@ def check(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> Lists:
 
 def _as_told(
     evaluator: Evaluator, arguments: tuple[Argument, ...], sentences: Sequence[str], probability: float
-) -> Told:
+) -> GivenLists:
     """Print lists as they were understood, and return them."""
     registry = evaluator.registry
     text = format_lists(registry, registry.programs[evaluator.instance(0).program], arguments)
     for line in text.splitlines():
         messages.print(f"understood: {printable(line.strip())}")
-    return Told(check(evaluator, arguments), UNDERSTOOD, tuple(sentences), probability)
+    return GivenLists(check(evaluator, arguments), UNDERSTOOD, tuple(sentences), probability)

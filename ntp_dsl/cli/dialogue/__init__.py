@@ -1,0 +1,1 @@
+"""What a person is asked on the command line, and what one says."""
