@@ -114,6 +114,19 @@ def _hand_fits(arm: Arm, state: SceneState, grasp: Grasp) -> bool:
     return arm.scene.hand_is_free(grasp.tool, state.with_opening(grasp.openings[-1]), LINE_MARGIN)
 
 
+def _closing_freely(arm: Arm, state: SceneState, grasp: Grasp) -> list[float]:
+    """Return the openings, widest first, from which the fingers meet nothing but the body as they close.
+
+    Wider ones may be free as well where a finger is beyond a wall that it would close on.
+    """
+    narrow_first = reversed(grasp.openings)
+    free = itertools.takewhile(
+        lambda opening: arm.scene.hand_is_free(grasp.tool, state.with_opening(opening), LINE_MARGIN),
+        narrow_first,
+    )
+    return list(free)[::-1]
+
+
 def _free_ends(arm: Arm, snapshot: CellSnapshot, grasp: Grasp, seed: int, restarts: int) -> Iterator[Array]:
     """Yield joint positions at the grasp that are free with the narrowest opening of the fingers."""
     narrow = snapshot.state.with_opening(grasp.openings[-1])
@@ -131,9 +144,9 @@ def _above_end(arm: Arm, state: SceneState, grasp: Grasp, end: Array, height: fl
 
 
 def line_to_grasp(arm: Arm, state: SceneState, above: Array, grasp: Grasp, end: Array) -> Approach | None:
-    """Return the straight line to a grasp with the widest opening of the fingers that is free."""
+    """Return the straight line to a grasp with the widest free opening from which the fingers can close."""
     line: Array | None = None
-    for opening in grasp.openings:
+    for opening in _closing_freely(arm, state, grasp):
         opened = state.with_opening(opening)
         if not arm.scene.is_free(end, opened, LINE_MARGIN):
             continue

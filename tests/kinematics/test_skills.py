@@ -10,6 +10,7 @@ from kinematics_scenes import HALF, cube, scattered
 
 from kinematics.errors import Reason, UnusablePose
 from kinematics.shapes.bodies import Body
+from kinematics.shapes.catalogue import tub
 from kinematics.shapes.shapes import Box
 from kinematics.simulation.simulated_cell import SimulatedCell
 from kinematics.skills.skills import Motion, grasp, move_above, move_above_free_place, release
@@ -85,6 +86,16 @@ def test_a_leaning_cube_is_grasped_and_set_upright(cell: SimulatedCell, tilt: fl
     cell.reset([lean, cube("prop", 0.5, 0.055), cube("far", 0.4, -0.15)], 0)
     pick_and_place(cell, "lean", "far")
     assert cell.pose("lean").position[2] == pytest.approx(0.075, abs=2e-3)
+
+
+@pytest.mark.parametrize("from_the_wall", [0.018, 0.022, 0.026])
+def test_fingers_do_not_close_on_a_wall_between_them_and_a_body(
+    cell: SimulatedCell, from_the_wall: float
+) -> None:
+    box = Body("box", tub((0.105, 0.105, 0.035)), (0.5, 0.0, 0.02), mass=0.0)
+    place = 0.5 - 0.075, -0.105 + from_the_wall, 0.0375
+    cell.reset([box, Body("item", Box((0.015, 0.015, 0.0325)), place)], 0)
+    pick(cell, "item")
 
 
 def test_a_cube_in_a_corner_of_two_others_is_pushed_free(cell: SimulatedCell) -> None:
