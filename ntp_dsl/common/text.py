@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 MAX_NAME = 200  # [characters] of a name in a message
 
 
@@ -20,3 +22,16 @@ def shortened(text: object) -> str:
     """Return the text printable, and cut where it is too long for a message."""
     whole = printable(text)
     return whole if len(whole) <= MAX_NAME else f"{whole[:MAX_NAME]}..."
+
+
+def listed(facts: Sequence[object], most: int) -> str:
+    """Return the first facts as text, and how many there are besides."""
+    more = f" and {len(facts) - most} more" if len(facts) > most else ""
+    return ", ".join(map(str, facts[:most])) + more
+
+
+def enumerated(texts: Sequence[str]) -> str:
+    """Return texts as an enumeration: a, b and c."""
+    if len(texts) <= 1:
+        return "".join(texts)
+    return f"{', '.join(texts[:-1])} and {texts[-1]}"

@@ -20,6 +20,7 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.policies.scripted import ScriptedPolicy, demonstrated
 from ntp_dsl.semantics.attempts import reads_failures
+from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
 from ntp_dsl.semantics.value_checks import OutOfRange
 from ntp_dsl.tasks.instances import Instance, enough_primitives
@@ -59,12 +60,12 @@ class FailedDemonstration:
 
     run: Run
     trace: str  # its lines, without the header and the end
-    missing: str  # a fact of the goal that does not hold at the end; empty where all do
+    lacking: str  # that a fact of the goal does not hold at the end, in words; empty where all do
 
     def __str__(self) -> str:
         if self.run.done:
             return f"a call of the expert failed{self.run.last_message}"
-        lacking = f"{self.missing} does not hold; " if self.missing else ""
+        lacking = f"{self.lacking}; " if self.lacking else ""
         return f"{lacking}{self.run}{self.run.last_message}"
 
 
@@ -121,9 +122,9 @@ def demonstrate(
     if not run.done or (run.failures and not may_fail):
         end = world.truth()
         state = State(registry, end)
-        missing = (fact for fact in instance.literals(registry, end) if not state.holds(fact))
+        lacking = (why_not(each, state) for each in instance.literals(registry, end) if not state.holds(each))
         _, _, lines = stream.getvalue().partition("\n")
-        return FailedDemonstration(run, lines, str(next(missing, "")))
+        return FailedDemonstration(run, lines, next(lacking, ""))
     origin = Origin(library=registry.name, task=instance.name, seed=seed, goal=instance.goal)
     trace = parse_trace(stream.getvalue().encode(), Path("demonstration"))
     return RecordedDemonstration(recorder.demonstration(origin), demonstrated(trace))

@@ -23,6 +23,7 @@ from ntp_dsl.policies.random_arguments import random_arguments
 from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument, without_lists
+from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.phrases import format_argument, format_measurement
@@ -169,7 +170,7 @@ def _violates(
         failure += f" ({measured})" if failure and measured else ""
         given = ", ".join(map(format_argument, arguments))
         where = places_text(after.observation, without_lists(arguments))
-        record.example = f"for example {api.name}({given}): {unmet[0]} does not hold{failure}"
+        record.example = f"for example {api.name}({given}): {why_not(unmet[0], after)}{failure}"
         record.example += f"; afterwards: {where}" if where else ""
         functions = [("skill", api.name)]
         functions += [("predicate", each.predicate) for each in unmet[:1] if isinstance(each, Literal)]

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ntp_dsl.common.text import counted
+from ntp_dsl.common.text import counted, listed
 from ntp_dsl.dynamic.places import Places
 from ntp_dsl.dynamic.starts import places_text, scene_text, state_text
 from ntp_dsl.dynamic.starving import Starving, starving
 from ntp_dsl.dynamic.steps import Undoing, undoing
-from ntp_dsl.dynamic.stuck import FEW, MOST, SKIPPED, Stuck, given, listed, stuck
+from ntp_dsl.dynamic.stuck import FEW, MOST, SKIPPED, Stuck, given, stuck
 from ntp_dsl.dynamic.trials import Trial
 from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, Unfinished, source_lines
 from ntp_dsl.language.diagnostics.diagnostics import Diagnostic, Note
@@ -21,6 +21,7 @@ from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Decision, NextCall
 from ntp_dsl.semantics.facts import Fact, Literal
 from ntp_dsl.semantics.observation import without_lists
+from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
 
 STEPS = 8  # of a cycle that are listed
@@ -72,10 +73,11 @@ class Finding:
         """Yield why a program returned unfinished, and which statements it skipped at its last call."""
         program, arguments = found.frame.program, found.frame.arguments
         yield Note(f"{program}({given(arguments)}) returns unfinished: {found.reason}")
-        end = stuck(self.trial.expert, program, arguments, State(self._registry, found.seen))
+        state = State(self._registry, found.seen)
+        end = stuck(self.trial.expert, program, arguments, state)
         for fact in end.unmet[:1]:
             told = f"; {name} is told by a function in Python" if (name := self._in_python(fact)) else ""
-            yield Note(f"then {fact} does not hold: {places_text(found.seen, sorted(fact.names))}{told}")
+            yield Note(f"then {why_not(fact, state)}: {places_text(found.seen, sorted(fact.names))}{told}")
         if found.last is None:
             return
         before = stuck(self.trial.expert, program, arguments, State(self._registry, found.last.seen))
@@ -111,7 +113,7 @@ class Finding:
         message += f"({kinds})"
         notes = (
             Note(f"it started ({trial.start}) with {scene_text(trial.first)}{wanted}"),
-            Note(f"it ended ({trial.run}), and success still lacks {listed(trial.unmet, MOST)}"),
+            Note(f"it ended ({trial.run}), and {trial.lacking}"),
             *self._stuck(trial.end, trial.unmet),
             *self._trace,
         )

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from ntp_dsl.common.text import listed
 from ntp_dsl.dynamic.steps import Step
-from ntp_dsl.dynamic.stuck import FEW, given, listed
+from ntp_dsl.dynamic.stuck import FEW, given
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
 from ntp_dsl.policies.expert import Expert, NextCall
 from ntp_dsl.policies.protocol import Frame
@@ -24,7 +25,7 @@ class Starving:
 
     def __str__(self) -> str:
         call = f"{self.call.callee}({given(self.call.arguments)})"
-        return f"{call} is needed, and lacks {listed(self.lacks, FEW)}, which no statement before it provides"
+        return f"{call} is needed, and lacks {listed(self.lacks, FEW)}, which nothing before it provides"
 
 
 def starving(expert: Expert, cycle: Sequence[Step]) -> Starving | None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ntp_dsl.common.text import listed
 from ntp_dsl.language.registry import Api, Program
 from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
 from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.left_out import why_left_out
 from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import State
@@ -27,6 +29,7 @@ class Stuck:
     `way` has the statements that lead to it, the outermost first.
     """
 
+    expert: Expert
     program: Program
     arguments: tuple[Argument, ...]
     state: State
@@ -43,7 +46,30 @@ class Stuck:
     @property
     def reasons(self) -> list[tuple[Span, str]]:
         """Return where each statement of the body is, and why it is not called, or that it is due."""
-        return [(each.span, _reason(each, self.is_deadlock)) for each in self.statements]
+        return [(each.span, self._reason(each)) for each in self.statements]
+
+    def _reason(self, each: BodyStatement) -> str:
+        called = innermost(each.statement).callee
+        call = f"{called}({given(each.call.arguments)})" if each.call else called
+        why = why_left_out(self.expert, each, self.program.bind(self.arguments), self.state)
+        match each.status:
+            case Status.ABSENT:
+                about = "no element meets the conditions of the loop"
+                about = about if each.is_about_nothing else "its condition does not hold"
+                return f"{SKIPPED}{about}" + f": {why}" * bool(why)
+            case Status.PASSED:
+                return f"{SKIPPED}nothing that it achieves is needed"
+            case Status.ACHIEVED:
+                provided = sorted(map(str, each.instance.provides)) if each.instance else []
+                return f"{SKIPPED}what it achieves already holds" + f": {listed(provided, FEW)}" * bool(
+                    provided
+                )
+        if each.lacks:
+            lacking = f"{call} lacks {listed(each.lacks, FEW)}"
+            return f"{SKIPPED}{lacking}, and no earlier statement is due that provides it"
+        if self.is_deadlock or each.status is Status.VAIN:
+            return f"{SKIPPED}{call} would do nothing" + f": {why}" * bool(why)
+        return f"due: {call}"
 
 
 def stuck(
@@ -57,7 +83,7 @@ def stuck(
         for part in (row.achieves, row.requires)
     )
     statements = body_statements(expert, row, arguments, state)
-    return Stuck(row, arguments, state, unmet, lacks, statements, way)
+    return Stuck(expert, row, arguments, state, unmet, lacks, statements, way)
 
 
 def find_deadlock(
@@ -78,34 +104,6 @@ def find_deadlock(
     return replace(found, is_deadlock=True)
 
 
-def _reason(each: BodyStatement, is_deadlock: bool) -> str:
-    called = innermost(each.statement).callee
-    call = f"{called}({given(each.call.arguments)})" if each.call else called
-    match each.status:
-        case Status.ABSENT:
-            about = "no element meets the conditions of the loop"
-            return f"{SKIPPED}{about if each.is_about_nothing else 'its condition does not hold'}"
-        case Status.PASSED:
-            return f"{SKIPPED}nothing that it achieves is needed"
-        case Status.ACHIEVED:
-            return f"{SKIPPED}what it achieves already holds"
-    if each.lacks:
-        return f"{SKIPPED}{call} lacks {listed(each.lacks, FEW)}, and no earlier statement provides it"
-    if is_deadlock or each.status is Status.VAIN:
-        text = f"{SKIPPED}every call of {called} would return at once, or lacks what it requires"
-        if each.instance is None or each.instance.lacking is None:
-            return text
-        first, lacks = each.instance.lacking
-        return f"{text}: {called}({given(first.arguments)}) lacks {listed([*lacks], FEW)}"
-    return f"due: {call}"
-
-
 def given(arguments: Sequence[Argument]) -> str:
     """Return the arguments of a call, lists left out."""
     return ", ".join("..." if isinstance(each, tuple) else format_argument(each) for each in arguments)
-
-
-def listed(facts: Sequence[object], most: int) -> str:
-    """Return the first facts as text, and how many there are besides."""
-    more = f" and {len(facts) - most} more" if len(facts) > most else ""
-    return ", ".join(map(str, facts[:most])) + more

@@ -8,7 +8,8 @@ from io import StringIO
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.dynamic.stuck import MOST, Stuck, listed, stuck
+from ntp_dsl.common.text import listed
+from ntp_dsl.dynamic.stuck import MOST, Stuck, stuck
 from ntp_dsl.dynamic.trial_traces import header, write_frame
 from ntp_dsl.dynamic.watching import Livelock, NondeterministicExpert, WatchedPolicy
 from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
@@ -18,6 +19,7 @@ from ntp_dsl.language.syntax.nodes import Span
 from ntp_dsl.policies.expert import Expert
 from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
@@ -58,6 +60,13 @@ class Trial:
         """Return the conditions of success that do not hold in a state."""
         state = State(self.expert.registry, seen)
         return [fact for fact in self.facts_in(seen) if not state.holds(fact)]
+
+    @property
+    def lacking(self) -> str:
+        """What success lacks at the end, in words, and of a single fact why it does not hold; or nothing."""
+        if len(self.unmet) == 1:
+            return why_not(self.unmet[0], State(self.expert.registry, self.last))
+        return f"{listed(self.unmet, MOST)} do not hold" if self.unmet else ""
 
     def facts_in(self, seen: Observation) -> list[Fact]:
         """Return the conditions of success."""
@@ -140,12 +149,11 @@ def _end(trial: Trial) -> End:
     """Return the trace's record of a trial's end; a run that a fault stopped has none of its own."""
     match trial.fault:
         case None:
-            unmet = f"{listed(trial.unmet, MOST)} does not hold" if trial.unmet else ""
             return with_fields(
                 trial.run.end(),
                 success=not trial.unmet,
-                attributed_to=_cause(trial) if unmet else None,
-                verdict=unmet,
+                attributed_to=_cause(trial) if trial.unmet else None,
+                verdict=trial.lacking,
             )
         case Livelock():
             ending, reason = Ending.CIRCULAR, "the same states recur"

@@ -19,6 +19,7 @@ from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
+from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
 from ntp_dsl.tasks.instances import Instance, enough_primitives
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
@@ -88,7 +89,7 @@ def _shortfall(
     facts = instance.literals(registry, now)
     for literal in facts:
         if not state.holds(literal):
-            return Shortfall(ShortfallKind.NOT_ACHIEVED, f"{literal} does not hold")
+            return Shortfall(ShortfallKind.NOT_ACHIEVED, why_not(literal, state))
     literals = [part for fact in facts for part in _parts(state, fact)]
     for literal in literals:
         if literal.positive and registry.predicates[literal.predicate].provider in CONTACT_PREDICATES:

@@ -16,13 +16,15 @@ FIRST = 10  # frames of which a first and last place is the median
 AWAY = 0.06  # [m] from the surface of the nearest object, where a hand that closes holds nothing
 ALONG = 0.06  # [m] that an object goes with an open hand
 BESIDE = 0.12  # [m] from the hand, within which an object may go with it
+ALONE = 0.1  # [m] from the surface of an object that moves, where no hand moves it
+SLOW = 0.3  # [s] within which what is carried moves by more than SHIFT
 SAME_WAY = 0.02  # [m] by which the ways of both differ, at most
 
 
 def tracking_remarks(shown: Demonstration) -> Iterator[str]:
     """Yield what is odd, as sentences; one of each kind, with the first place where it shows."""
     moved = _camera(shown) or _fixed(shown)
-    for found in (_gap(shown), moved, _far_grasps(shown), _late_hand(shown)):
+    for found in (_gap(shown), moved, _far_grasps(shown) or _moved_alone(shown), _late_hand(shown)):
         if found:
             yield printable(found)
 
@@ -81,6 +83,28 @@ def _far_grasps(shown: Demonstration) -> str:
     return (
         f"wherever the hand closes, it is {away.min():.2f} m or more from every object: is `gripper` the "
         "point between the fingertips, in the frame of the objects?"
+    )
+
+
+def _moved_alone(shown: Demonstration) -> str:
+    """Tell of objects most of which move while the hand is elsewhere."""
+    span = max(1, round(SLOW / float(np.median(np.diff(shown.times))))) if len(shown) > 1 else len(shown)
+    if len(shown) <= span:
+        return ""
+    ways = np.linalg.norm(shown.positions[span:] - shown.positions[:-span], axis=2)  # (T - span, N)
+    apart = np.linalg.norm(shown.positions - shown.grippers[:, None], axis=2)[span:]
+    nearest = {
+        obj.name: float(np.median(apart[moves, index])) - max(obj.size) / 2
+        for index, obj in enumerate(shown.objects)
+        if obj.movable and (moves := ways[:, index] > SHIFT).any()
+    }
+    alone = {name: far for name, far in nearest.items() if far > ALONE}
+    if not alone or 2 * len(alone) <= len(nearest):
+        return ""
+    name, far = max(alone.items(), key=lambda each: each[1])
+    return (
+        f"{name} moves while the hand is some {far:.2f} m away from it, and so do {len(alone)} of "
+        f"the {len(nearest)} that move: are the hand and the objects in one frame?"
     )
 
 

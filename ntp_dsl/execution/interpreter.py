@@ -15,6 +15,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.policies.evidence import evidence, weighed
 from ntp_dsl.policies.expert import Expert
+from ntp_dsl.policies.left_out import told_statements
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.facts import Fact, Literal
@@ -293,6 +294,8 @@ class Interpreter:
             return decision
         row = self.registry.programs[frame.program]
         grounds, statements = evidence(self._expert, row, frame.arguments, seen)
+        if choice.callee is None and not choice.done:
+            statements = told_statements(self._expert, row, frame.arguments, seen)
         facts = tuple(map(told, weighed(grounds, seen.holds), grounds))
         return with_fields(decision, facts=facts, statements=statements, scripted=row.in_python)
 

@@ -127,7 +127,9 @@ class Expert:
                 return f"{instance.vain} would return at once: {end.reason or 'it is done'}"
             if instance.lacks and instance.call is not None:
                 lacking = min(map(str, instance.lacks))
-                return f"{instance.call} lacks {lacking}, which no statement before it brings about"
+                return (
+                    f"{instance.call} lacks {lacking}, and no statement before it is due that brings it about"
+                )
         for fact in sorted(wanted, key=str):
             is_helped = any(Wanted([fact], state).helped_by(each.provides) for each in body)
             if not is_helped and not any(_provides_any(each.provides, {fact}) for each in body):
@@ -214,8 +216,8 @@ class Expert:
             )
             if not hopeless and (element.lacks or not self._is_empty(element.call, state)):
                 return Instance(element.call, False, provides, element.lacks, names)
-        vain = next((each.call for each in pending if not each.lacks), None)
-        lacking = next(((each.call, each.lacks) for each in pending if each.call and each.lacks), None)
+        vain = next((call for each in pending if not each.lacks and (call := each.call or each.vain)), None)
+        lacking = next((found for each in pending if (found := _lacking(each))), None)
         return Instance(None, False, provides, frozenset(), names, vain, lacking)
 
     def _provided_by(
@@ -227,8 +229,8 @@ class Expert:
     # Calls that would return at once ------------------------------------------------------------
 
     def _is_empty(self, call: NextCall | None, state: State) -> bool:
-        """Return whether the callee's own first step would be a return."""
-        return call is not None and self._end_at_once(call, state) is not None
+        """Return whether the callee's own first step would be a return, or an inner loop has no call."""
+        return call is None or self._end_at_once(call, state) is not None
 
     def _end_at_once(self, call: NextCall, state: State) -> Return | None:
         """Return the callee's own first step, if that is a return."""
@@ -302,6 +304,11 @@ def call(callee: str, *arguments: Argument) -> NextCall:
 def first(calls: Iterable[NextCall]) -> list[NextCall]:
     """Return candidate calls; the first that would not return at once is made. For Python experts."""
     return list(calls)
+
+
+def _lacking(element: Instance) -> tuple[NextCall, frozenset[Fact]] | None:
+    """Return the call that an element of a loop stands for, and what it lacks; or None."""
+    return (element.call, element.lacks) if element.call and element.lacks else element.lacking
 
 
 def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:

@@ -55,13 +55,17 @@ class Status(StrEnum):
 
 
 class StatementStatus(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """A statement of a program's body at a decision: the call that it stood for, and what that lacked."""
+    """A statement of a program's body at a decision: the call that it stood for, and what that lacked.
+
+    Where its program returns unfinished, `why` says why it leads to no call, in words.
+    """
 
     line: Count
     status: Status
     callee: str = ""
     arguments: tuple[Argument, ...] = ()
     lacks: tuple[str, ...] = ()
+    why: str = ""
 
 
 class ReadList(Struct, frozen=True):

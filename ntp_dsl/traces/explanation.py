@@ -7,7 +7,7 @@ from functools import partial
 
 from msgspec.structs import replace as with_fields
 
-from ntp_dsl.common.text import counted, printable
+from ntp_dsl.common.text import counted, enumerated, printable
 from ntp_dsl.semantics.observation import without_lists
 from ntp_dsl.traces.aftermath import NAME, aftermath, at_the_end, never_made_good
 from ntp_dsl.traces.circles import circle
@@ -146,7 +146,7 @@ def _reasons(trace: Trace, call: Call) -> Iterator[str]:
         step = Option(decision.answer.callee, decision.answer.arguments, decision.probability or 0.0)
         yield f"Asked in a replay, the policy would {format_option(step)}{_percent(decision)}."
     elif decision.probability is not None:
-        others = _listed([*_others(call, decision)])
+        others = enumerated([*_others(call, decision)])
         yield f"The decision was {decision.probability:.0%} probable{f' ({others})' * bool(others)}."
     if decision.asked is not None:
         yield f"Somebody was asked: {format_asked(decision.asked)}."
@@ -199,7 +199,7 @@ def _is_negated(fact: str) -> bool:
 
 
 def _facts(facts: Sequence[FactProbability]) -> str:
-    return _listed(
+    return enumerated(
         [
             f"{each.fact} ({each.probability:.0%})" if LEAST <= each.probability < SURE else each.fact
             for each in facts
@@ -229,8 +229,10 @@ def _named(each: StatementStatus, quoted: Quoted) -> str:
         text += f" {format_invocation(each.callee, each.arguments)}"
     elif written := quoted(each.line):
         text += f" {written}"
+    if each.why:
+        return f"{text} ({each.why})"
     if each.status is Status.DUE and each.lacks:
-        text += f", which lacked {_listed(each.lacks[:MOST])}"
+        text += f", which lacked {enumerated(each.lacks[:MOST])}"
     return text
 
 
@@ -269,7 +271,7 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     blamed = f", which is attributed to {cause}" if cause and not call.succeeded else ""
     yield f"{after} returned: {str(call.outcome).replace('_', ' ')}{blamed}."
     if call.execution.unmet:
-        yield f"It reported success, but {_listed(call.execution.unmet[:MOST])} did not hold."
+        yield f"It reported success, but {enumerated(call.execution.unmet[:MOST])} did not hold."
     if where := aftermath(trace, call):
         yield f"Seen afterwards: {where}."
     if call.parent == ROOT and call.succeeded and trace.end is not None and trace.end.success is False:
@@ -278,11 +280,11 @@ def _outcome(trace: Trace, call: Call) -> Iterator[str]:
     failed = [each for each in made if not each.succeeded]
     if failed:
         texts = [f"call {each.id}, {format_call(each)}" for each in failed[:MOST]]
-        yield f"Of its calls, {_listed(texts)} did not succeed."
+        yield f"Of its calls, {enumerated(texts)} did not succeed."
     for name, value in list(call.execution.evidence.items())[:MOST]:
         yield f"{format_measurement(name, value)[:LONG]}."
     if call.execution.disturbances:
-        yield f"Disturbed by {_listed(call.execution.disturbances)}."
+        yield f"Disturbed by {enumerated(call.execution.disturbances)}."
     returned = call.return_decision
     if returned is not None:
         if returned.probability is not None and returned.answer is None:
@@ -317,10 +319,3 @@ def _skipped(trace: Trace, call: Call, last: Call) -> Iterator[str]:
     if skipped:
         told = " ".join(_statements(skipped, _of(trace, call.name)))
         yield f"When it made its last call, {format_call(last)}: {told}"
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Return texts as an enumeration."""
-    if len(texts) <= 1:
-        return "".join(texts)
-    return f"{', '.join(texts[:-1])} and {texts[-1]}"

@@ -372,7 +372,7 @@ task installing:
 def test_a_livelock_names_the_statement_that_starves(tmp_path: Path) -> None:
     path = written(tmp_path, INSTALLING)
     (livelock,) = [each for each in diagnostics(path) if each.code == "E605"]
-    (starving,) = [each for each in livelock.notes if "which no statement before it provides" in each.message]
+    (starving,) = [each for each in livelock.notes if "which nothing before it provides" in each.message]
     assert starving.message.startswith("light(lamp_0) is needed, and lacks switched(lamp_0)")
     assert path.read_text().splitlines()[starving.span.line - 1].strip() == "light(l)"
     assert livelock.help.startswith("write a statement before 'light' that provides switched(lamp_0)")

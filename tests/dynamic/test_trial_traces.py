@@ -44,14 +44,14 @@ def test_a_deadlock_shows_its_state_and_what_each_statement_lacked(tmp_path: Pat
     assert [each.split(" lacks ")[-1] for each in statements] == [
         "skipped: what it achieves already holds",
         "skipped: its condition does not hold",
-        f"holding({item[1]}), and no earlier statement provides it",
+        f"holding({item[1]}), and no earlier statement is due that provides it",
     ]
 
 
 def test_a_goal_that_is_not_reached_shows_the_state_and_what_success_lacks(tmp_path: Path) -> None:
     (failed,) = diagnostics(written(tmp_path, FORGETFUL))
     _, ended, state, contract = [note.message for note in failed.notes]
-    assert ended.startswith("it ended (done), and success still lacks on(block_")
+    assert ended.startswith("it ended (done), and on(block_")
     assert state.count(" at (") == 4 and state.endswith("; nothing in the hand")
     assert contract == "fill(...) has achieved its contract, and success asks for more"
 

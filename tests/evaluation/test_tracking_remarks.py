@@ -62,3 +62,9 @@ def test_a_hand_that_closes_too_late_is_told(shown: Demonstration) -> None:
     late = round(1.5 / float(np.median(np.diff(shown.times))))
     closed = np.concatenate([np.zeros(late, bool), shown.closed[:-late]])
     assert told(replace(shown, closed=closed)).endswith("does `closed` come too late?")
+
+
+def test_a_hand_in_another_frame_than_the_objects_is_told() -> None:
+    stacked = demonstrate(draw(load("block_stacking"), "block_stacking", 1)).demonstration
+    mirrored = replace(stacked, positions=stacked.positions * np.array([1.0, -1.0, 1.0], np.float32))
+    assert told(mirrored).endswith("are the hand and the objects in one frame?")

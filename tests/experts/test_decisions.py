@@ -13,6 +13,7 @@ from expert_samples import drawn, experts
 from ntp_dsl.datasets.labels import random_call
 from ntp_dsl.language.loader import load
 from ntp_dsl.language.registry import Registry
+from ntp_dsl.libraries import load_text
 from ntp_dsl.policies.expert import Decision, Expert, ExpertContext, NextCall, UndeclaredCall, call
 from ntp_dsl.semantics.facts import Literal
 from ntp_dsl.semantics.observation import Argument, Observation, Record, SceneObject
@@ -153,3 +154,47 @@ def test_the_right_object_is_taken_up_though_the_hand_holds_another(tmp_path: Pa
 
 def test_a_task_that_is_done_returns_done(stacking: Registry) -> None:
     assert decide(Expert(stacking), ("stack", ((),), drawn(stacking, 1)[1].truth())).done  # type: ignore[union-attr]
+
+
+SHELVED = """
+library mine
+use tabletop
+
+type Shelf is Place
+record Row(shelf: Shelf, item: Block)
+
+program fill(rows: list[Row]):
+    achieves all on(r.item, r.shelf) for r in rows
+    for r in rows:
+        for i in Block if i == r.item:
+            bring(i, r.shelf)
+
+program bring(item: Block, shelf: Shelf):
+    requires present(item) and reachable(item) and present(shelf) and reachable(shelf)
+    achieves on(item, shelf)
+    when clear(item):
+        pick_and_place(item, shelf)
+"""
+
+
+def test_an_element_of_which_no_call_would_do_anything_does_not_keep_the_others_waiting() -> None:
+    registry = load_text(SHELVED)
+    objects = tuple(
+        SceneObject(name, kind, size)
+        for name, kind, size in (
+            ("s", "Shelf", (0.2, 0.2, 0.01)),
+            ("under", "Block", (0.05, 0.05, 0.05)),
+            ("upon", "Block", (0.05, 0.05, 0.05)),
+            ("free", "Block", (0.05, 0.05, 0.05)),
+        )
+    )
+    places = {
+        "s": (0.5, 0.2, 0.0),
+        "under": (0.5, -0.1, 0.025),
+        "upon": (0.5, -0.1, 0.075),
+        "free": (0.4, 0, 0.025),
+    }
+    seen = Observation(objects, places, (0.5, 0.0, 0.4), False)
+    rows = tuple(Record("Row", (("shelf", "s"), ("item", item))) for item in ("under", "free"))
+    answer = Expert(registry).decide("fill", (rows,), State(registry, seen))
+    assert answer == call("bring", "free", "s")

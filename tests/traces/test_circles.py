@@ -47,6 +47,13 @@ def misjudged(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
+def without_a_condition(tmp_path: Path) -> Path:
+    """Vases, which are fragile, are provided for by none of two conditions."""
+    old, new = "when handling(p) == fragile:", "when handling(p) == heavy:"
+    return planted(tmp_path, DOMAINS / "depot", "depot.ntp", old, new)
+
+
+@pytest.fixture
 def left_in_the_boot(tmp_path: Path) -> Path:
     """Nothing takes out the wheel that is to be put on."""
     old = "    when stowed(spare):\n        take_out(spare, c)\n"
@@ -115,3 +122,13 @@ def test_a_run_that_succeeds_goes_round_in_nothing(tmp_path: Path) -> None:
     words = ["eval", "block_stacking", "few_placements", "-n", "1", "--slips", ".5", "--out", str(tmp_path)]
     assert run(words) == 0
     assert circle(read_trace(tmp_path / "episode_00000.trace.jsonl")) is None
+
+
+def test_a_call_that_would_do_nothing_is_opened_and_its_conditions_are_told(
+    without_a_condition: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = checked(without_a_condition, capsys)
+    assert "load(vase_0, dock_0) has not achieved" in told
+    assert "its condition does not hold: handling(vase_0) is fragile, not heavy" in told
+    _, told = explained(without_a_condition, "depot", tmp_path / "runs", capsys)
+    assert "cushion is left out, as handling(vase_0) is fragile, not heavy;" in told

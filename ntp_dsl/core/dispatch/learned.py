@@ -22,6 +22,7 @@ from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.evidence import evidence, rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.left_out import told_statements
 from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
@@ -110,6 +111,8 @@ class LearnedDispatcher:
         )
         program = self._expert.registry.programs[situation.program]
         grounds, statements = evidence(self._expert, program, situation.arguments, situation.state)
+        if isinstance(answer, Return) and not answer.done:
+            statements = told_statements(self._expert, program, situation.arguments, situation.state)
         calls = [call for call, _ in expected.calls.values()]
         chances = [each for _, each in expected.calls.values()]
         decision = Decision(

@@ -11,6 +11,7 @@ from ntp_dsl.core.perception.perceived import Believed, Variant
 from ntp_dsl.language.registry import Program
 from ntp_dsl.policies.evidence import evidence, rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
+from ntp_dsl.policies.left_out import told_statements
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
@@ -33,6 +34,8 @@ class RuleDispatcher:
             answer = Return(False, f"{answer.callee} was of no use")
         row = self.expert.registry.programs[situation.program]
         grounds, statements = evidence(self.expert, row, arguments, state)
+        if isinstance(answer, Return) and not answer.done:
+            statements = told_statements(self.expert, row, arguments, state)
         facts = weighed(grounds, state.probability)
         sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
         variants: list[Variant] = [(1.0, state)]
