@@ -11,7 +11,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.sentences.elements import Element, values_of
 from ntp_dsl.sentences.english import NUMBERS, POLITE, words
-from ntp_dsl.sentences.mentions import Mention
+from ntp_dsl.sentences.senses import Mention
 from ntp_dsl.sentences.understanding import SURE_ENOUGH, Listener
 
 SWAPPED = re.compile(r"\b(swap\w*|switch\w*|exchang\w*|trad(e|es|ing)|interchang\w*)\b")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ntp_dsl.sentences.english import GOALS, Role
-from ntp_dsl.sentences.mentions import Mention, Sense
+from ntp_dsl.sentences.senses import Mention, Sense
 
 Part = tuple[Role, Mention]
 
@@ -16,12 +16,9 @@ class Clause:
 
     parts: tuple[Part, ...]
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
-    tokens: tuple[str, ...] = ()
+    mentions: tuple[Mention, ...] = ()  # as they were found, from left to right
+    weight: float = 0.0  # logarithm of how probable this way is beside the others
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
-
-    def before(self, mention: Mention) -> tuple[str, ...]:
-        """Return the word before a noun phrase."""
-        return self.tokens[max(0, mention.begin - 1) : mention.begin]
 
 
 def without_source(clause: Clause) -> Clause | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ntp_dsl.language.registry import Program, Registry
@@ -38,6 +38,11 @@ def _same(one: Argument | None, other: Argument | None) -> bool:
     if isinstance(one, float) and isinstance(other, float):
         return abs(one - other) < 1e-6
     return one == other
+
+
+def element_said(parameter: str, values: Sequence[Argument | None]) -> Said:
+    """Return that a list is to have an element: what is said where someone names its fields."""
+    return Said(f"{parameter}[]", tuple(values), False)
 
 
 def consequences(state: State, program: Program, arguments: tuple[Argument, ...]) -> set[Said]:

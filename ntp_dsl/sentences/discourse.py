@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import log
 
 from ntp_dsl.sentences.english import (
@@ -19,8 +20,10 @@ from ntp_dsl.sentences.english import (
     SITES,
     stem,
 )
-from ntp_dsl.sentences.mentions import Mention, Sense, Vocabulary
+from ntp_dsl.sentences.mentions import Vocabulary
+from ntp_dsl.sentences.senses import Mention, Sense
 
+POINTING = frozenset({"the", "that", "this"})
 BEING = frozenset("is what should will must can".split())
 
 
@@ -32,6 +35,12 @@ class Discourse:
         self.theme: Mention | None = None  # what the clause before was about
         self._before: list[Mention] = []  # and what it named
         self._named: set[str] = set()
+
+    def copy(self) -> Discourse:
+        """Return another that has heard the same."""
+        found = Discourse(self._vocabulary)
+        found.theme, found._before, found._named = self.theme, [*self._before], {*self._named}
+        return found
 
     def heard(self, mentions: Sequence[Mention], theme: Mention) -> None:
         """Remember a clause's noun phrases, and what it was about."""
@@ -93,7 +102,20 @@ class Discourse:
             if mention is not None:
                 found.append(mention)
                 inside |= {*range(mention.begin, mention.end)}
-        return sorted(found, key=lambda each: each.begin)
+        return sorted((self._spoken_of(tokens, each) for each in found), key=lambda each: each.begin)
+
+    def _spoken_of(self, tokens: Sequence[str], mention: Mention) -> Mention:
+        """Return a noun phrase as what was spoken of, where it may be that: "put the brush back"."""
+        if len(mention.senses) == 1 or mention.is_many or tokens[mention.begin] not in POINTING:
+            return mention
+        before = {value for each in self._before if len(each.senses) == 1 for value in each.senses[0].values}
+        for known in (before, self._named):
+            found = [each for each in mention.senses if known.issuperset(each.values)]
+            if len(found) == 1:
+                return replace(mention, senses=(replace(found[0], weight=0.0),))
+            if found:
+                return mention
+        return mention
 
     def _is_pronoun(self, tokens: Sequence[str], at: int) -> bool:
         after = tokens[at + 1 : at + 2]
@@ -117,16 +139,20 @@ class Discourse:
     def _other(self, tokens: Sequence[str], at: int, found: list[Mention]) -> Mention | None:
         """Return what "the other one" stands for: what is of the same kind, and was not named yet."""
         after = [each for each in found if each.begin == at + 1]
-        before = [each for each in found if each.end <= at] or ([self.theme] if self.theme else [])
-        head = after[0].head if after else before[-1].head if before else ""
-        if not head:
-            return None
-        kinds = self._vocabulary.mentions([head])
+        before = [each for each in found if each.end <= at] or [
+            *self._before,
+            *([self.theme] if self.theme else []),
+        ]
+        heads = [after[0].head] if after else [each.head for each in reversed(before)]
         here = {value for each in before for sense in each.senses for value in sense.values}
-        all_of_it = [*dict.fromkeys(v for each in kinds for sense in each.senses for v in sense.values)]
-        values = [each for each in all_of_it if each not in here]
-        values = [each for each in values if each not in self._named] or values
-        if not values:
+        for head in filter(None, heads):
+            kinds = self._vocabulary.mentions([head])
+            all_of_it = [*dict.fromkeys(v for each in kinds for sense in each.senses for v in sense.values)]
+            values = [each for each in all_of_it if each not in here]
+            values = [each for each in values if each not in self._named] or values
+            if values:
+                break
+        else:
             return None
         begin = at - 1 if at and tokens[at - 1] in DETERMINERS else at
         end = after[0].end if after else at + 1 + any(tokens[at + 1 : at + 2] == [each] for each in ONES)

@@ -11,7 +11,7 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Parameter, Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation, Record
 from ntp_dsl.semantics.state import State
-from ntp_dsl.sentences.consequences import Said, consequences
+from ntp_dsl.sentences.consequences import Said, consequences, element_said
 
 Element = Record | str
 Placed = tuple[str, Element]  # a list parameter's name, and an element of that list
@@ -80,9 +80,9 @@ class Elements:
         key = parameter.name, element
         if key not in self._consequences:
             own = self.called_with({parameter.name: (element,)})
-            self._consequences[key] = frozenset(
-                consequences(self._state, self.program, own) - self._without_elements
-            )
+            found = consequences(self._state, self.program, own) - self._without_elements
+            found.add(element_said(parameter.name, values_of(element)))
+            self._consequences[key] = frozenset(found)
         return self._consequences[key]
 
     @cached_property

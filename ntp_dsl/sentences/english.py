@@ -79,6 +79,8 @@ def _stems(text: str) -> frozenset[str]:
 BEARING = _stems(
     "want need carry hold support bear receive get take contain have accommodate host accept house shoulder"
 )
+# Those of which the subject may also be what gets somewhere: "the guest takes the seat".
+TAKING = _stems("take get occupy claim")
 # Verbs whose object is where something gets: "top the tray with the cup".
 COVERING = _stems("cover top crown cap load fill stock furnish equip burden")
 # Verbs of which the first of two objects is where something gets: "give the tray the cup".
@@ -181,7 +183,7 @@ HANDLING = ATTENTION | _stems("take grab pick get fetch lift hold go")
 GENERAL = frozenset(
     "piece tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan "
     "wish chance favour minute moment point result purpose intention course position order way turn time "
-    "thing".split()
+    "thing amount quantity count".split()
 )
 LARGE = frozenset(
     "large larger largest big bigger biggest tall taller tallest long longest wide widest".split()
@@ -196,6 +198,11 @@ NUMBERS = {
         "sixteen seventeen eighteen nineteen twenty".split()
     )
 }
+
+# Words that name nothing of a library, and verbs that it need not know.
+KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
+KNOWN |= LARGE | SMALL | RELATIONS
+KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
 
 TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|[0-9]{1,15}(?:\.[0-9]{1,15})?|[,;.!?{}()]|-(?=\d)")
 CONTRACTED = re.compile(r"\b(it|that|there|what|here|let|he|she|who)'s\b|'(?:d|ll|re|ve|m)\b")
@@ -215,7 +222,11 @@ POLITE = re.compile(
     r"|\bwouldn't mind\b|\bif you (?:would|could|can|please|like|will|have (?:a|the) \w+)\b"
     r"|\bi wish\b|\bit would be \w+ if\b"
 )
-PARENTHESES = re.compile(r"\b(?:after (?:that|this)|in turn|of course|by the way|for now|for me|as well)\b")
+PARENTHESES = re.compile(
+    r"\b(?:after (?:that|this)|in turn|in (?:that|this|the same|the given) order|respectively|of course"
+    r"|by the way|for now|for me|as well)\b"
+)
+LIST_AFTER = re.compile(r":(?=[^.;:]*,)")
 LISTED = re.compile(r"\b(?:as well as|plus|but also|while|whereas)\b|&")
 CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
@@ -235,6 +246,7 @@ def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
+    text = LIST_AFTER.sub(" , ", text)
     text = NOT_ONLY.sub(r"\1 and ", text)
     text = NOTHING_OUTSIDE.sub(lambda m: f"all {m['a'] or m['b'] or m['c']} are in", text)
     text = NUMBERED.sub(" ", RIGHT_NOW.sub("", text))

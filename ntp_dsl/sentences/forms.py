@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ntp_dsl.language.registry import Parameter, Registry
+from ntp_dsl.sentences.consequences import element_said
 from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
@@ -21,7 +22,7 @@ from ntp_dsl.sentences.english import (
     words,
 )
 from ntp_dsl.sentences.grammar import readings
-from ntp_dsl.sentences.mentions import Mention, Sense
+from ntp_dsl.sentences.senses import Mention, Sense
 from ntp_dsl.sentences.splitting import split
 
 BEFORE, AFTER = r"(?:\b(?:the|a|an|every|each|its|their|that)\s+)", r"(?:\s+(?:object|thing|one)\b)?"
@@ -37,6 +38,7 @@ class Form:
     parameters: tuple[Parameter, ...]
     wordings: tuple[Wording, ...]
     verbs: frozenset[str]  # stems of the words that it uses
+    is_element: bool = False  # of a list: its fields are told by types, or by their names
 
 
 def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) -> Form:
@@ -66,6 +68,14 @@ def form_of(registry: Registry, name: str, is_fact: bool, texts: Sequence[str]) 
         wordings[_by_name(name_words(name), len(parameters))] = None
     verbs |= {stem(word) for word in name_words(name) if word not in FILLERS | ONES | EVERY}
     return Form(name, is_fact, parameters, tuple(wordings), frozenset(verbs))
+
+
+def form_of_elements(registry: Registry, parameter: Parameter) -> Form:
+    """Return how an element of a list is told where its fields are named."""
+    fields = registry.records.get(parameter.type, (Parameter(parameter.name, parameter.type),))
+    verbs = frozenset(stem(word) for word in name_words(parameter.type))
+    said = element_said(parameter.name, ())
+    return Form(said.name, False, tuple(fields), ((None,) * len(fields),), verbs, is_element=True)
 
 
 def sayable(registry: Registry, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:

@@ -27,18 +27,21 @@ from ntp_dsl.sentences.english import (
     PRONOUNS,
     RESERVING,
     SITES,
+    TAKING,
     Role,
     singular,
     stem,
 )
-from ntp_dsl.sentences.mentions import Mention
+from ntp_dsl.sentences.senses import Mention
 from ntp_dsl.sentences.splitting import is_link, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
 WHEREVER = frozenset({"where", "wherever", "whatever"})
 ARTICLES = frozenset({"a", "an", "the"})
 TOP_AFTER = DETERMINERS | {"on", "at", "to"}
-VAGUE = 3  # things that a word may stand for, so that it is passed over where two others are named
+TURNED = {Role.THEME: Role.ON, Role.ON: Role.THEME}
+SECOND = -1.5  # for what a verb may mean as well
+VAGUE = 2  # things that a word may stand for, so that it is passed over where two others are named
 ADVERBS = {
     ("at", "the", "top"): Role.ON,
     ("at", "the", "bottom"): Role.UNDER,
@@ -51,7 +54,7 @@ def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]
     """Return the ways to take a clause apart, given its noun phrases."""
     found = [*_Parser(tokens, mentions).readings()]
     found += [shorter for each in found if (shorter := without_source(each)) is not None]
-    return [merged(replace(each, tokens=tuple(tokens))) for each in found]
+    return [merged(replace(each, mentions=tuple(mentions))) for each in found]
 
 
 class _Parser:
@@ -133,13 +136,17 @@ class _Parser:
         ):
             parts = rule()
             if parts is not None:
-                return [Clause(tuple(parts), self.content)]
+                found = [Clause(tuple(parts), self.content)]
+                if rule == self._bearing and not TAKING.isdisjoint(self.content):
+                    other_way = tuple((TURNED.get(role, role), each) for role, each in parts)
+                    found.append(Clause(other_way, self.content, weight=SECOND))
+                return found
         if any(self._is_elsewhere(each) for each in self.mentions):
             return []  # where another thing is, nobody knows
         plain = self._plain()
         is_firm = any(role in FIRM for role, _ in plain)
         found = [Clause(tuple(plain), self.content, is_firm=is_firm)]
-        if any(role is Role.UNDER for role, _ in plain):  # what is under something else carries it
+        if [role for role, _ in plain].count(Role.UNDER) == 1:  # what is under something else carries it
             turned = {Role.UNDER: Role.THEME, Role.THEME: Role.ON}
             inverse = tuple((turned.get(role, role), each) for role, each in plain)
             found.append(Clause(inverse, self.content, is_firm=True))
@@ -189,8 +196,9 @@ class _Parser:
             nearest = [word for word in before if word not in DETERMINERS][-2:]
             is_for, names_a_site = nearest[-1:] == ["for"], not SITES.isdisjoint(words)
             kept = not RESERVING.isdisjoint(map(stem, words)) and self.unmarked[:1] != [each]
+            for_whom = KEPT | ({nearest[0]} if "use" in words else set())
             named = (
-                (is_for and (names_a_site or kept or nearest[0] in KEPT or "use" in words))
+                (is_for and (names_a_site or kept or nearest[0] in for_whom or not self.content))
                 or (nearest[-1:] == ["of"] and nearest[0] in SITES)
                 or (names_a_site and nearest in (["belongs", "to"], ["belong", "to"]))
                 or (kept and nearest[:1] == ["for"] and nearest[-1].endswith("ing"))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import permutations, product
 from operator import itemgetter
@@ -13,8 +14,8 @@ from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, name_words, with_synonyms
-from ntp_dsl.sentences.forms import Form, Wording, form_of
-from ntp_dsl.sentences.mentions import Sense
+from ntp_dsl.sentences.forms import Form, Wording, form_of, form_of_elements
+from ntp_dsl.sentences.senses import Mention, Sense
 
 UNDERSTOOD = -2.5  # the least score with which a clause counts as understood
 VERB = 2.0  # for a verb that a declaration uses; an ordinary one is shared among all that use it
@@ -24,7 +25,8 @@ TURNED = -2.0  # for two numbers that are not in the declared order
 TWICE = -3.0  # for one object in two places
 AT_ODDS = -3.0  # a cost of grammar that types do not make good
 EASE = 0.3  # of what grammar says counts where types alone tell what is what
-NAMED = 1.5  # for a noun phrase that follows the name of the parameter: "ground white"
+NAMED = 1.5  # for a noun phrase with the name of the parameter: "ground white", "the far zone"
+ELEMENT = -1.0  # for what tells an element by its fields alone
 OPEN = -0.7  # for a parameter that the clause does not name
 UNWORDED = -0.5  # for a parameter of which a wording says nothing
 MOST = 60  # calls or facts that one clause may mean together
@@ -37,10 +39,17 @@ class Matcher:
 
     Args:
         types: of objects and constants by name.
+        fixed: objects that never move.
     """
 
-    def __init__(self, registry: Registry, program: Program, types: Mapping[str, str]) -> None:
-        self.registry, self.program, self.types = registry, program, types
+    def __init__(
+        self,
+        registry: Registry,
+        program: Program,
+        types: Mapping[str, str],
+        fixed: Collection[str] = (),
+    ) -> None:
+        self.registry, self.program, self.types, self._fixed = registry, program, types, fixed
 
     @cached_property
     def forms(self) -> list[Form]:
@@ -61,12 +70,21 @@ class Matcher:
             declared = self.registry.predicates[name]
             if declared.result is None:
                 found.append(form_of(self.registry, name, True, [declared.docstring or ""]))
+        lists = [each for each in self.program.parameters if each.is_list]
+        found += [form_of_elements(self.registry, each) for each in lists]
         return [each for each in found if each.parameters]
 
     @cached_property
     def own_words(self) -> frozenset[str]:
         """Return the words in the names of what can be said."""
         return frozenset(word for form in self.forms for word in name_words(form.name))
+
+    @cached_property
+    def nouns(self) -> frozenset[str]:
+        """Return words for what is said, that name nothing by themselves: of parameters and programs."""
+        named = [each.name for form in self.forms for each in form.parameters]
+        named += [each.type for each in self.program.parameters if each.is_list]
+        return frozenset(word for name in (*named, self.program.name) for word in name_words(name))
 
     @cached_property
     def verbs(self) -> frozenset[str]:
@@ -78,24 +96,34 @@ class Matcher:
         """Return how many declarations use each word."""
         return Counter(verb for form in self.forms for verb in form.verbs)
 
-    def meant_by(self, clause: Clause) -> Iterator[Scored]:
-        """Yield what a clause may mean; where as many things as places are listed, each goes with its own."""
-        pairs = respective(clause)
+    def meant_by(self, clause: Clause, as_element: bool = False) -> Iterator[Scored]:
+        """Yield what a clause may mean; where as many things as places are listed, each goes with its own.
+
+        Args:
+            as_element: it tells the fields of one element.
+        """
+        pairs = [] if as_element else respective(clause)
         for form in self.forms:
+            if as_element and not form.is_element:
+                continue
             if not pairs:
-                yield from self._matched(clause, form)
+                yield from self._matched(clause, form, as_element)
                 continue
             likeliest = [max(self._matched(each, form), default=None, key=itemgetter(0)) for each in pairs]
             if all(each is not None for each in likeliest):
                 score = sum(each[0] for each in likeliest if each) / len(likeliest)
                 yield score, tuple(said for each in likeliest if each for said in each[1])
 
-    def _matched(self, clause: Clause, form: Form) -> Iterator[Scored]:
+    def _matched(self, clause: Clause, form: Form, as_element: bool = False) -> Iterator[Scored]:
         """Yield the ways in which a clause says what a declaration does, each with its score."""
         shared = clause.verbs & form.verbs
         spoken = max((VERB / (self._sharers[each] if each in COMMON else 1) for each in shared), default=0.0)
         if not shared and not with_synonyms(clause.verbs).isdisjoint(form.verbs):
             spoken = SYNONYM
+        if form.is_element:
+            if len(clause.mentions) < 2 or (clause.is_firm and not as_element):
+                return
+            clause = replace(clause, parts=tuple((Role.OBJECT, each) for each in clause.mentions))
         if not spoken and len(clause.parts) == 1 and clause.verbs - COMMON - ATTENTION:
             return  # of one thing alone, the verb tells what becomes of it
         for wording in form.wordings:
@@ -121,42 +149,83 @@ class Matcher:
         ease = EASE if not clause.is_firm and self._is_told_by_types(clause, form) else 1.0
 
         def bind(
-            at: int, taken: tuple[tuple[int, Sense], ...], score: float
+            at: int, taken: tuple[tuple[int, Sense, Mention], ...], score: float
         ) -> Iterator[tuple[float, dict[int, Sense]]]:
             if score < UNDERSTOOD:
                 return
             if at == len(clause.parts):
-                named = dict(taken)
-                if named:
+                named = {number: sense for number, sense, _ in taken}
+                if len(named) > form.is_element and not (form.is_element and self._is_untold(form, taken)):
                     open_ones = len(form.parameters) - len(named)
                     yield score + OPEN * open_ones, named
                 return
             role, mention = clause.parts[at]
             for number, parameter in enumerate(form.parameters):
-                if any(number == other for other, _ in taken):
+                if any(number == other for other, *_ in taken):
                     continue
                 cost = self._cost(role, wording[number], parameter)
                 cost *= ease if cost > AT_ODDS else 1.0
-                cost += NAMED * (name_words(parameter.name) == [*clause.before(mention)])
+                cost += self._by_label(form, parameter, mention)
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
-                        turned = sum(number < other for other, _ in taken if self._alike(form, number, other))
+                        others = (other for other, *_ in taken if self._alike(form, number, other))
+                        turned = sum(number < other for other in others)
                         after = score + cost + sense.weight * 0.3 + TURNED * turned
-                        yield from bind(at + 1, (*taken, (number, fitting)), after)
+                        yield from bind(at + 1, (*taken, (number, fitting, mention)), after)
             yield from bind(at + 1, taken, score + LEFT_OUT)
 
-        for score, named in bind(0, (), 0.0):
+        for score, named in bind(0, (), clause.weight + ELEMENT * form.is_element):
             if score < UNDERSTOOD:
                 continue
             places = [named[n].values if n in named else (None,) for n in range(len(form.parameters))]
             if _scatters(places, wording):
+                continue
+            if self._moves_what_is_fixed(form, wording, places):
                 continue
             weight = sum(sense.weight for sense in named.values()) * 0.7
             meant = tuple(Said(form.name, values, form.is_fact) for values in _together(places))
             twice = any(_repeats(each.arguments) for each in meant)
             if len(meant) <= MOST:
                 yield score + spoken + weight + TWICE * twice, meant
+
+    def _by_label(self, form: Form, parameter: Parameter, mention: Mention) -> float:
+        """Return how a noun phrase that says which parameter it is speaks for one: "ground white"."""
+        if mention.label in _labels(parameter):
+            return NAMED
+        return AT_ODDS if any(mention.label in _labels(each) for each in form.parameters) else 0.0
+
+    def _is_untold(self, form: Form, taken: Sequence[tuple[int, Sense, Mention]]) -> bool:
+        """Return whether neither types nor names tell which field of an element something is."""
+        named = {number for number, _, mention in taken if mention.label in _labels(form.parameters[number])}
+        return any(
+            other not in {number, *named} and self._may_be_taken_for(each, form.parameters[number])
+            for number, *_ in taken
+            if number not in named
+            for other, each in enumerate(form.parameters)
+        )
+
+    def _may_be_taken_for(self, one: Parameter, other: Parameter) -> bool:
+        """Return whether something may be in the place of either of two parameters."""
+        if one.type not in self.registry.parents:
+            return one.type == other.type
+        is_a = self.registry.is_a
+        return other.type in self.registry.parents and (
+            is_a(one.type, other.type) or is_a(other.type, one.type)
+        )
+
+    def _moves_what_is_fixed(
+        self, form: Form, wording: Wording, places: Sequence[tuple[str | float | None, ...]]
+    ) -> bool:
+        """Return whether what never moves would get to what does: "the guest takes the seat"."""
+        fixed = [bool(each) and all(value in self._fixed for value in each) for each in places]
+        moved = [is_so for role, is_so in zip(wording, fixed, strict=True) if role is Role.THEME]
+        goals = [
+            not is_so and values != (None,) and parameter.type in self.registry.parents
+            for role, is_so, values, parameter in zip(wording, fixed, places, form.parameters, strict=True)
+            if role in GOALS
+        ]
+        return any(moved) and any(goals)
 
     def _alike(self, form: Form, one: int, other: int) -> bool:
         """Return whether only the order of mention can tell two parameters apart."""
@@ -190,6 +259,10 @@ class Matcher:
         if not fits or (len(fits) < len(sense.values) and len(sense.values) == 1):
             return None
         return Sense(fits, sense.weight)
+
+
+def _labels(parameter: Parameter) -> list[tuple[str, ...]]:
+    return [tuple(name_words(parameter.name)), tuple(name_words(parameter.type))]
 
 
 def _distance(role: Role, wanted: Role) -> float:

@@ -7,7 +7,7 @@ cups"): types, groups of the scene and traits are words for objects.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from math import comb, log
 
@@ -15,9 +15,12 @@ from ntp_dsl.language.names.symbol_table import UNITS
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.sentences.english import (
+    BEARING,
     COMMON,
+    COVERING,
     DETERMINERS,
     EVERY,
+    GIVING,
     LARGE,
     LINKS,
     NUMBERS,
@@ -29,7 +32,12 @@ from ntp_dsl.sentences.english import (
     singulars,
     stem,
 )
+from ntp_dsl.sentences.known_things import known_words
+from ntp_dsl.sentences.own_words import OwnWords
+from ntp_dsl.sentences.senses import UNIT_WORDS, Mention, Sense, measured, one_or_all
 
+NONE = OwnWords()
+VERBS = BEARING | COVERING | GIVING | COMMON
 CONTAINING = frozenset(
     "of with that which contain contains containing filled full has have having hold holds holding are is "
     "in".split()
@@ -38,50 +46,8 @@ CONTENTS_END = frozenset("in it them inside".split())
 MOST_WAYS = 60  # to choose some of many
 LONGEST = 7  # words of a noun phrase
 UNLIKELY = log(0.05)  # that a group as a whole is meant by a word for one of its members
-UNIT_WORDS = {
-    "degree": "deg", "degrees": "deg", "centimetre": "cm", "centimetres": "cm", "centimeter": "cm",
-    "centimeters": "cm", "millimetre": "mm", "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
-    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "seconds": "s", "milliseconds": "ms",
-    "radian": "rad", "radians": "rad", "newton": "N", "newtons": "N", "n": "N", "kilogram": "kg",
-    "kilograms": "kg", "kilos": "kg",
-}  # fmt: skip
+COUNTED = [*NUMBERS]  # words by the number that they stand for
 LINKS_OF_A_SPAN = (["to"], ["through"], ["-"])
-
-
-@dataclass(frozen=True)
-class Sense:
-    """What a noun phrase may stand for: objects (all of them are meant), a member, or a number."""
-
-    values: tuple[str | float, ...]
-    weight: float = 0.0  # logarithm of a probability
-    measures: str = ""  # what the unit of a number measures
-
-    @property
-    def is_number(self) -> bool:
-        return isinstance(self.values[0], float)
-
-
-@dataclass(frozen=True)
-class Mention:
-    """A noun phrase: tokens [begin, end), and what it may stand for."""
-
-    begin: int
-    end: int
-    senses: tuple[Sense, ...]
-    head: str = ""  # its noun, for "the other one"
-    is_many: bool = False
-    is_member: bool = False  # of an enumeration
-
-
-@dataclass(frozen=True)
-class _Known:
-    """The words for one object."""
-
-    name: tuple[str, ...]
-    kinds: frozenset[str]  # nouns that its number may follow
-    heads: frozenset[str]  # nouns for it, traits among them
-    properties: frozenset[str]
-    number: str
 
 
 class Vocabulary:
@@ -92,12 +58,14 @@ class Vocabulary:
         registry: Registry,
         objects: Sequence[SceneObject],
         groups: Mapping[str, Sequence[str]] | None = None,
+        own: OwnWords = NONE,
     ) -> None:
+        self._registry, self._own = registry, own
         self.types = dict(registry.constants) | {obj.name: obj.type for obj in objects}
         self._sizes = {obj.name: obj.size[0] * obj.size[1] * obj.size[2] for obj in objects}
         traits = {obj.name: dict(obj.traits) for obj in objects}
         self._objects = {
-            name: _known(registry, name, kind, traits.get(name, {}), groups)
+            name: known_words(registry, name, kind, traits.get(name, {}), groups)
             for name, kind in self.types.items()
         }
         self._movable = [obj.name for obj in objects if obj.movable]
@@ -129,21 +97,102 @@ class Vocabulary:
         found: list[Mention] = []
         at = 0
         while at < len(tokens):
+            if (count := self._count(tokens, at)) is not None:
+                found.append(self._labelled(tokens, count, found[-1].end if found else 0))
+                at = found[-1].end
+                continue
             ends = range(min(len(tokens), at + LONGEST), at, -1)
             mention = next((each for end in ends if (each := self._mention(tokens, at, end))), None)
             if mention is None:
                 at += 1
                 continue
             mention = self._more_numbers(tokens, mention)
+            mention = self._labelled(tokens, mention, found[-1].end if found else 0)
             whole = self._with_contents(tokens, found[-1], mention) if found else None
             if whole is not None:
                 found[-1] = mention = whole
+            elif found and found[-1].is_member and self._is_described(found[-1], mention):
+                found[-1] = replace(found[-1], end=mention.end)  # "the heavy parcels"
             else:
-                found.append(mention)
+                found += self._members_of(tokens, mention)
             at = mention.end
         if len(found) > 1 and found[0].end == found[1].begin and self._may_be_verb(tokens, found[0]):
             return found[1:]
         return found
+
+    def _count(self, tokens: Sequence[str], at: int) -> Mention | None:
+        """Return the number of "two bolts" where an element has one; None where it is none."""
+        if not self._own.takes_counts:
+            return None
+        number = "1" if tokens[at] == "single" and ("single",) not in self._members else number_of(tokens[at])
+        before, after = ("".join(tokens[max(0, n) : n + 1]) for n in (at - 1, at + 1))
+        counts = self._names_kind(after) or (before,) in self._own.labels
+        if not number or after in UNITS or after in UNIT_WORDS or not counts:
+            return None
+        if at and self.is_kind(singular(before)):
+            return None
+        named = [*self._exact(COUNTED[int(number) : int(number) + 1])]
+        return Mention(at, at + 1, tuple(named or [Sense((float(number),), measures="number")]))
+
+    def _names_kind(self, word: str) -> bool:
+        labels = {each for label in self._own.labels for each in label}
+        return not singulars(word).isdisjoint(self._words | labels)
+
+    def _members_of(self, tokens: Sequence[str], mention: Mention) -> list[Mention]:
+        """Return the members that describe a noun phrase, where an element has these and not the objects."""
+        objects = [value for sense in mention.senses for value in sense.values if value in self.types]
+        if not objects or any(self._may_be_field(str(value)) for value in objects):
+            return [mention]
+        found: list[Mention] = []
+        for at in range(mention.begin, mention.end):
+            senses = [each for each in self._exact([tokens[at]]) if each.values[0] in self._members.values()]
+            if senses:
+                begin = at if found else mention.begin
+                found.append(Mention(begin, at + 1, tuple(senses), tokens[at], is_member=True))
+        if not found:
+            return [mention]
+        return [*found[:-1], replace(found[-1], end=mention.end, label=mention.label)]
+
+    def _is_described(self, member: Mention, noun: Mention) -> bool:
+        """Return whether a noun that no field of an element takes stands right after a member."""
+        objects = [str(value) for sense in noun.senses for value in sense.values if value in self.types]
+        adjoins = member.end == noun.begin and noun.is_many
+        return adjoins and bool(objects) and not any(map(self._may_be_field, objects))
+
+    def _may_be_field(self, name: str) -> bool:
+        """Return whether an object may be in a field of an element."""
+        kinds = self._own.types & self._registry.parents.keys()
+        return not self._own.types or any(self._registry.is_a(self.types[name], kind) for kind in kinds)
+
+    def _labelled(self, tokens: Sequence[str], mention: Mention, start: int) -> Mention:
+        """Return a noun phrase with the name of a parameter beside it: "a gap of 12 cm", "the far zone"."""
+        begin, end = mention.begin, mention.end
+        own = {*tokens[begin:end]}
+        for label in self._own.labels:
+            if not own.isdisjoint(label):
+                continue
+            size = len(label)
+            may_be_verb = stem(label[-1]) in VERBS
+            after = tokens[end + size : end + size + 1]
+            is_next = bool(after) and (number_of(after[0]) or self._begins_mention(tokens, end + size))
+            if _is_same(tokens[end : end + size], label) and not is_next and not may_be_verb:
+                return replace(mention, end=end + size, label=label)
+            for link in ((), ("of",)):
+                at = begin - size - len(link)
+                if at < start or tuple(tokens[begin - len(link) : begin]) != link:
+                    continue
+                before = "".join(tokens[max(0, at - 1) : at])
+                if may_be_verb and before not in DETERMINERS:
+                    continue
+                if _is_same(tokens[at : at + size], label) and before != "on":
+                    while at > start and tokens[at - 1] in DETERMINERS:
+                        at -= 1
+                    return replace(mention, begin=at, label=label)
+        return mention
+
+    def _begins_mention(self, tokens: Sequence[str], at: int) -> bool:
+        ends = range(at + 1, min(len(tokens), at + LONGEST) + 1)
+        return any(self._mention(tokens, at, end) is not None for end in ends)
 
     def _with_contents(self, tokens: Sequence[str], first: Mention, of: Mention) -> Mention | None:
         """Return "cups of tea", "every cup that has tea in it" as one noun phrase; None where it is none."""
@@ -183,7 +232,7 @@ class Vocabulary:
             phrase = phrase[1:]
         if not phrase or phrase[-1] in DETERMINERS | {"of", ",", "and"}:
             return None
-        if number := _measured(phrase):
+        if number := measured(phrase):
             return Mention(begin, end, (number,))
         if len({*phrase}) < len(phrase) and not number_of(phrase[-1]):
             return None  # "red red" are two
@@ -231,7 +280,7 @@ class Vocabulary:
                 bearers = [other for other, known in self._objects.items() if member[-1] in known.properties]
                 if len(member) == 1 and bearers:
                     many = phrase[-1] != member[-1] or len(bearers) == 1
-                    yield from _one_or_all(bearers, many)
+                    yield from one_or_all(bearers, many)
 
     def _described(self, phrase: Sequence[str], every: bool) -> Iterator[Sense]:
         """Yield the objects of a kind that have all the properties."""
@@ -254,7 +303,7 @@ class Vocabulary:
         for word in sizes:
             found = self._extreme(found, word in LARGE)
         if found:
-            yield from _one_or_all(found, every or (noun != singular(noun) and not number))
+            yield from one_or_all(found, every or (noun != singular(noun) and not number))
 
     def _extreme(self, names: Sequence[str], largest: bool) -> list[str]:
         sizes = [self._sizes.get(name, 0.0) for name in names]
@@ -304,49 +353,8 @@ class Vocabulary:
         return replace(first, end=at, senses=(Sense(tuple(values)),), is_many=True)
 
 
-def _known(
-    registry: Registry,
-    name: str,
-    kind: str,
-    traits: Mapping[str, str | float],
-    groups: Mapping[str, Sequence[str]] | None,
-) -> _Known:
-    parts = tuple(name_words(name))
-    nouns = [word for word in parts if not number_of(word)]
-    kinds = [name_words(each) for each in registry.ancestors(kind)]
-    heads = {*nouns[-1:], *(each[-1] for each in kinds if each)}
-    own = frozenset(heads)
-    properties = {*nouns, *(word for each in kinds for word in each)}
-    for value in traits.values():
-        if isinstance(value, str):
-            properties |= {*name_words(value)}
-            heads |= {*name_words(value)[-1:]}
-    for group, names in (groups or {}).items():
-        if name in names and (of := name_words(group)):
-            heads.add(singular(of[-1]))
-            properties |= {*of, singular(of[-1])}
-    number = number_of(parts[-1]) if parts else ""
-    return _Known(parts, own, frozenset(heads), frozenset(properties), number)
-
-
-def _one_or_all(names: Sequence[str], many: bool) -> Iterator[Sense]:
-    """Yield that all are meant, or any one."""
-    if many or len(names) == 1:
-        yield Sense(tuple(names))
-    else:
-        for name in names:
-            yield Sense((name,), -log(len(names)))
-
-
-def _measured(phrase: Sequence[str]) -> Sense | None:
-    """Return a number with its unit, or one without."""
-    sign, rest = (-1.0, phrase[1:]) if phrase[0] == "-" else (1.0, phrase)
-    if not 1 <= len(rest) <= 2 or not number_of(rest[0].replace(".", "", 1)):
-        return None
-    if len(rest) == 1:
-        return None if rest[0] in NUMBERS else Sense((sign * float(rest[0]),), measures="number")
-    unit = UNIT_WORDS.get(rest[1], rest[1])
-    if unit not in UNITS:
-        return None
-    measures, scale = UNITS[unit]
-    return Sense((sign * float(NUMBERS.get(rest[0], rest[0])) * scale,), measures=measures)
+def _is_same(tokens: Sequence[str], label: Sequence[str]) -> bool:
+    return len(tokens) == len(label) and all(
+        word in singulars(token) or word == token or singular(word) == singular(token)
+        for word, token in zip(label, tokens, strict=True)
+    )

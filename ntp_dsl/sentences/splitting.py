@@ -18,7 +18,7 @@ from ntp_dsl.sentences.english import (
     PRONOUNS,
     stem,
 )
-from ntp_dsl.sentences.mentions import Mention
+from ntp_dsl.sentences.senses import Mention
 
 STOPS = frozenset(".;!")
 
@@ -81,6 +81,8 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
     pairs = zip(found, found[1:], strict=False)
     if any(not is_link(tokens[a.end : b.begin]) for a, b in pairs):
         return True
+    if len(found) == 1 and "other" in tokens[: found[0].begin]:
+        return True  # "the other one for the cup"
     spoken_of = [
         at for at, word in enumerate(tokens) if at and word in PRONOUNS and (tokens[at - 1],) in PREPOSITIONS
     ]

@@ -8,7 +8,6 @@ wording; of all ways to understand all sentences, the probabilities add up to on
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,28 +21,15 @@ from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.discourse import Discourse
 from ntp_dsl.sentences.elements import Element, Elements, Placed, values_of
 from ntp_dsl.sentences.english import (
-    ASKING,
-    ATTENTION,
-    BEARING,
-    COMMON,
-    COVERING,
     DETERMINERS,
     EVERY,
-    FILLERS,
-    GENERAL,
-    GIVING,
-    LARGE,
-    NUMBERS,
-    ONES,
-    OPENINGS,
+    KNOWN,
+    KNOWN_VERBS,
     PREPOSITIONS,
     PRONOUNS,
-    REFUSED,
-    RELATIONS,
-    SITES,
-    SMALL,
     Role,
     number_of,
+    singulars,
     stem,
     words,
 )
@@ -51,7 +37,9 @@ from ntp_dsl.sentences.grammar import readings
 from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.narration import example
-from ntp_dsl.sentences.splitting import STOPS, split
+from ntp_dsl.sentences.own_words import own_words
+from ntp_dsl.sentences.refusals import refuse
+from ntp_dsl.sentences.splitting import split
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
 MOST_WAYS = 200  # ways to understand one clause, of which some have no element
@@ -60,11 +48,6 @@ ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may b
 AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
-KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
-KNOWN |= LARGE | SMALL | RELATIONS
-KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
-LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
-LONGEST = 80  # words of a sentence
 RARE = 1e-3  # ways less probable than this are not told
 
 
@@ -128,9 +111,11 @@ class Listener:
     ) -> None:
         self.registry = registry
         self.program: Program = registry.programs[program]
-        self.vocabulary = Vocabulary(registry, seen.objects, groups)
+        own = own_words(registry, self.program)
+        self.vocabulary = Vocabulary(registry, seen.objects, groups, own)
         self.elements = Elements(registry, self.program, arguments, seen, self.vocabulary.types)
-        self._matcher = Matcher(registry, self.program, self.vocabulary.types)
+        fixed = {each.name for each in seen.objects if not each.movable}
+        self._matcher = Matcher(registry, self.program, self.vocabulary.types, fixed)
         self._heard = Discourse(self.vocabulary)
 
     def understand(self, sentences: Sequence[str]) -> Understood:
@@ -143,15 +128,28 @@ class Listener:
         paths = [_Path(0.0)]
         passed_over: list[tuple[int, str]] = []
         for number, text in enumerate(sentences):
-            self._refuse(text, number)
+            refuse(text, number, self.vocabulary, self._matcher)
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
             said = False
+            before: tuple[list[str], list[_Path], Discourse] | None = None
             for at, part in enumerate(parts):
                 later = [*parts[at + 1 :], *(each for some in clauses[number + 1 :] for each in some), []]
-                after = self._after(paths, part, later[0], text, number)
+                state = paths, self._heard.copy()
+                try:
+                    after = self._after(paths, part, later[0], text, number)
+                except NtpError:
+                    if before is None:  # with the next clause it may say something whole
+                        if at + 1 == len(parts):
+                            raise
+                        before = part, *state
+                        continue
+                    part, state = [*before[0], ",", *part], before[1:]
+                    paths, self._heard = state[0], state[1].copy()
+                    after = self._after(paths, part, later[0], text, number, as_element=True)
+                before = part, *state
                 said |= after is not paths
                 paths = after
                 passed_over += [(number, word) for _, word in self._unknown(part)]
@@ -166,7 +164,7 @@ class Listener:
 
         Raises `NtpError` where there is none.
         """
-        self._refuse(sentence, 0)
+        refuse(sentence, 0, self.vocabulary, self._matcher)
         tokens = words(sentence)
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
         self.elements.may_be_about(self._named_by(tokens))
@@ -182,9 +180,18 @@ class Listener:
         return self._told(paths, []), frozenset(themes)
 
     def _after(
-        self, paths: list[_Path], clause: Sequence[str], following: Sequence[str], text: str, number: int
+        self,
+        paths: list[_Path],
+        clause: Sequence[str],
+        following: Sequence[str],
+        text: str,
+        number: int,
+        as_element: bool = False,
     ) -> list[_Path]:
         """Return the paths that go on with a clause; the same ones where it says nothing by itself.
+
+        Args:
+            as_element: it consists of several, which tell the fields of one element.
 
         Raises `NtpError` for words that nobody knows, and where nothing fits.
         """
@@ -194,7 +201,7 @@ class Listener:
             raise self._not_understood(text, number, tokens)
         if self._heard.only_points(tokens, following):
             return paths
-        ways = self._ways(tokens)
+        ways = self._ways(tokens, as_element)
         if unknown:  # of one thing alone, an unknown verb says nothing
             ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
         after = self._followed(paths, ways, number)
@@ -210,36 +217,6 @@ class Listener:
         for mention in self.vocabulary.mentions(tokens):
             for sense in mention.senses:
                 yield from (value for value in sense.values if isinstance(value, str))
-
-    def _refuse(self, text: str, number: int) -> None:
-        """Raise `NtpError` for words that turn or hedge what is said, and for questions."""
-        tokens = words(text)
-        if len(tokens) > LONGEST:
-            raise NtpError(
-                f"sentence {number + 1} has {len(tokens)} words: say it in several, of up to {LONGEST}"
-            )
-        if LEFT_ALONE.search(text):
-            raise NtpError(
-                f"sentence {number + 1}, '{shortened(text)}': say what is to be done, and leave the rest out"
-            )
-        mentions = self.vocabulary.mentions(tokens)
-        inside = {at for each in mentions for at in range(each.begin, each.end)}
-        for at, word in enumerate(tokens):
-            refused = word in REFUSED - self._matcher.own_words or word.endswith("n't")
-            refused |= word == "rest" and tokens[max(0, at - 1)] == "the"
-            begins = at == 0 or tokens[at - 1] in STOPS
-            asked = [*tokens[at:]].index("?") + at if begins and "?" in tokens[at:] else at
-            asks = word in ASKING and sum(at <= each.begin < asked for each in mentions) > 1
-            if (refused and at not in inside) or asks:
-                raise NtpError(
-                    f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
-                    f"state the result that you want, without '{word}'"
-                )
-            is_named = any(each.begin < at < each.end for each in mentions)
-            if number_of(word) and not is_named and at and self.vocabulary.is_kind(tokens[at - 1]):
-                raise NtpError(
-                    f"sentence {number + 1}, '{shortened(text)}': there is no '{tokens[at - 1]} {word}'"
-                )
 
     def _decides(self, tokens: Sequence[str], at: int) -> bool:
         """Return whether what a clause means hangs on an unknown word: a noun, a relation, the only verb."""
@@ -261,6 +238,7 @@ class Listener:
             (at, word)
             for at, word in enumerate(tokens)
             if at not in inside and word.isalpha() and word not in KNOWN
+            if self._matcher.nouns.isdisjoint(singulars(word))
             if stem(word) not in verbs | KNOWN_VERBS and word not in verbs and not self.vocabulary.knows(word)
         ]
 
@@ -292,10 +270,10 @@ class Listener:
         return ", ".join(found)
 
     def _example(self) -> str:
-        calls = [form.name for form in self._matcher.forms if not form.is_fact]
+        calls = [form.name for form in self._matcher.forms if not form.is_fact and not form.is_element]
         return example(self.registry, self.program, calls)
 
-    def _ways(self, tokens: Sequence[str]) -> list[_Way]:
+    def _ways(self, tokens: Sequence[str], as_element: bool) -> list[_Way]:
         """Return the ways to understand a clause, the likeliest first."""
         mentions = self._heard.mentions(tokens)
         if not mentions:
@@ -307,7 +285,7 @@ class Listener:
         themes = [each for role, each in ways_to_read[0].parts if role is Role.THEME] or mentions
         self._heard.heard(mentions, themes[0])
         for clause in ways_to_read:
-            for score, meant in self._matcher.meant_by(clause):
+            for score, meant in self._matcher.meant_by(clause, as_element):
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
         found = [_Way(score, meant) for meant, score in best.items()]

@@ -161,7 +161,6 @@ def _read_sentences(
     registry = evaluator.registry
     interview = Interview(registry, answers_given, None)
     found = understood(evaluator, sentences, interview)
-    check(evaluator, found.arguments)
     if interview.unused:
         verb = "was" if interview.unused == 1 else "were"
         messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
@@ -181,6 +180,7 @@ def _read_sentences(
     else:
         answers.print(f"# {counted(len(sentences), 'sentence')} understood")
         answers.print(text, end="")
+    check(evaluator, found.arguments)
     return 0
 
 

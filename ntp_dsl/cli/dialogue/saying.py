@@ -9,7 +9,9 @@ from pathlib import Path
 from ntp_dsl.cli.dialogue.asking import Interview
 from ntp_dsl.cli.display import messages
 from ntp_dsl.common.text import printable
+from ntp_dsl.evaluation.episode_parts import starting_scene
 from ntp_dsl.evaluation.episodes import Evaluator, GivenLists
+from ntp_dsl.evaluation.rehearsal import shortfall
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.sentences.amending import amended
@@ -88,12 +90,18 @@ def changed(
 
 
 def check(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> Lists:
-    """Return the lists among a program's arguments. Raises `NtpError` for what it does not take."""
+    """Return the lists among a program's arguments.
+
+    Raises `NtpError` for what the program does not take, and where not all of it can come about.
+    """
     registry, instance = evaluator.registry, evaluator.instance(0)
     program = registry.programs[instance.program]
     text = format_lists(registry, program, arguments)
     lists = parse_lists(text, UNDERSTOOD, registry, program, instance.objects)
-    as_told(registry, instance, lists, UNDERSTOOD)
+    meant = as_told(registry, instance, lists, UNDERSTOOD)
+    scene = starting_scene(registry, instance, evaluator.plan.seed, 0)
+    if lacking := shortfall(registry, meant, scene):
+        raise NtpError(f"not all of this comes about, as a rehearsal without physics shows: {lacking}")
     return lists
 
 

@@ -1,0 +1,189 @@
+"""An element of a list is told by its fields: by their types, by their names, over several clauses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from listening import in_scene, lists, scene
+
+import ntp_dsl
+from ntp_dsl.language.diagnostics.diagnostics import NtpError
+from ntp_dsl.libraries import load_text
+
+DOMAINS = Path(__file__).parents[1] / "evaluation" / "domains"
+MAIL = """
+library mail
+use containers
+
+type Chute is Place
+type Basket is Place
+type Parcel is Movable
+type Egg is Movable
+enum City: oslo, rome
+enum Load: light, heavy
+record Rule(city: City, load: Load, chute: Chute)
+record Count(basket: Basket, eggs: number in 0 .. 3)
+predicate city(p: Parcel) -> City
+predicate load(p: Parcel) -> Load
+predicate sorted(r: Rule): all in(p, r.chute) for p in Parcel if city(p) == r.city and load(p) == r.load
+predicate most(b: Basket, n: number): n == n and some in(e, b) for e in Egg
+
+program drop_off(p: Parcel, c: Chute):
+    requires present(p) and reachable(p) and present(c) and reachable(c)
+    achieves in(p, c)
+    pick_and_place(p, c)
+
+program apply(r: Rule):
+    requires present(r.chute) and reachable(r.chute)
+    achieves sorted(r)
+    for p in Parcel if city(p) == r.city and load(p) == r.load:
+        drop_off(p, r.chute)
+
+program sort(rules: list[Rule]):
+    achieves all sorted(r) for r in rules
+    for r in rules:
+        apply(r)
+
+program add(e: Egg, b: Basket):
+    requires present(e) and reachable(e) and present(b) and reachable(b)
+    achieves in(e, b)
+    pick_and_place(e, b)
+
+program fill(b: Basket, n: number):
+    requires present(b) and reachable(b)
+    achieves most(b, n)
+    for e in Egg:
+        add(e, b)
+
+program fill_all(counts: list[Count]):
+    achieves all most(c.basket, c.eggs) for c in counts
+    for c in counts:
+        fill(c.basket, c.eggs)
+
+task sorting:
+    scene:
+        chutes: 2 Chute on table with bin(12 cm, 12 cm, 4 cm)
+        heavies: 1 Parcel on table with cube(4 cm), city(oslo), load(heavy)
+        lights: 1 Parcel on table with cube(4 cm), city(rome), load(light)
+    goal:    (oslo, heavy, chute_0)
+    run:     sort(goal)
+    success: all sorted(r) for r in goal
+
+task filling:
+    scene:
+        baskets: 2 Basket on table with bin(12 cm, 12 cm, 4 cm)
+        eggs: 3 Egg on table with cube(3 cm)
+    goal:    (basket_0, 2)
+    run:     fill_all(goal)
+    success: all most(c.basket, c.eggs) for c in goal
+"""
+
+
+def heard(domain: str, text: str) -> list[str]:
+    who, _ = in_scene(ntp_dsl.load(DOMAINS / domain), domain)
+    return lists(who, text)
+
+
+@pytest.mark.parametrize(
+    ("domain", "text", "meant"),
+    [
+        (
+            "garden_rows",
+            "plant pot 1 with label 0 at stake 2, with a gap of 8 cm",
+            "(pot_1, label_0, stake_2, 0.08)",
+        ),
+        (
+            "garden_rows",
+            "stake 0 gets pot 2 and label 0, with a gap of 9 cm",
+            "(pot_2, label_0, stake_0, 0.09)",
+        ),
+        (
+            "garden_rows",
+            "set out pot 0 ahead of stake 1 with a gap of 6 cm, then label 2 ahead of it",
+            "(pot_0, label_2, stake_1, 0.06)",
+        ),
+        (
+            "sandwiches",
+            "make a sandwich on plate 0: bottom slice 1, filling cheese 0, top slice 3",
+            "(plate_0, slice_1, cheese_0, slice_3)",
+        ),
+        ("zoning", "bring every nut into the far zone", "(nut, far)"),
+        (
+            "picnic",
+            "mat 3 gets dish 0, and the basket for plum 0 is basket 1",
+            "(dish_0, mat_3, plum_0, basket_1)",
+        ),
+        ("depot", "load the heavy parcels at dock 1", "(heavy, dock_1)"),
+        ("depot", "handling flat to dock 2", "(flat, dock_2)"),
+    ],
+)
+def test_fields_are_told_by_types_and_by_their_names(domain: str, text: str, meant: str) -> None:
+    assert heard(domain, text) == [meant]
+
+
+@pytest.mark.parametrize(
+    ("task", "text", "meant"),
+    [
+        ("sorting", "send heavy parcels for Oslo to chute 1", ["(oslo, heavy, chute_1)"]),
+        ("sorting", "chute 0 takes the light parcels going to Rome", ["(rome, light, chute_0)"]),
+        ("sorting", "apply the rule city rome, load light, chute 1", ["(rome, light, chute_1)"]),
+        ("filling", "put two eggs into basket 1", ["(basket_1, 2)"]),
+        (
+            "filling",
+            "one egg goes into basket 0, and basket 1 gets 3 eggs",
+            ["(basket_0, 1)", "(basket_1, 3)"],
+        ),
+    ],
+)
+def test_members_describe_and_numbers_count_what_no_field_names(
+    task: str, text: str, meant: list[str]
+) -> None:
+    who, _ = in_scene(load_text(MAIL), task)
+    assert lists(who, text) == meant
+
+
+def test_one_field_of_two_that_are_alike_is_not_guessed() -> None:
+    who, _ = in_scene(ntp_dsl.load(DOMAINS / "sandwiches"), "sandwiches")
+    with pytest.raises(NtpError, match="is not understood"):
+        who.understand(["sandwich plate 0 with slice 1, cheese 0 and slice 3"])
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("guest 0 takes seat 1 and guest 3 takes seat 5", ["(guest_0, seat_1)", "(guest_3, seat_5)"]),
+        (
+            "guests 0, 1 and 2 sit on seats 3, 4 and 5, in that order",
+            ["(guest_0, seat_3)", "(guest_1, seat_4)", "(guest_2, seat_5)"],
+        ),
+    ],
+)
+def test_who_moves_takes_the_place(text: str, meant: list[str]) -> None:
+    who, _ = scene("seating")
+    assert lists(who, text) == meant
+
+
+def test_what_was_named_is_what_is_pointed_at() -> None:
+    who, _ = scene("table_cleanup", task="three_and_three")
+    told = "fork 0 goes into bowl 1, then that bowl is set on the tray"
+    assert lists(who, told) == ["(fork_0, bowl_1)", "(bowl_1, tray_0)"]
+
+
+def test_the_other_one_is_of_the_kind_that_has_another() -> None:
+    who, _ = scene("serving")
+    told = "tray 1 is meant for tea, the other one for coffee"
+    assert lists(who, told) == ["(tea, tray_1)", "(coffee, tray_0)"]
+
+
+@pytest.mark.parametrize(
+    ("library", "text", "word"),
+    [
+        ("serving", "put the empty cups on tray 0", "'empty' is no trait of anything here"),
+        ("block_stacking", "when block 1 is clear, put block 2 on it", "is a condition"),
+    ],
+)
+def test_what_narrows_or_makes_a_condition_is_refused(library: str, text: str, word: str) -> None:
+    who, _ = scene(library)
+    with pytest.raises(NtpError, match=word):
+        who.understand([text])
