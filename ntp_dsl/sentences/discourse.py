@@ -24,6 +24,7 @@ from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.senses import Mention, Sense
 
 POINTING = frozenset({"the", "that", "this"})
+SO_DOES = frozenset("do does is are should must will".split())
 BEING = frozenset("is what should will must can".split())
 
 
@@ -51,12 +52,14 @@ class Discourse:
     def completed(self, tokens: Sequence[str]) -> list[str]:
         """Return a clause with what goes without saying: "the cup on top" is on top of it."""
         found = list(tokens)
+        if found[:1] == ["so"] and "".join(found[1:2]) in SO_DOES:  # "so does the cup"
+            found = [*found[2:], "to", "there"]
         if self.theme is None or len(self._vocabulary.mentions(found)) != 1:
             return found
         if "there" in found[1:]:  # "put it there", "in there"
             at = found.index("there", 1)
             relation = [] if (found[at - 1],) in PREPOSITIONS else ["to"]
-            return [*found[:at], *relation, "it", *found[at + 1 :]]
+            return [*found[:at], *relation, "there", *found[at + 1 :]]
         if found[-2:] == ["on", "top"]:
             return [*found, "of", "it"]
         return [*found, "it"] if found[-1:] in (["inside"], ["in"], ["on"]) else found
@@ -97,6 +100,8 @@ class Discourse:
                 mention = self._other(tokens, at, found)
             elif word == "which" and at == 0 and self._before:
                 mention = _again(self._before[-1], at)
+            elif word == "there" and tokens[at - 1 : at] == ["to"] and self.theme is not None:
+                mention = _again(self._place(), at)
             elif self._is_pronoun(tokens, at):
                 mention = self._it(tokens, at, found)
             if mention is not None:
@@ -116,6 +121,12 @@ class Discourse:
             if found:
                 return mention
         return mention
+
+    def _place(self) -> Mention:
+        """Return where the clause before brought something, or what it was about."""
+        assert self.theme is not None
+        others = [each for each in self._before if each.senses != self.theme.senses]
+        return others[-1] if others else self.theme
 
     def _is_pronoun(self, tokens: Sequence[str], at: int) -> bool:
         after = tokens[at + 1 : at + 2]

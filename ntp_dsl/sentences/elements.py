@@ -9,6 +9,7 @@ from math import prod
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Parameter, Program, Registry
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument, Observation, Record
 from ntp_dsl.semantics.state import State
 from ntp_dsl.sentences.consequences import Said, consequences, element_said
@@ -70,6 +71,20 @@ class Elements:
         found = list(dict.fromkeys(found))
         self._offered[said] = found
         return found
+
+    def mean_the_same(self, one: Placed, other: Placed) -> bool:
+        """Return whether two elements name the same things, and the program achieves the same by both."""
+        if one == other:
+            return True
+        names = [sorted(map(str, values_of(each))) for _, each in (one, other)]
+        if one[0] != other[0] or names[0] != names[1]:
+            return False
+        achieved = [{*self._achieved(each)} for each in (one, other)]
+        return bool(achieved[0]) and achieved[0] == achieved[1]
+
+    def _achieved(self, placed: Placed) -> list[Fact]:
+        given = self.called_with({placed[0]: (placed[1],)})
+        return self._state.literals(self.program.achieves, self.program.bind(given))
 
     def go_without_saying(self, said: Said) -> bool:
         """Return whether something follows from the program's call, whatever its lists hold."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -10,7 +10,8 @@ from itertools import permutations, product
 from operator import itemgetter
 
 from ntp_dsl.language.registry import Api, Parameter, Program, Registry, bounds
-from ntp_dsl.language.syntax.visitors import predicates
+from ntp_dsl.language.syntax import nodes
+from ntp_dsl.language.syntax.visitors import innermost, predicates
 from ntp_dsl.sentences.clauses import Clause, respective
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, name_words, with_synonyms
@@ -78,6 +79,19 @@ class Matcher:
     def own_words(self) -> frozenset[str]:
         """Return the words in the names of what can be said."""
         return frozenset(word for form in self.forms for word in name_words(form.name))
+
+    @cached_property
+    def _fields(self) -> Mapping[tuple[str, int], set[tuple[str, ...]]]:
+        """Return by which names of fields a callee's parameters are given: `coat(f.rod, f.ground)`."""
+        found: defaultdict[tuple[str, int], set[tuple[str, ...]]] = defaultdict(set)
+        for name in [self.program.name, *self.registry.called_by(self.program.name)]:
+            row = self.registry[name]
+            for statement in row.body if isinstance(row, Program) else ():
+                call = innermost(statement)
+                for number, term in enumerate(call.arguments):
+                    if isinstance(term, nodes.Field):
+                        found[call.callee, number].add(tuple(name_words(term.name)))
+        return found
 
     @cached_property
     def nouns(self) -> frozenset[str]:
@@ -165,7 +179,7 @@ class Matcher:
                     continue
                 cost = self._cost(role, wording[number], parameter)
                 cost *= ease if cost > AT_ODDS else 1.0
-                cost += self._by_label(form, parameter, mention)
+                cost += self._by_label(form, number, mention)
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
@@ -189,15 +203,21 @@ class Matcher:
             if len(meant) <= MOST:
                 yield score + spoken + weight + TWICE * twice, meant
 
-    def _by_label(self, form: Form, parameter: Parameter, mention: Mention) -> float:
+    def _by_label(self, form: Form, number: int, mention: Mention) -> float:
         """Return how a noun phrase that says which parameter it is speaks for one: "ground white"."""
-        if mention.label in _labels(parameter):
-            return NAMED
-        return AT_ODDS if any(mention.label in _labels(each) for each in form.parameters) else 0.0
+        if not mention.label:
+            return 0.0
+        labelled = [mention.label in self._labels(form, each) for each in range(len(form.parameters))]
+        return NAMED if labelled[number] else AT_ODDS if any(labelled) else 0.0
+
+    def _labels(self, form: Form, number: int) -> set[tuple[str, ...]]:
+        parameter = form.parameters[number]
+        own = {tuple(name_words(parameter.name)), tuple(name_words(parameter.type))}
+        return own | self._fields.get((form.name, number), set())
 
     def _is_untold(self, form: Form, taken: Sequence[tuple[int, Sense, Mention]]) -> bool:
         """Return whether neither types nor names tell which field of an element something is."""
-        named = {number for number, _, mention in taken if mention.label in _labels(form.parameters[number])}
+        named = {number for number, _, mention in taken if mention.label in self._labels(form, number)}
         return any(
             other not in {number, *named} and self._may_be_taken_for(each, form.parameters[number])
             for number, *_ in taken
@@ -259,10 +279,6 @@ class Matcher:
         if not fits or (len(fits) < len(sense.values) and len(sense.values) == 1):
             return None
         return Sense(fits, sense.weight)
-
-
-def _labels(parameter: Parameter) -> list[tuple[str, ...]]:
-    return [tuple(name_words(parameter.name)), tuple(name_words(parameter.type))]
 
 
 def _distance(role: Role, wanted: Role) -> float:

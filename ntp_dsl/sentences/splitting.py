@@ -83,6 +83,8 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
         return True
     if len(found) == 1 and "other" in tokens[: found[0].begin]:
         return True  # "the other one for the cup"
+    if len(found) == 1 and ("there" in tokens[found[0].end :] or tokens[:1] == ["so"]):
+        return True  # "the cups go there too", "so does the cup"
     spoken_of = [
         at for at, word in enumerate(tokens) if at and word in PRONOUNS and (tokens[at - 1],) in PREPOSITIONS
     ]

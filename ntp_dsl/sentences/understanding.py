@@ -344,11 +344,12 @@ class Listener:
                 shares[key][placed] += weight / total
         choices = []
         for key, placed in _by_sentence(paths[0]).items():
-            chance = shares[key][placed]
+            alike = {each for each in shares[key] if self.elements.mean_the_same(each, placed)}
+            chance = sum(shares[key][each] for each in alike)
             others = [
-                (element, share)
-                for (name, element), share in sorted(shares[key].items(), key=lambda pair: -pair[1])
-                if (name, element) != placed and name == placed[0] and share > RARE
+                (each[1], share)
+                for each, share in sorted(shares[key].items(), key=lambda pair: -pair[1])
+                if each not in alike and each[0] == placed[0] and share > RARE
             ]
             choices.append(Choice(key[0], *placed, min(chance, 1.0), tuple(others)))
         return Understood(self.with_elements(choices), tuple(choices), tuple(dict.fromkeys(passed_over)))
