@@ -34,11 +34,13 @@ def registry_of(trace: Trace, library: Path | None, file: Path) -> Registry:
     for field, value in (("library", trace.header.library), ("task", trace.header.task)):
         if not value:
             raise NtpError(f"{file}: the trace names no {field}, so it cannot be replayed")
-    registry = load_with_python(library or registry_path(trace))
+    path = library or registry_path(trace)
+    registry = load_with_python(path)
     if registry.hash != trace.header.registry:
         raise NtpError(
             f"{file}: was recorded with another version of library '{trace.header.library}' "
-            f"({trace.header.registry}); expected {registry.hash}"
+            f"({trace.header.registry}); expected {registry.hash}, of {path}; give the one that it was "
+            "recorded with as --library"
         )
     return registry
 
