@@ -11,10 +11,10 @@ from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.semantics.observation import Argument, Record
 from ntp_dsl.sentences.elements import Element, values_of
 from ntp_dsl.sentences.english import NUMBERS, POLITE, words
-from ntp_dsl.sentences.senses import Mention
+from ntp_dsl.sentences.senses import Mention, Sense
 from ntp_dsl.sentences.understanding import SURE_ENOUGH, Listener
 
-SWAPPED = re.compile(r"\b(swap\w*|switch\w*|exchang\w*|trad(e|es|ing)|interchang\w*)\b")
+SWAPPED = re.compile(r"\b(swap\w*|switch\w*|exchang\w*|trad(e|es|ing)|interchang\w*|chang\w* places)\b")
 REPLACED = re.compile(
     r"\b(replac\w*|substitut\w*|where i (used|had|put)(?! (it|them)\b)"
     r"|(instead of|in place of|rather than)(?! (where|what|how|on|in|at|to|onto|into)\b))\b"
@@ -42,6 +42,11 @@ ASIDE = re.compile(
 )
 PREAMBLE = re.compile(r"[,:;]|\bin addition\b|\bbut\b|\bexcept that\b|\bonly\b|\bbesides\b", re.IGNORECASE)
 EXCEPTING = re.compile(r"\b(everything|all|the rest) but\b|\ball except\b|\beverything except\b")
+
+# What consists of several elements, which no ordinal numbers.
+WHOLES = re.compile(
+    r"\b(?:first|second|third|fourth|last|next|other) (?:tower|pile|stack|heap|row|group|pair|half)s?\b"
+)
 
 Changed = Callable[[tuple[Element, ...]], tuple[Element, ...]]
 
@@ -72,6 +77,8 @@ def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str)
     text = POLITE.sub(" ", sentence.lower())
     negations = len(NEGATED.findall(text)) + len(re.findall(r"\b(leave out|skip|omit|only do)\b", text))
     negations += len(EXCEPTING.findall(text)) if negations else 0
+    if whole := WHOLES.search(text):
+        raise NtpError(f"'{shortened(sentence)}': '{whole[0]}' may be several elements: name what is meant")
     if negations > 1 or "only do" in text or (NEGATED.search(text) and SWAPPED.search(text)):
         raise _unclear(sentence)
     found = listener.vocabulary.mentions(words(sentence))
@@ -80,7 +87,7 @@ def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str)
     if NEGATED.search(text):
         changes = [(_left_out, named)]
     else:
-        changes = [(_swapped, single), (_replaced, single), (_left_out, named)]
+        changes = [(_swapped, single or named), (_replaced, single), (_left_out, named)]
     for change, mentions in changes:
         effect = change(text, sentence, mentions)
         if effect is not None:
@@ -99,6 +106,8 @@ def _unclear(sentence: str) -> NtpError:
 
 
 def _swapped(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
+    if len(named) == 1 and len(named[0].senses[0].values) == 2:  # "swap blocks 2 and 4"
+        named = [replace(named[0], senses=(Sense((value,)),)) for value in named[0].senses[0].values]
     if not SWAPPED.search(text) or len(named) != 2:
         return None
     one, other = (_the_one(each, sentence) for each in named)

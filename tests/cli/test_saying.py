@@ -61,6 +61,30 @@ def test_a_sentence_changes_what_a_demonstration_shows(
     assert f"understood: goal: {'), '.join(shown[:-1])}" in capsys.readouterr().err
 
 
+def test_what_a_sentence_makes_of_a_demonstration_is_shown_before_anything_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "data"
+    assert (
+        run(["record", "block_stacking", "block_stacking", "-n", "1", "--seed", "3", "--out", str(folder)])
+        == 0
+    )
+    read = ["read", *STACKING, "--demo", str(folder / "episode_00000.demo.parquet")]
+    capsys.readouterr()
+    assert run(read) == 0
+    shown = capsys.readouterr().out.splitlines()[-1]
+    assert run([*read, "--say", "leave out the last one"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == shown.rpartition(", (")[0]
+
+
+def test_what_cannot_all_come_about_is_said_before_anything_moves(capsys: pytest.CaptureFixture[str]) -> None:
+    task = ["set_the_table", "set_the_table", "--seed", "3"]
+    assert run(["run", *task, *WORLD, "--say", "lay fork 0 left of plate 1 and left of plate 0"]) == 2
+    error = capsys.readouterr().err
+    assert "understood: goal: (fork_0, plate_1, left), (fork_0, plate_0, left)" in error
+    assert "not all of this comes about, as a rehearsal without physics shows: beside(fork_0, plate_" in error
+
+
 def test_an_evaluation_may_tell_in_words_what_is_shown_else(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["eval", "seating", "seating", "-n", "3", "--spoken", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["success"] == 1.0

@@ -67,8 +67,14 @@ def test_one_object_in_the_place_of_another(sentence: str) -> None:
     assert changed(sentence) == (*SHOWN[:2], placement(7, 5))
 
 
-def test_two_objects_change_roles_and_something_is_added() -> None:
-    assert changed("swap block 3 and block 4") == (placement(1, 2), placement(4, 1), placement(3, 5))
+@pytest.mark.parametrize(
+    "sentence", ["swap block 3 and block 4", "swap blocks 3 and 4", "let block 3 and block 4 change places"]
+)
+def test_two_objects_change_roles(sentence: str) -> None:
+    assert changed(sentence) == (placement(1, 2), placement(4, 1), placement(3, 5))
+
+
+def test_something_is_added() -> None:
     assert changed("and also put block 6 on block 4") == (*SHOWN, placement(6, 4))
 
 
@@ -91,6 +97,7 @@ def test_changes_are_made_one_after_the_other() -> None:
         "put block 2 on the gherkin",
         "avoid putting block 3 on block 6",
         "hurry up",
+        "forget about the second tower",
         "but put a block on block 6",
     ],
 )

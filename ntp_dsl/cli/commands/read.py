@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ntp_dsl.cli.dialogue.asking import Interview, draw_questions, questions
-from ntp_dsl.cli.dialogue.saying import check, sentences_of, understood
+from ntp_dsl.cli.dialogue.saying import as_changed, check, sentences_of, understood
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Say, Seed, Task, shown_at
@@ -52,6 +52,8 @@ def command(
 ) -> int:
     """Print what a demonstration shows, or sentences say: the lists that the task's program is called with.
 
+    With both --demo and --say, the sentences change what the demonstration shows.
+
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
     is explained by it; others, which elements may as well be others, how probable each is, which numbers may
     be off, and what was put somewhere for no reason. Exit status: 0 all of it is explained, 1 some is not.
@@ -60,12 +62,14 @@ def command(
     """
     from ntp_dsl.core.models import OneCoreModel, open_model
 
-    if say:
-        if demo or demo_noise or demo_by or pictures:
-            raise NtpError("--say reads sentences, and no demonstration: omit what is about one")
+    if say and demo is None:
+        if demo_noise or demo_by or pictures:
+            raise NtpError(
+                "--say without --demo reads sentences, and no demonstration: omit what is about one"
+            )
         return _read_sentences(library, task, model, seed, sentences_of(say), answer or [], json)
     if answer:
-        raise NtpError("--answer goes with --say")
+        raise NtpError("--answer goes with --say, and without --demo")
     if demo and (demo_noise or demo_by):
         raise NtpError("--demo is a demonstration, and --demo-noise and --demo-by say how to make one")
     rate = shown_at(demo_by, demo_rate)
@@ -90,11 +94,14 @@ def command(
         for path in draw_questions(pictures, registry, source, reading.doubts):
             messages.print(f"wrote {path}")
     program = registry.programs[instance.program]
-    text = format_lists(registry, program, reading.arguments)
+    arguments = reading.arguments
+    if say:
+        arguments = as_changed(evaluator, arguments, sentences_of(say))
+    text = format_lists(registry, program, arguments)
     if json:
         lists = {
             parameter.name: [dict(each.fields) if hasattr(each, "fields") else each for each in value]
-            for parameter, value in zip(program.parameters, reading.arguments, strict=True)
+            for parameter, value in zip(program.parameters, arguments, strict=True)
             if isinstance(value, tuple)
         }
         print_json(
@@ -145,6 +152,9 @@ def command(
                 answers.print(f"# the numbers of {what} are near enough: {each.probability:.0%}")
         for row in text.splitlines():
             answers.print(printable(row))
+    if say:
+        check(evaluator, arguments)
+        return 0
     return int(not reading.is_whole)
 
 

@@ -83,10 +83,17 @@ def changed(
     evaluator: Evaluator, read: tuple[Argument, ...], sentences: Sequence[str], probability: float
 ) -> GivenLists:
     """Return the lists of a demonstration as sentences change them, and print them."""
+    return _as_told(evaluator, as_changed(evaluator, read, sentences), sentences, probability)
+
+
+def as_changed(
+    evaluator: Evaluator, read: tuple[Argument, ...], sentences: Sequence[str]
+) -> tuple[Argument, ...]:
+    """Return a program's arguments, as a demonstration shows them and sentences change them."""
     listener: Listener = evaluator.listener(0)
     for sentence in sentences:
         read = amended(listener, read, sentence)
-    return _as_told(evaluator, read, sentences, probability)
+    return read
 
 
 def check(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> Lists:
