@@ -12,7 +12,6 @@ from ntp_dsl.sentences.english import (
     DETERMINERS,
     FILLERS,
     HANDLING,
-    LINKS,
     ONES,
     PREPOSITIONS,
     PRONOUNS,
@@ -131,7 +130,8 @@ class Discourse:
     def _is_pronoun(self, tokens: Sequence[str], at: int) -> bool:
         after = tokens[at + 1 : at + 2]
         if tokens[at] in DETERMINERS:  # "on that", "that is", and not "that cup"
-            ends = not after or after[0] in LINKS if at else bool(after) and after[0] in BEING
+            is_noun = bool(after) and (self._vocabulary.knows(after[0]) or after[0] in ONES | SITES)
+            ends = not is_noun if at else bool(after) and after[0] in BEING
             return tokens[at] in PRONOUNS and ends
         return tokens[at] in PRONOUNS and after != ["that"]
 

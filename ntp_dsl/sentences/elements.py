@@ -152,8 +152,8 @@ class Elements:
 
 
 def _names_twice(element: Element) -> bool:
-    """Return whether an element names an object or a member more than once."""
-    names = [value for value in values_of(element) if isinstance(value, str)]
+    """Return whether an element names an object, a member or a number more than once."""
+    names = values_of(element)
     return len({*names}) < len(names)
 
 

@@ -183,7 +183,7 @@ HANDLING = ATTENTION | _stems("take grab pick get fetch lift hold go")
 GENERAL = frozenset(
     "piece tower pile stack heap row group collection pair task job lot rest help sake goal aim idea plan "
     "wish chance favour minute moment point result purpose intention course position order way turn time "
-    "thing amount quantity count".split()
+    "thing amount quantity count offset distance gap spacing angle".split()
 )
 LARGE = frozenset(
     "large larger largest big bigger biggest tall taller tallest long longest wide widest".split()
@@ -226,6 +226,11 @@ PARENTHESES = re.compile(
     r"\b(?:after (?:that|this)|in turn|in (?:that|this|the same|the given) order|respectively|of course"
     r"|by the way|for now|for me|as well)\b"
 )
+# "Between 28 and 36 mm", "from 2 cm to 3 cm": two numbers, the unit of both behind the second.
+RANGE = re.compile(
+    r"\b(?:between|from) (\d+(?:\.\d+)?) ?([a-z]+)? (?:and|to) "
+    r"(\d+(?:\.\d+)?) ?(mm|cm|m|degrees|deg|kg|s|n)\b"
+)
 LIST_AFTER = re.compile(r":(?=[^.;:]*,)")
 LISTED = re.compile(r"\b(?:as well as|plus|but also|while|whereas)\b|&")
 CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
@@ -246,6 +251,7 @@ def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
+    text = RANGE.sub(lambda match: f" {match[1]} {match[2] or match[4]} , {match[3]} {match[4]} ", text)
     text = LIST_AFTER.sub(" , ", text)
     text = NOT_ONLY.sub(r"\1 and ", text)
     text = NOTHING_OUTSIDE.sub(lambda m: f"all {m['a'] or m['b'] or m['c']} are in", text)

@@ -196,9 +196,10 @@ class _Parser:
             nearest = [word for word in before if word not in DETERMINERS][-2:]
             is_for, names_a_site = nearest[-1:] == ["for"], not SITES.isdisjoint(words)
             kept = not RESERVING.isdisjoint(map(stem, words)) and self.unmarked[:1] != [each]
+            alone = not self.content and each is not self.mentions[0]  # "the other one for the cup"
             for_whom = KEPT | ({nearest[0]} if "use" in words else set())
             named = (
-                (is_for and (names_a_site or kept or nearest[0] in for_whom or not self.content))
+                (is_for and (names_a_site or kept or nearest[0] in for_whom or alone))
                 or (nearest[-1:] == ["of"] and nearest[0] in SITES)
                 or (names_a_site and nearest in (["belongs", "to"], ["belong", "to"]))
                 or (kept and nearest[:1] == ["for"] and nearest[-1].endswith("ing"))

@@ -27,6 +27,8 @@ TWICE = -3.0  # for one object in two places
 AT_ODDS = -3.0  # a cost of grammar that types do not make good
 EASE = 0.3  # of what grammar says counts where types alone tell what is what
 NAMED = 1.5  # for a noun phrase with the name of the parameter: "ground white", "the far zone"
+LONG = 3  # fields of an element that is told by naming all of them, whatever is said about them
+AWAY = frozenset("from off out under below beneath underneath without".split())
 ELEMENT = -1.0  # for what tells an element by its fields alone
 OPEN = -0.7  # for a parameter that the clause does not name
 UNWORDED = -0.5  # for a parameter of which a wording says nothing
@@ -128,6 +130,17 @@ class Matcher:
                 score = sum(each[0] for each in likeliest if each) / len(likeliest)
                 yield score, tuple(said for each in likeliest if each for said in each[1])
 
+    def whole_elements(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> Iterator[Scored]:
+        """Yield the elements of three fields or more of which noun phrases name all, and nothing else."""
+        if not AWAY.isdisjoint(tokens) or any(each.is_many for each in mentions):
+            return
+        clause = Clause((), frozenset(), tuple(mentions))
+        for form in self.forms:
+            if form.is_element and len(form.parameters) == len(mentions) >= LONG:
+                for score, meant in self._matched(clause, form, as_element=True):
+                    if all(None not in said.arguments for said in meant):
+                        yield score, meant
+
     def _matched(self, clause: Clause, form: Form, as_element: bool = False) -> Iterator[Scored]:
         """Yield the ways in which a clause says what a declaration does, each with its score."""
         shared = clause.verbs & form.verbs
@@ -177,7 +190,7 @@ class Matcher:
             for number, parameter in enumerate(form.parameters):
                 if any(number == other for other, *_ in taken):
                     continue
-                cost = self._cost(role, wording[number], parameter)
+                cost = 0.0 if form.is_element else self._cost(role, wording[number], parameter)
                 cost *= ease if cost > AT_ODDS else 1.0
                 cost += self._by_label(form, number, mention)
                 for sense in mention.senses:
@@ -221,7 +234,7 @@ class Matcher:
         return any(
             other not in {number, *named} and self._may_be_taken_for(each, form.parameters[number])
             for number, *_ in taken
-            if number not in named
+            if number not in named and form.parameters[number].type in self.registry.parents
             for other, each in enumerate(form.parameters)
         )
 

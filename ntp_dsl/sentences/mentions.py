@@ -132,7 +132,8 @@ class Vocabulary:
         if at and self.is_kind(singular(before)):
             return None
         named = [*self._exact(COUNTED[int(number) : int(number) + 1])]
-        return Mention(at, at + 1, tuple(named or [Sense((float(number),), measures="number")]))
+        senses = named or [Sense((float(number),), measures="number")]
+        return Mention(at, at + 1, tuple(senses), is_member=True)
 
     def _names_kind(self, word: str) -> bool:
         labels = {each for label in self._own.labels for each in label}
@@ -155,9 +156,10 @@ class Vocabulary:
 
     def _is_described(self, member: Mention, noun: Mention) -> bool:
         """Return whether a noun that no field of an element takes stands right after a member."""
-        objects = [str(value) for sense in noun.senses for value in sense.values if value in self.types]
-        adjoins = member.end == noun.begin and noun.is_many
-        return adjoins and bool(objects) and not any(map(self._may_be_field, objects))
+        values = [str(value) for sense in noun.senses for value in sense.values]
+        objects = [value for value in values if value in self.types]
+        adjoins = member.end == noun.begin and (noun.is_many or len(noun.senses) > 1)
+        return adjoins and len(objects) == len(values) and not any(map(self._may_be_field, objects))
 
     def _may_be_field(self, name: str) -> bool:
         """Return whether an object may be in a field of an element."""
@@ -173,11 +175,15 @@ class Vocabulary:
                 continue
             size = len(label)
             may_be_verb = stem(label[-1]) in VERBS
+            is_letter = len(label[0]) == 1  # "u 9 cm", and not "a"
+            if is_letter and (size > 1 or not mention.senses[0].is_number):
+                continue
             after = tokens[end + size : end + size + 1]
             is_next = bool(after) and (number_of(after[0]) or self._begins_mention(tokens, end + size))
-            if _is_same(tokens[end : end + size], label) and not is_next and not may_be_verb:
+            if _is_same(tokens[end : end + size], label) and not (is_next or may_be_verb or is_letter):
                 return replace(mention, end=end + size, label=label)
-            for link in ((), ("of",)):
+            is_object = mention.senses[0].values[0] in self.types  # "the twin of the plant" is another
+            for link in ((),) if is_object else ((), ("of",)):
                 at = begin - size - len(link)
                 if at < start or tuple(tokens[begin - len(link) : begin]) != link:
                     continue

@@ -32,7 +32,7 @@ def own_words(registry: Registry, program: Program) -> OwnWords:
         if fields:
             found[tuple(name_words(parameter.type))] = None
         types |= {each.type for each in fields} or {parameter.type}
-    labels = (each for each in found if len("".join(each)) > 1 and not RELATIONS.issuperset(each))
+    labels = (each for each in found if not RELATIONS.issuperset(each))
     members = [member for each in types for member in registry.enums.get(each, ())]
     counts = any(number_of(each) for each in members) or "number" in types
     return OwnWords(tuple(sorted(labels, key=len, reverse=True)), frozenset(types), counts)

@@ -13,7 +13,9 @@ from ntp_dsl.sentences.splitting import STOPS
 
 LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
 ARTICLES = (["the"], ["a"], ["an"])
-CONDITION = re.compile(r"(when (?:the |a )?\w+(?: \d+)? (?:is|are) \w+) ,")
+CONDITION = re.compile(
+    r"(when (?!you |i |we |it |this |that |all |everything )(?:the |a )?\w+(?: \d+)? (?:is|are) \w+) ,"
+)
 LONGEST = 80  # words of a sentence
 
 

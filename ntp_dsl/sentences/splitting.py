@@ -88,7 +88,10 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
     spoken_of = [
         at for at, word in enumerate(tokens) if at and word in PRONOUNS and (tokens[at - 1],) in PREPOSITIONS
     ]
-    return len(found) == 1 and any(at >= found[0].end for at in spoken_of)  # "the cup on it"
+    if len(found) != 1:
+        return False
+    goes = {at for at, word in enumerate(tokens) if stem(word) in COMMON}
+    return any(at >= found[0].end or at + 1 in goes for at in spoken_of)  # "the cup on it", "on it goes …"
 
 
 def upwards(tokens: Sequence[str]) -> bool | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, log, prod
+from math import exp, prod
 
 from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
@@ -19,7 +19,7 @@ from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.discourse import Discourse
-from ntp_dsl.sentences.elements import Element, Elements, Placed, values_of
+from ntp_dsl.sentences.elements import Element, Elements, Placed
 from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
@@ -38,15 +38,12 @@ from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.narration import example
 from ntp_dsl.sentences.own_words import own_words
+from ntp_dsl.sentences.paths import Path, Way, by_sentence, followed
 from ntp_dsl.sentences.refusals import refuse
+from ntp_dsl.sentences.senses import Mention
 from ntp_dsl.sentences.splitting import split
 
-BEAM = 60  # ways to understand all sentences so far, that are followed
 MOST_WAYS = 200  # ways to understand one clause, of which some have no element
-WAYS = 40  # ways to understand one clause, that are followed
-ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
-AGAINST = -3.0  # for an element that says the reverse of another
-ANEW = -1.0  # for an element that nothing before has said
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
 RARE = 1e-3  # ways less probable than this are not told
 
@@ -77,19 +74,12 @@ class Understood:
 
 
 @dataclass(frozen=True)
-class _Way:
-    """One way to understand a clause: ground calls and facts, all of which are meant."""
+class _Heard:
+    """A clause, and what was understood before it."""
 
-    score: float
-    meant: tuple[Said, ...]
-
-
-@dataclass(frozen=True)
-class _Path:
-    """One way to understand all sentences so far."""
-
-    score: float
-    chosen: tuple[tuple[int, Placed], ...] = ()  # with the sentence that said each first
+    clause: list[str]
+    paths: list[Path]
+    discourse: Discourse
 
 
 class Listener:
@@ -125,7 +115,7 @@ class Listener:
         told nothing; yet what is said has to be what it does.
         """
         self._heard = Discourse(self.vocabulary)
-        paths = [_Path(0.0)]
+        paths = [Path(0.0)]
         passed_over: list[tuple[int, str]] = []
         for number, text in enumerate(sentences):
             refuse(text, number, self.vocabulary, self._matcher)
@@ -133,31 +123,66 @@ class Listener:
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
+            if len(whole := self._whole_elements(parts)) and (
+                after := followed(self.elements, paths, whole, number)
+            ):
+                paths = after
+                passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
+                continue
             said = False
-            before: tuple[list[str], list[_Path], Discourse] | None = None
+            before: _Heard | None = None
+            waiting: tuple[_Heard, NtpError] | None = None
             for at, part in enumerate(parts):
                 later = [*parts[at + 1 :], *(each for some in clauses[number + 1 :] for each in some), []]
-                state = paths, self._heard.copy()
+                now = _Heard(part, paths, self._heard.copy())
                 try:
+                    if waiting is not None:
+                        raise waiting[1]
                     after = self._after(paths, part, later[0], text, number)
-                except NtpError:
-                    if before is None:  # with the next clause it may say something whole
-                        if at + 1 == len(parts):
-                            raise
-                        before = part, *state
+                except NtpError as error:
+                    first = before if waiting is None else waiting[0]
+                    if first is None and at + 1 == len(parts):
+                        raise
+                    if first is None:  # with the next clause it may tell an element
+                        waiting = now, error
                         continue
-                    part, state = [*before[0], ",", *part], before[1:]
-                    paths, self._heard = state[0], state[1].copy()
-                    after = self._after(paths, part, later[0], text, number, as_element=True)
-                before = part, *state
+                    part, now = [*first.clause, ",", *part], first
+                    paths, self._heard = first.paths, first.discourse.copy()
+                    try:
+                        after = self._after(paths, part, later[0], text, number, as_element=True)
+                    except NtpError:
+                        raise error from None
+                before, waiting = _Heard(part, now.paths, now.discourse), None
                 said |= after is not paths
                 paths = after
                 passed_over += [(number, word) for _, word in self._unknown(part)]
+            if waiting is not None:
+                raise waiting[1]
             if not said and not (self._heard.theme is not None and clauses[number + 1 :]):
                 raise self._not_understood(text, number, words(text))
         if self.elements.lists and not paths[0].chosen:
             raise NtpError(f"what was said names no whole element: {self._wanted()}")
         return self._told(paths, passed_over)
+
+    def _whole_elements(self, clauses: Sequence[Sequence[str]]) -> list[Way]:
+        """Return the ways in which clauses name all fields of one element and nothing else."""
+        tokens = [word for at, clause in enumerate(clauses) for word in ([","] * (at > 0) + [*clause])]
+        heard = self._heard.copy()
+        mentions: list[Mention] = []
+        unknown: list[bool] = []
+        for clause in clauses:
+            found = self._heard.mentions(self._heard.completed(clause))
+            mentions += [each for each in found if each.senses not in [other.senses for other in mentions]]
+            unknown += [
+                self._decides(clause, at) for at, word in self._unknown(clause) if not word.endswith("ly")
+            ]
+            if found:
+                self._heard.heard(found, found[0])
+        mentions = [each for each in mentions if not _is_named_by_another(each, mentions)]
+        ways = [] if any(unknown) else [*self._matcher.whole_elements(tokens, mentions)]
+        if not ways:
+            self._heard = heard
+        return [Way(score, meant) for score, meant in ways]
 
     def clauses_of(self, sentence: str) -> tuple[Understood, frozenset[str]]:
         """Return what those clauses of a sentence say that name something, and what they are about.
@@ -169,7 +194,7 @@ class Listener:
         clauses = [each for each in split(tokens, self.vocabulary.mentions) if self.vocabulary.mentions(each)]
         self.elements.may_be_about(self._named_by(tokens))
         self._heard = Discourse(self.vocabulary)
-        paths, themes = [_Path(0.0)], set[str]()
+        paths, themes = [Path(0.0)], set[str]()
         for at, clause in enumerate(clauses):
             paths = self._after(paths, clause, (clauses[at + 1 :] or [[]])[0], sentence, 0)
             theme = self._heard.theme
@@ -181,13 +206,13 @@ class Listener:
 
     def _after(
         self,
-        paths: list[_Path],
+        paths: list[Path],
         clause: Sequence[str],
         following: Sequence[str],
         text: str,
         number: int,
         as_element: bool = False,
-    ) -> list[_Path]:
+    ) -> list[Path]:
         """Return the paths that go on with a clause; the same ones where it says nothing by itself.
 
         Args:
@@ -204,7 +229,7 @@ class Listener:
         ways = self._ways(tokens, as_element)
         if unknown:  # of one thing alone, an unknown verb says nothing
             ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
-        after = self._followed(paths, ways, number)
+        after = followed(self.elements, paths, ways, number)
         if not after and self._has_content(tokens):
             raise self._not_understood(text, number, tokens)
         return after or paths
@@ -273,7 +298,7 @@ class Listener:
         calls = [form.name for form in self._matcher.forms if not form.is_fact and not form.is_element]
         return example(self.registry, self.program, calls)
 
-    def _ways(self, tokens: Sequence[str], as_element: bool) -> list[_Way]:
+    def _ways(self, tokens: Sequence[str], as_element: bool) -> list[Way]:
         """Return the ways to understand a clause, the likeliest first."""
         mentions = self._heard.mentions(tokens)
         if not mentions:
@@ -288,62 +313,20 @@ class Listener:
             for score, meant in self._matcher.meant_by(clause, as_element):
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
-        found = [_Way(score, meant) for meant, score in best.items()]
+        found = [Way(score, meant) for meant, score in best.items()]
         return sorted(found, key=lambda way: -way.score)[:MOST_WAYS]
 
-    def _followed(self, paths: Sequence[_Path], ways: Sequence[_Way], number: int) -> list[_Path]:
-        """Return the paths that go on with a sentence."""
-        options: list[tuple[float, list[list[Placed]]]] = []
-        for way in ways:
-            found = [self.elements.saying(said) for said in way.meant]
-            if all(found):
-                options.append((way.score, found))
-            elif all(self.elements.go_without_saying(said) for said in way.meant):
-                options.append((way.score + ANEW, []))
-            if len(options) >= WAYS:
-                break
-        after: dict[tuple[tuple[int, Placed], ...], _Path] = {}
-        for path in paths:
-            for score, places in options:
-                for more in self._extended(path, score, places, number):
-                    before = after.get(more.chosen)
-                    if before is None or more.score > before.score:
-                        after[more.chosen] = more
-        return sorted(after.values(), key=lambda each: -each.score)[:BEAM]
-
-    def _extended(
-        self, path: _Path, score: float, places: Sequence[Sequence[Placed]], number: int
-    ) -> Iterator[_Path]:
-        """Yield a path with an element for each thing that a sentence means."""
-        found = [_Path(path.score + score, path.chosen)]
-        for offered in places:
-            after = []
-            for each in found:
-                known = [placed for _, placed in each.chosen if placed in offered]
-                if known:
-                    after.append(each)
-                    continue
-                share = log(len(offered)) if len(offered) > 1 else 0.0
-                for placed in offered:
-                    chosen = (*each.chosen, (number, placed))
-                    against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
-                    after.append(_Path(each.score + ANEW - share + against, chosen))
-                if len(offered) > 1:  # on the way to what another sentence says
-                    after.append(_Path(each.score + ON_THE_WAY, each.chosen))
-            found = sorted(after, key=lambda each: -each.score)[:BEAM]
-        yield from found
-
-    def _told(self, paths: Sequence[_Path], passed_over: Sequence[tuple[int, str]]) -> Understood:
+    def _told(self, paths: Sequence[Path], passed_over: Sequence[tuple[int, str]]) -> Understood:
         """Return the likeliest way to understand everything, and what may be instead of each element."""
         top = paths[0].score
         weights = [exp(each.score - top) for each in paths]
         total = sum(weights)
         shares: dict[tuple[int, int], dict[Placed, float]] = defaultdict(lambda: defaultdict(float))
         for path, weight in zip(paths, weights, strict=True):
-            for key, placed in _by_sentence(path).items():
+            for key, placed in by_sentence(path).items():
                 shares[key][placed] += weight / total
         choices = []
-        for key, placed in _by_sentence(paths[0]).items():
+        for key, placed in by_sentence(paths[0]).items():
             alike = {each for each in shares[key] if self.elements.mean_the_same(each, placed)}
             chance = sum(shares[key][each] for each in alike)
             others = [
@@ -363,17 +346,7 @@ class Listener:
         return self.elements.called_with(lists)
 
 
-def _by_sentence(path: _Path) -> dict[tuple[int, int], Placed]:
-    """Return the elements of a path by the sentence that said them, and their number there."""
-    found: dict[tuple[int, int], Placed] = {}
-    counts: dict[int, int] = defaultdict(int)
-    for number, placed in path.chosen:
-        found[number, counts[number]] = placed
-        counts[number] += 1
-    return found
-
-
-def _is_reverse(one: Placed, other: Placed) -> bool:
-    """Return whether an element names what another does, the other way round."""
-    values = values_of(one[1])
-    return one[0] == other[0] and len({*values}) > 1 and values == values_of(other[1])[::-1]
+def _is_named_by_another(mention: Mention, mentions: Sequence[Mention]) -> bool:
+    """Return whether a noun may stand for what another names: "brush it with brush 1"."""
+    others = [each.senses[0].values for each in mentions if len(each.senses) == 1]
+    return len(mention.senses) > 1 and any(each.values in others for each in mention.senses)

@@ -108,6 +108,8 @@ def heard(domain: str, text: str) -> list[str]:
             "make a sandwich on plate 0: bottom slice 1, filling cheese 0, top slice 3",
             "(plate_0, slice_1, cheese_0, slice_3)",
         ),
+        ("washing_up", "rinse mug 0 in basin 1, then it goes on rack 2", "(mug_0, basin_1, rack_2)"),
+        ("kitting", "rod 1 is fitted in tray 0 at an offset of 5 cm and 4 cm", "(rod_1, tray_0, 0.05, 0.04)"),
         ("zoning", "bring every nut into the far zone", "(nut, far)"),
         (
             "picnic",
@@ -129,6 +131,7 @@ def test_fields_are_told_by_types_and_by_their_names(domain: str, text: str, mea
         ("sorting", "chute 0 takes the light parcels going to Rome", ["(rome, light, chute_0)"]),
         ("sorting", "apply the rule city rome, load light, chute 1", ["(rome, light, chute_1)"]),
         ("filling", "put two eggs into basket 1", ["(basket_1, 2)"]),
+        ("filling", "there should be one egg in basket 0", ["(basket_0, 1)"]),
         (
             "filling",
             "one egg goes into basket 0, and basket 1 gets 3 eggs",
@@ -141,6 +144,12 @@ def test_members_describe_and_numbers_count_what_no_field_names(
 ) -> None:
     who, _ = in_scene(load_text(MAIL), task)
     assert lists(who, text) == meant
+
+
+def test_no_clause_is_lost_beside_one_that_is_understood() -> None:
+    who, _ = in_scene(load_text(MAIL), "sorting")
+    with pytest.raises(NtpError, match="is not understood"):
+        who.understand(["the heavy parcels are nice, and chute 0 takes the light parcels for Rome"])
 
 
 def test_one_field_of_two_that_are_alike_is_not_guessed() -> None:
