@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, prod
 
 from ntp_dsl.common.text import shortened
@@ -123,43 +123,14 @@ class Listener:
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
-            if len(whole := self._whole_elements(parts)) and (
-                after := followed(self.elements, paths, whole, number)
-            ):
-                paths = after
-                passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
-                continue
-            said = False
-            before: _Heard | None = None
-            waiting: tuple[_Heard, NtpError] | None = None
-            for at, part in enumerate(parts):
-                later = [*parts[at + 1 :], *(each for some in clauses[number + 1 :] for each in some), []]
-                now = _Heard(part, paths, self._heard.copy())
-                try:
-                    if waiting is not None:
-                        raise waiting[1]
-                    after = self._after(paths, part, later[0], text, number)
-                except NtpError as error:
-                    first = before if waiting is None else waiting[0]
-                    if first is None and at + 1 == len(parts):
-                        raise
-                    if first is None:  # with the next clause it may tell an element
-                        waiting = now, error
-                        continue
-                    part, now = [*first.clause, ",", *part], first
-                    paths, self._heard = first.paths, first.discourse.copy()
-                    try:
-                        after = self._after(paths, part, later[0], text, number, as_element=True)
-                    except NtpError:
-                        raise error from None
-                before, waiting = _Heard(part, now.paths, now.discourse), None
-                said |= after is not paths
-                paths = after
-                passed_over += [(number, word) for _, word in self._unknown(part)]
-            if waiting is not None:
-                raise waiting[1]
-            if not said and not (self._heard.theme is not None and clauses[number + 1 :]):
+            later = [each for some in clauses[number + 1 :] for each in some]
+            after = followed(self.elements, paths, self._whole_elements(parts), number)
+            if not after:
+                after, parts = self._in_turn(paths, parts, later, text, number)
+            passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
+            if after is paths and not (self._heard.theme is not None and later):
                 raise self._not_understood(text, number, words(text))
+            paths = after
         if self.elements.lists and not paths[0].chosen:
             raise NtpError(f"what was said names no whole element: {self._wanted()}")
         return self._told(paths, passed_over)
@@ -183,6 +154,48 @@ class Listener:
         if not ways:
             self._heard = heard
         return [Way(score, meant) for score, meant in ways]
+
+    def _in_turn(
+        self,
+        paths: list[Path],
+        clauses: Sequence[list[str]],
+        following: Sequence[list[str]],
+        text: str,
+        number: int,
+    ) -> tuple[list[Path], list[list[str]]]:
+        """Return the paths that go on with a sentence, and its clauses as they were understood.
+
+        One that says nothing by itself may tell an element together with the one before, or the one after.
+
+        Raises `NtpError` for what is not understood.
+        """
+        read: list[_Heard] = []
+        waiting: NtpError | None = None
+        for at, clause in enumerate(clauses):
+            now = _Heard(clause, paths, self._heard.copy())
+            later = [*clauses[at + 1 :], *following, []][0]
+            try:
+                if waiting is not None:
+                    raise waiting
+                paths = self._after(paths, clause, later, text, number)
+            except NtpError as error:
+                if not read and at + 1 == len(clauses):
+                    raise
+                if not read:
+                    waiting = error
+                else:
+                    now = replace(read[-1], clause=[*read[-1].clause, ",", *clause])
+                    self._heard = now.discourse.copy()
+                    try:
+                        paths = self._after(now.paths, now.clause, later, text, number, as_element=True)
+                    except NtpError:
+                        raise error from None
+                    read.pop()
+                    waiting = None
+            read.append(now)
+        if waiting is not None:
+            raise waiting
+        return paths, [each.clause for each in read]
 
     def clauses_of(self, sentence: str) -> tuple[Understood, frozenset[str]]:
         """Return what those clauses of a sentence say that name something, and what they are about.
