@@ -80,8 +80,11 @@ def _in_vain(expert: Expert, call: NextCall, state: State, depth: int) -> str:
     if depth == DEPTH:
         return ""
     told = []
+    is_opened = False  # of several calls in vain the first is opened: there may be many below one another
     for each in body_statements(expert, callee, call.arguments, state):
-        reason = why_left_out(expert, each, scope, state, depth + 1)
+        is_next = each.status is Status.VAIN and is_opened
+        reason = "" if is_next else why_left_out(expert, each, scope, state, depth + 1)
+        is_opened |= each.status is Status.VAIN
         called = innermost(each.statement).callee
         invoked = format_invocation(each.call.callee, each.call.arguments) if each.call else called
         match each.status:
