@@ -1,7 +1,7 @@
 """Measures how instructions are understood that people wrote for the project's libraries.
 
-In `instructions.tsv` sentences are separated by `//`, elements by `;`, and what is right as well by `OR`; `ASK` is a
-due question.
+In `instructions.tsv` sentences are separated by `//`, elements by `;`, and what is right as well by `OR`;
+`ASK` is a due question.
 
 python benchmarks/instructions.py
 """

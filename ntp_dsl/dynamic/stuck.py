@@ -67,7 +67,7 @@ class Stuck:
         if each.lacks:
             lacking = f"{call} lacks {listed(each.lacks, FEW)}"
             return f"{SKIPPED}{lacking}, and no earlier statement is due that provides it"
-        if self.is_deadlock or each.status is Status.VAIN:
+        if self.is_deadlock or each.status is Status.VAIN or why:
             return f"{SKIPPED}{call} would do nothing" + f": {why}" * bool(why)
         return f"due: {call}"
 

@@ -87,24 +87,28 @@ def _far_grasps(shown: Demonstration) -> str:
 
 
 def _moved_alone(shown: Demonstration) -> str:
-    """Tell of objects most of which move while the hand is elsewhere."""
+    """Tell of objects most of which move while neither the hand nor anything that it moves is near."""
     span = max(1, round(SLOW / float(np.median(np.diff(shown.times))))) if len(shown) > 1 else len(shown)
     if len(shown) <= span:
         return ""
-    ways = np.linalg.norm(shown.positions[span:] - shown.positions[:-span], axis=2)  # (T - span, N)
+    ways = shown.positions[span:] - shown.positions[:-span]  # (T - span, N, 3)
     apart = np.linalg.norm(shown.positions - shown.grippers[:, None], axis=2)[span:]
-    nearest = {
-        obj.name: float(np.median(apart[moves, index])) - max(obj.size) / 2
-        for index, obj in enumerate(shown.objects)
-        if obj.movable and (moves := ways[:, index] > SHIFT).any()
-    }
+    apart -= np.array([max(obj.size) / 2 for obj in shown.objects])
+    nearest: dict[str, float] = {}
+    for index, obj in enumerate(shown.objects):
+        moves = np.linalg.norm(ways[:, index], axis=1) > SHIFT
+        if obj.movable and moves.any():
+            along = np.linalg.norm(ways[moves] - ways[moves, index][:, None], axis=2) < SHIFT / 2
+            carriers = np.where(along, apart[moves], np.inf).min(axis=1)  # what it lies in goes its way
+            nearest[obj.name] = float(np.median(carriers))
     alone = {name: far for name, far in nearest.items() if far > ALONE}
-    if not alone or 2 * len(alone) <= len(nearest):
+    if 2 * len(alone) <= len(nearest):
         return ""
     name, far = max(alone.items(), key=lambda each: each[1])
+    others = f", as {len(alone) - 1} others do" if len(alone) > 1 else ""
     return (
-        f"{name} moves while the hand is some {far:.2f} m away from it, and so do {len(alone)} of "
-        f"the {len(nearest)} that move: are the hand and the objects in one frame?"
+        f"{name} moves while the hand is some {far:.2f} m away from it{others}: "
+        "are the hand and the objects in one frame?"
     )
 
 

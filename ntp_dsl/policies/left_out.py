@@ -10,7 +10,7 @@ from ntp_dsl.language.registry import Api, Program
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import innermost
 from ntp_dsl.policies.evidence import BodyStatement, body_statements
-from ntp_dsl.policies.expert import Expert, NextCall
+from ntp_dsl.policies.expert import Expert, NextCall, Return
 from ntp_dsl.semantics.facts import Bindings
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.shortfalls import some_of, why_empty, why_false, why_not
@@ -44,11 +44,22 @@ def why_left_out(expert: Expert, each: BodyStatement, scope: Bindings, state: St
             return some_of(dict.fromkeys(_absent(each.statement, scope, state)))
         case Status.VAIN if each.call is not None:
             return _in_vain(expert, each.call, state, depth)
+        case Status.DUE if does_nothing(expert, each, state):
+            assert each.call is not None
+            return _in_vain(expert, each.call, state, depth)
         case Status.VAIN if each.instance is not None and each.instance.lacking is not None:
             call, lacks = each.instance.lacking
             told = some_of(why_not(fact, state) for fact in sorted(lacks, key=str))
-            return f"of {format_invocation(call.callee, call.arguments)}, {told}"
+            return f"for {format_invocation(call.callee, call.arguments)}, {told}"
     return ""
+
+
+def does_nothing(expert: Expert, each: BodyStatement, state: State) -> bool:
+    """Return whether a statement that is due calls a program that would return at once."""
+    if each.call is None or each.lacks or each.call.callee not in expert.registry.programs:
+        return False
+    answer = expert.decide(each.call.callee, each.call.arguments, state)
+    return isinstance(answer, Return) and not answer.done
 
 
 def _absent(statement: nodes.Statement, scope: Bindings, state: State) -> Iterator[str]:
@@ -82,18 +93,18 @@ def _in_vain(expert: Expert, call: NextCall, state: State, depth: int) -> str:
     told = []
     is_opened = False  # of several calls in vain the first is opened: there may be many below one another
     for each in body_statements(expert, callee, call.arguments, state):
-        is_next = each.status is Status.VAIN and is_opened
-        reason = "" if is_next else why_left_out(expert, each, scope, state, depth + 1)
-        is_opened |= each.status is Status.VAIN
+        is_due = each.status is Status.DUE
+        is_vain = each.status is Status.VAIN or (is_due and does_nothing(expert, each, state))
+        reason = "" if is_vain and is_opened else why_left_out(expert, each, scope, state, depth + 1)
+        is_opened |= is_vain
         called = innermost(each.statement).callee
         invoked = format_invocation(each.call.callee, each.call.arguments) if each.call else called
-        match each.status:
-            case Status.ABSENT:
-                told.append(f"{_place(each)} {invoked} is left out, as {reason}")
-            case Status.VAIN:
-                told.append(f"{_place(each)} {invoked} would do nothing" + f": {reason}" * bool(reason))
-            case Status.DUE if each.lacks:
-                told.append(f"{_place(each)} {invoked} lacks {', '.join(each.lacks)}")
+        if each.status is Status.ABSENT:
+            told.append(f"{_place(each)} {invoked} is left out, as {reason}")
+        elif is_vain:
+            told.append(f"{_place(each)} {invoked} would do nothing" + f" ({reason})" * bool(reason))
+        elif each.status is Status.DUE and each.lacks:
+            told.append(f"{_place(each)} {invoked} lacks {', '.join(each.lacks)}")
     return "; ".join(told)
 
 

@@ -10,11 +10,14 @@ from ntp_dsl.common.text import enumerated
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
+from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.semantics.state import State
 
+OPPOSITES = {"==": "!=", "!=": "==", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
+MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}  # with the sides exchanged
 MOST = 3  # reasons that a sentence names
 
 
@@ -22,13 +25,13 @@ def why_not(fact: Fact, state: State) -> str:
     """Say that a fact does not hold, and of one with a body or a comparison what is in its way."""
     if isinstance(fact, Condition):
         return some_of(why_false(fact.expression, fact.scope, state)) or f"{fact} does not hold"
-    reasons = [*dict.fromkeys(_of_literal(fact, state))]
+    reasons = _known(_of_literal(fact, state))
     return f"{_said(fact)}, as {some_of(reasons)}" if reasons and reasons != [_said(fact)] else _said(fact)
 
 
 def why_false(expression: nodes.Expression, scope: Bindings, state: State) -> list[str]:
     """Return why an expression does not hold: what is to be otherwise, each said once."""
-    return list(dict.fromkeys(_in_the_way(expression, scope, True, state)))
+    return _known(_in_the_way(expression, scope, True, state))
 
 
 def why_empty(generator: nodes.Generator, scope: Bindings, state: State) -> list[str]:
@@ -38,7 +41,18 @@ def why_empty(generator: nodes.Generator, scope: Bindings, state: State) -> list
         return [f"there is nothing in '{generator.iterable.id}'"]
     assert generator.condition is not None, "without a condition, every element is one"
     told = (_in_the_way(generator.condition, each, True, state) for each in every)
-    return list(dict.fromkeys(chain.from_iterable(told)))
+    return _known(chain.from_iterable(told))
+
+
+def _known(reasons: Iterator[str]) -> list[str]:
+    """Return reasons, each once, as far as they can be told: evaluation may have stopped before the rest."""
+    found: dict[str, None] = {}
+    try:
+        for each in reasons:
+            found[each] = None
+    except NtpError:
+        pass
+    return [*found]
 
 
 def some_of(reasons: Iterable[str]) -> str:
@@ -60,17 +74,22 @@ def _in_the_way(expression: nodes.Expression, scope: Bindings, positive: bool, s
             yield from _in_the_way(value, scope, not positive, state)
         case nodes.And(values=values) | nodes.Or(values=values):
             is_each = isinstance(expression, nodes.And) == positive
-            yield from _of_all(values, scope, positive, is_each, state)
+            yield from _of_all([(each, scope) for each in values], positive, is_each, state)
         case nodes.Compare():
             yield _compared(expression, scope, positive, state)
-        case nodes.Quantified(quantifier=quantifier, body=body, generators=generators, count=None):
-            if (quantifier == "all") == positive:
-                inner = state.scopes(generators, scope)
-                yield from chain.from_iterable(_in_the_way(body, each, positive, state) for each in inner)
-            else:
-                yield f"{format_expression(body)} {'holds of nothing' if positive else 'holds of all'}"
+        case nodes.Quantified(quantifier=quantifier, body=body, generators=generators, count=None) if (
+            quantifier == "all"
+        ) == positive:
+            each_of = [(body, inner) for inner in state.scopes(generators, scope)]
+            yield from _of_all(each_of, positive, True, state)
         case _:
-            yield f"{format_expression(expression)} {'does not hold' if positive else 'holds'}"
+            yield f"{_told(expression, scope)} {'does not hold' if positive else 'holds'}"
+
+
+def _told(expression: nodes.Expression, scope: Bindings) -> str:
+    """Return an expression as text, with what its names stand for."""
+    named = [f"{name}={_shortly(scope[name])}" for name in sorted(free_names(expression)) if name in scope]
+    return format_expression(expression) + f" with {', '.join(named)}" * bool(named)
 
 
 def _of_literal(literal: Literal, state: State) -> Iterator[str]:
@@ -85,7 +104,7 @@ def _of_literal(literal: Literal, state: State) -> Iterator[str]:
 
 
 def _of_all(
-    values: Iterable[nodes.Expression], scope: Bindings, positive: bool, is_each: bool, state: State
+    some: Iterable[tuple[nodes.Expression, Bindings]], positive: bool, is_each: bool, state: State
 ) -> Iterator[str]:
     """Yield what is in the way of several expressions.
 
@@ -93,9 +112,9 @@ def _of_all(
         is_each: all of them are needed. What is written after one that is lacking may have no meaning yet.
     """
     is_lacking = False
-    for each in values:
+    for expression, scope in some:
         try:
-            found = [*_in_the_way(each, scope, positive, state)]
+            found = [*_in_the_way(expression, scope, positive, state)]
         except NtpError:
             if not (is_each and is_lacking):
                 raise
@@ -105,17 +124,19 @@ def _of_all(
 
 
 def _compared(expression: nodes.Compare, scope: Bindings, positive: bool, state: State) -> str:
-    """Say what the sides of a comparison are."""
+    """Say what the sides of a comparison are, and what they were to be."""
     left, right = expression.left, expression.right
+    values = [_shortly(state.value(side, scope)) for side in (left, right)]
+    if all(isinstance(side, nodes.Name) for side in (left, right)):
+        return f"both are {values[0]}" if values[0] == values[1] else f"{values[0]} is not {values[1]}"
     is_reading = [isinstance(side, nodes.Atom | nodes.Field) for side in (left, right)]
-    if is_reading == [False, True]:
-        left, right = right, left
-    found = f"{_term(left, scope, state)} is {_shortly(state.value(left, scope))}"
     if all(is_reading):
-        return f"{found} and {_term(right, scope, state)} is {_shortly(state.value(right, scope))}"
-    if expression.operator == "==" and positive:
-        return f"{found}, not {_shortly(state.value(right, scope))}"
-    return found
+        return f"{_term(left, scope, state)} is {values[0]} and {_term(right, scope, state)} is {values[1]}"
+    sign = expression.operator if positive else OPPOSITES[expression.operator]
+    if is_reading == [False, True]:
+        left, values, sign = right, values[::-1], MIRRORED.get(sign, sign)
+    wanted = {"==": f", not {values[1]}", "!=": ""}.get(sign, f", which is not {sign} {values[1]}")
+    return f"{_term(left, scope, state)} is {values[0]}{wanted}"
 
 
 def _term(term: nodes.Expression, scope: Bindings, state: State) -> str:
@@ -124,6 +145,8 @@ def _term(term: nodes.Expression, scope: Bindings, state: State) -> str:
             return str(Literal(predicate, tuple(state.value(each, scope) for each in arguments)))
         case nodes.Name(id=name) if name in scope:
             return _shortly(scope[name])
+        case nodes.Field():
+            return f"{term.name} of {_shortly(scope[term.value.id])}"
     return format_expression(term)
 
 

@@ -45,7 +45,7 @@ EXCEPTING = re.compile(r"\b(everything|all|the rest) but\b|\ball except\b|\bever
 
 # What consists of several elements, which no ordinal numbers.
 WHOLES = re.compile(
-    r"\b(?:first|second|third|fourth|last|next|other) (?:tower|pile|stack|heap|row|group|pair|half)s?\b"
+    r"\b(?:first|second|third|fourth|last|next|other) (tower|pile|stack|heap|row|group|pair|half)s?\b"
 )
 
 Changed = Callable[[tuple[Element, ...]], tuple[Element, ...]]
@@ -77,7 +77,8 @@ def _changed(listener: Listener, arguments: tuple[Argument, ...], sentence: str)
     text = POLITE.sub(" ", sentence.lower())
     negations = len(NEGATED.findall(text)) + len(re.findall(r"\b(leave out|skip|omit|only do)\b", text))
     negations += len(EXCEPTING.findall(text)) if negations else 0
-    if whole := WHOLES.search(text):
+    whole = WHOLES.search(text)
+    if whole and whole[1] not in listener.vocabulary.own_nouns:
         raise NtpError(f"'{shortened(sentence)}': '{whole[0]}' may be several elements: name what is meant")
     if negations > 1 or "only do" in text or (NEGATED.search(text) and SWAPPED.search(text)):
         raise _unclear(sentence)
@@ -106,7 +107,8 @@ def _unclear(sentence: str) -> NtpError:
 
 
 def _swapped(text: str, sentence: str, named: Sequence[Mention]) -> Changed | None:
-    if len(named) == 1 and len(named[0].senses[0].values) == 2:  # "swap blocks 2 and 4"
+    is_pair = len(named) == 1 and len(named[0].senses) == 1 and len(named[0].senses[0].values) == 2
+    if is_pair:  # "swap blocks 2 and 4"
         named = [replace(named[0], senses=(Sense((value,)),)) for value in named[0].senses[0].values]
     if not SWAPPED.search(text) or len(named) != 2:
         return None

@@ -72,6 +72,13 @@ class Elements:
         self._offered[said] = found
         return found
 
+    def names_all(self, placed: Placed, said: Said) -> bool:
+        """Return whether an element has all objects that were named and that a field of it would take."""
+        parameter = next(each for each in self.lists if each.name == placed[0])
+        fields = self.registry.records.get(parameter.type, (Parameter(parameter.name, parameter.type),))
+        others = {*said.arguments} - {*values_of(placed[1])}
+        return not any(self._is_a(each, field.type) for each in others for field in fields)
+
     def mean_the_same(self, one: Placed, other: Placed) -> bool:
         """Return whether two elements name the same things, and the program achieves the same by both."""
         if one == other:

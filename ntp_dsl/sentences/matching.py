@@ -112,15 +112,18 @@ class Matcher:
         """Return how many declarations use each word."""
         return Counter(verb for form in self.forms for verb in form.verbs)
 
-    def meant_by(self, clause: Clause, as_element: bool = False) -> Iterator[Scored]:
+    def meant_by(
+        self, clause: Clause, as_element: bool = False, relates_otherwise: bool = False
+    ) -> Iterator[Scored]:
         """Yield what a clause may mean; where as many things as places are listed, each goes with its own.
 
         Args:
             as_element: it tells the fields of one element.
+            relates_otherwise: what it says of how things are related is not what an element says.
         """
         pairs = [] if as_element else respective(clause)
         for form in self.forms:
-            if as_element and not form.is_element:
+            if (as_element and not form.is_element) or (relates_otherwise and form.is_element):
                 continue
             if not pairs:
                 yield from self._matched(clause, form, as_element)
@@ -173,7 +176,8 @@ class Matcher:
 
     def _worded(self, clause: Clause, form: Form, wording: Wording, spoken: float) -> Iterator[Scored]:
         """Yield the ways to put a clause's noun phrases in the places of one wording."""
-        ease = EASE if not clause.is_firm and self._is_told_by_types(clause, form) else 1.0
+        is_told = not form.is_element and not clause.is_firm and self._is_told_by_types(clause, form)
+        ease = EASE if is_told else 1.0
 
         def bind(
             at: int, taken: tuple[tuple[int, Sense, Mention], ...], score: float
@@ -200,7 +204,8 @@ class Matcher:
                         turned = sum(number < other for other in others)
                         after = score + cost + sense.weight * 0.3 + TURNED * turned
                         yield from bind(at + 1, (*taken, (number, fitting, mention)), after)
-            yield from bind(at + 1, taken, score + LEFT_OUT)
+            if not form.is_element:
+                yield from bind(at + 1, taken, score + LEFT_OUT)
 
         for score, named in bind(0, (), clause.weight + ELEMENT * form.is_element):
             if score < UNDERSTOOD:
@@ -252,13 +257,22 @@ class Matcher:
     ) -> bool:
         """Return whether what never moves would get to what does: "the guest takes the seat"."""
         fixed = [bool(each) and all(value in self._fixed for value in each) for each in places]
-        moved = [is_so for role, is_so in zip(wording, fixed, strict=True) if role is Role.THEME]
+        moved = [
+            is_so and self._may_move(parameter)
+            for role, is_so, parameter in zip(wording, fixed, form.parameters, strict=True)
+            if role is Role.THEME
+        ]
         goals = [
             not is_so and values != (None,) and parameter.type in self.registry.parents
             for role, is_so, values, parameter in zip(wording, fixed, places, form.parameters, strict=True)
             if role in GOALS
         ]
         return any(moved) and any(goals)
+
+    def _may_move(self, parameter: Parameter) -> bool:
+        """Return whether a parameter takes anything that moves."""
+        is_a = self.registry.is_a
+        return any(is_a(kind, parameter.type) for name, kind in self.types.items() if name not in self._fixed)
 
     def _alike(self, form: Form, one: int, other: int) -> bool:
         """Return whether only the order of mention can tell two parameters apart."""

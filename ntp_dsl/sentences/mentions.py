@@ -82,6 +82,11 @@ class Vocabulary:
         return not singulars(word).isdisjoint(self._words) or bool(number_of(word.replace(".", "", 1)))
 
     @property
+    def own_nouns(self) -> frozenset[str]:
+        """Return the words in the names of fields and of records."""
+        return frozenset(word for label in self._own.labels for word in label)
+
+    @property
     def things(self) -> list[str]:
         """Return the names of all objects and members."""
         return [*self._objects, *self._members.values()]
@@ -136,8 +141,7 @@ class Vocabulary:
         return Mention(at, at + 1, tuple(senses), is_member=True)
 
     def _names_kind(self, word: str) -> bool:
-        labels = {each for label in self._own.labels for each in label}
-        return not singulars(word).isdisjoint(self._words | labels)
+        return not singulars(word).isdisjoint(self._words | self.own_nouns)
 
     def _members_of(self, tokens: Sequence[str], mention: Mention) -> list[Mention]:
         """Return the members that describe a noun phrase, where an element has these and not the objects."""

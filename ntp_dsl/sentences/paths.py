@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 from ntp_dsl.sentences.consequences import Said
@@ -27,10 +27,22 @@ class Way:
 
 @dataclass(frozen=True)
 class Path:
-    """One way to understand all sentences so far."""
+    """One way to understand all sentences so far.
+
+    Args:
+        chosen: elements, with the sentence that said each first.
+        waiting: of what was said on the way to an element, those of which one has to be chosen.
+    """
 
     score: float
-    chosen: tuple[tuple[int, Placed], ...] = ()  # with the sentence that said each first
+    chosen: tuple[tuple[int, Placed], ...] = ()
+    waiting: tuple[frozenset[Placed], ...] = ()
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether an element was chosen for everything that was said."""
+        chosen = {placed for _, placed in self.chosen}
+        return not any(chosen.isdisjoint(each) for each in self.waiting)
 
 
 def followed(elements: Elements, paths: Sequence[Path], ways: Sequence[Way], number: int) -> list[Path]:
@@ -39,24 +51,29 @@ def followed(elements: Elements, paths: Sequence[Path], ways: Sequence[Way], num
     for way in ways:
         found = [elements.saying(said) for said in way.meant]
         if all(found):
-            options.append((way.score, found))
+            named = [
+                [placed for placed in offered if elements.names_all(placed, said)]
+                for offered, said in zip(found, way.meant, strict=True)
+            ]
+            beside = AGAINST * sum(not each for each in named)  # what was named is no part of it
+            options.append((way.score + beside, [a or b for a, b in zip(named, found, strict=True)]))
         elif all(elements.go_without_saying(said) for said in way.meant):
             options.append((way.score + ANEW, []))
         if len(options) >= WAYS:
             break
-    after: dict[tuple[tuple[int, Placed], ...], Path] = {}
+    after: dict[object, Path] = {}
     for path in paths:
         for score, places in options:
             for more in _extended(path, score, places, number):
-                before = after.get(more.chosen)
+                before = after.get((more.chosen, more.waiting))
                 if before is None or more.score > before.score:
-                    after[more.chosen] = more
+                    after[more.chosen, more.waiting] = more
     return sorted(after.values(), key=lambda each: -each.score)[:BEAM]
 
 
 def _extended(path: Path, score: float, places: Sequence[Sequence[Placed]], number: int) -> Iterator[Path]:
     """Yield a path with an element for each thing that a sentence means."""
-    found = [Path(path.score + score, path.chosen)]
+    found = [replace(path, score=path.score + score)]
     for offered in places:
         after = []
         for each in found:
@@ -68,9 +85,10 @@ def _extended(path: Path, score: float, places: Sequence[Sequence[Placed]], numb
             for placed in offered:
                 chosen = (*each.chosen, (number, placed))
                 against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
-                after.append(Path(each.score + ANEW - share + against, chosen))
+                after.append(Path(each.score + ANEW - share + against, chosen, each.waiting))
             if len(offered) > 1:  # on the way to what another sentence says
-                after.append(Path(each.score + ON_THE_WAY, each.chosen))
+                waiting = (*each.waiting, frozenset(offered))
+                after.append(Path(each.score + ON_THE_WAY, each.chosen, waiting))
         found = sorted(after, key=lambda each: -each.score)[:BEAM]
     yield from found
 

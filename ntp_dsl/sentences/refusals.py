@@ -14,7 +14,8 @@ from ntp_dsl.sentences.splitting import STOPS
 LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
 ARTICLES = (["the"], ["a"], ["an"])
 CONDITION = re.compile(
-    r"(when (?!you |i |we |it |this |that |all |everything )(?:the |a )?\w+(?: \d+)? (?:is|are) \w+) ,"
+    r"((?:when|once|after) (?!you |i |we |it |this |that |all |everything )(?:the |a )?\w+(?: \d+)? "
+    r"(?:is|are) (?!on\b|in\b|at\b|to\b|under\b|inside\b)\w+)\b"
 )
 LONGEST = 80  # words of a sentence
 

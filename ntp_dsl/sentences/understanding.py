@@ -23,6 +23,8 @@ from ntp_dsl.sentences.elements import Element, Elements, Placed
 from ntp_dsl.sentences.english import (
     DETERMINERS,
     EVERY,
+    FIRM,
+    GOALS,
     KNOWN,
     KNOWN_VERBS,
     PREPOSITIONS,
@@ -104,8 +106,8 @@ class Listener:
         own = own_words(registry, self.program)
         self.vocabulary = Vocabulary(registry, seen.objects, groups, own)
         self.elements = Elements(registry, self.program, arguments, seen, self.vocabulary.types)
-        fixed = {each.name for each in seen.objects if not each.movable}
-        self._matcher = Matcher(registry, self.program, self.vocabulary.types, fixed)
+        self._fixed = {each.name for each in seen.objects if not each.movable}
+        self._matcher = Matcher(registry, self.program, self.vocabulary.types, self._fixed)
         self._heard = Discourse(self.vocabulary)
 
     def understand(self, sentences: Sequence[str]) -> Understood:
@@ -124,36 +126,53 @@ class Listener:
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
             later = [each for some in clauses[number + 1 :] for each in some]
+            discourse = self._heard.copy()
             after = followed(self.elements, paths, self._whole_elements(parts), number)
             if not after:
+                self._heard = discourse
                 after, parts = self._in_turn(paths, parts, later, text, number)
             passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
             if after is paths and not (self._heard.theme is not None and later):
                 raise self._not_understood(text, number, words(text))
             paths = after
-        if self.elements.lists and not paths[0].chosen:
+        whole = [path for path in paths if path.is_whole]
+        if self.elements.lists and not (whole and whole[0].chosen):
             raise NtpError(f"what was said names no whole element: {self._wanted()}")
-        return self._told(paths, passed_over)
+        return self._told(whole, passed_over)
 
     def _whole_elements(self, clauses: Sequence[Sequence[str]]) -> list[Way]:
         """Return the ways in which clauses name all fields of one element and nothing else."""
         tokens = [word for at, clause in enumerate(clauses) for word in ([","] * (at > 0) + [*clause])]
-        heard = self._heard.copy()
         mentions: list[Mention] = []
-        unknown: list[bool] = []
+        is_other = False
         for clause in clauses:
             found = self._heard.mentions(self._heard.completed(clause))
             mentions += [each for each in found if each.senses not in [other.senses for other in mentions]]
-            unknown += [
-                self._decides(clause, at) for at, word in self._unknown(clause) if not word.endswith("ly")
-            ]
+            missed = [at for at, word in self._unknown(clause) if not word.endswith("ly")]
+            is_other |= any(self._decides(clause, at) for at in missed)
+            is_other |= self._relates_otherwise(clause, found)
             if found:
                 self._heard.heard(found, found[0])
         mentions = [each for each in mentions if not _is_named_by_another(each, mentions)]
-        ways = [] if any(unknown) else [*self._matcher.whole_elements(tokens, mentions)]
-        if not ways:
-            self._heard = heard
+        ways = [] if is_other else self._matcher.whole_elements(tokens, mentions)
         return [Way(score, meant) for score, meant in ways]
+
+    def _relates_otherwise(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> bool:
+        """Return whether a clause relates things as nothing declared does: "beside", a place in a thing."""
+        if not mentions:
+            return False
+        parts = readings(tokens, mentions)[:1]
+        roles = [(role, each) for clause in parts for role, each in clause.parts]
+        things = [(role, each) for role, each in roles if each.senses[0].values[0] in self.vocabulary.types]
+        foreign = any(
+            role in FIRM and self._matcher.own_words.isdisjoint(tokens[max(0, each.begin - 3) : each.begin])
+            for role, each in things
+        )
+        moved = [each for role, each in things if role is Role.THEME]
+        goals = [each for role, each in things if role in GOALS]
+        fixed = [all(value in self._fixed for value in each.senses[0].values) for each in moved]
+        stays = [all(value in self._fixed for value in each.senses[0].values) for each in goals]
+        return foreign or (any(fixed) and not all(stays))
 
     def _in_turn(
         self,
@@ -213,9 +232,10 @@ class Listener:
             theme = self._heard.theme
             values = {str(value) for sense in theme.senses for value in sense.values} if theme else set()
             themes |= values | {str(each) for each in self.elements.traits(values, [*self._members])}
-        if not paths[0].chosen:
+        whole = [path for path in paths if path.is_whole]
+        if not (whole and whole[0].chosen):
             raise self._not_understood(sentence, 0, tokens)
-        return self._told(paths, []), frozenset(themes)
+        return self._told(whole, []), frozenset(themes)
 
     def _after(
         self,
@@ -239,6 +259,8 @@ class Listener:
             raise self._not_understood(text, number, tokens)
         if self._heard.only_points(tokens, following):
             return paths
+        if as_element and self._relates_otherwise(tokens, self._heard.mentions(tokens)):
+            raise self._not_understood(text, number, tokens)
         ways = self._ways(tokens, as_element)
         if unknown:  # of one thing alone, an unknown verb says nothing
             ways = [way for way in ways if all(each.named > 1 for each in way.meant)]
@@ -320,10 +342,11 @@ class Listener:
         ways_to_read = readings(tokens, mentions)
         if not ways_to_read:
             return []
+        is_other = self._relates_otherwise(tokens, mentions)
         themes = [each for role, each in ways_to_read[0].parts if role is Role.THEME] or mentions
         self._heard.heard(mentions, themes[0])
         for clause in ways_to_read:
-            for score, meant in self._matcher.meant_by(clause, as_element):
+            for score, meant in self._matcher.meant_by(clause, as_element, is_other):
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
         found = [Way(score, meant) for meant, score in best.items()]

@@ -10,6 +10,7 @@ import pytest
 from ntp_dsl import demonstrate, draw, load
 from ntp_dsl.demonstrations.demonstration import Demonstration
 from ntp_dsl.evaluation.tracking_remarks import tracking_remarks
+from ntp_dsl.semantics.observation import SceneObject
 from ntp_dsl.worlds.habits import Person
 from ntp_dsl.worlds.people import PersonWorld
 
@@ -68,3 +69,17 @@ def test_a_hand_in_another_frame_than_the_objects_is_told() -> None:
     stacked = demonstrate(draw(load("block_stacking"), "block_stacking", 1)).demonstration
     mirrored = replace(stacked, positions=stacked.positions * np.array([1.0, -1.0, 1.0], np.float32))
     assert told(mirrored).endswith("are the hand and the objects in one frame?")
+
+
+def test_what_lies_in_a_tray_that_is_carried_by_its_rim_is_not_odd() -> None:
+    objects = tuple(
+        SceneObject(name, "Thing", size)
+        for name, size in (("tray", (0.4, 0.3, 0.02)), ("cup", (0.05,) * 3), ("jug", (0.05,) * 3))
+    )
+    way = np.linspace(0.0, 0.4, 41)[:, None] * np.array([0.0, 1.0, 0.0])
+    hand = np.array([0.4, 0.0, 0.05]) + way
+    starts = np.array([(0.6, 0.0, 0.02), (0.7, 0.05, 0.05), (0.7, -0.05, 0.05)])
+    places = starts[None] + way[:, None]
+    times = np.linspace(0.0, 4.0, 41, dtype=np.float32)
+    carried = Demonstration(objects, times, np.ones(41, dtype=bool), hand, places)
+    assert "frame" not in " ".join(tracking_remarks(carried))

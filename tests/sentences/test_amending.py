@@ -98,6 +98,7 @@ def test_changes_are_made_one_after_the_other() -> None:
         "avoid putting block 3 on block 6",
         "hurry up",
         "forget about the second tower",
+        "swap two blocks",
         "but put a block on block 6",
     ],
 )

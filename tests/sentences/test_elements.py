@@ -149,7 +149,25 @@ def test_members_describe_and_numbers_count_what_no_field_names(
 def test_no_clause_is_lost_beside_one_that_is_understood() -> None:
     who, _ = in_scene(load_text(MAIL), "sorting")
     with pytest.raises(NtpError, match="is not understood"):
-        who.understand(["the heavy parcels are nice, and chute 0 takes the light parcels for Rome"])
+        who.understand(["the heavy parcels are here, and chute 0 takes the light parcels for Rome"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put basin 1 into mug 0 on rack 2",
+        "put mug 0 beside basin 1 and rack 2",
+        "mug 0 is between basin 1 and rack 2",
+    ],
+)
+def test_fields_are_not_what_is_related_as_nothing_declared_is(text: str) -> None:
+    with pytest.raises(NtpError):
+        heard("washing_up", text)
+
+
+def test_no_noun_phrase_is_dropped_from_an_element() -> None:
+    with pytest.raises(NtpError):
+        heard("sandwiches", "a sandwich on plate 0: bottom slice 1, filling cheese 0, top slice 3, plate 1")
 
 
 def test_one_field_of_two_that_are_alike_is_not_guessed() -> None:

@@ -22,6 +22,7 @@ from ntp_dsl.semantics.shortfalls import why_not
         ("all_lit()", "all_lit() does not hold, as lit(a) does not hold and lit(c) does not hold"),
         ("deep(a)", "deep(a) does not hold, as lit(a) does not hold"),  # `depth(a)` is asked for nothing
         ("two_lit()", "two_lit() does not hold, as at least 2 lit(l) for l in Lamp does not hold"),
+        ("one_lit()", "one_lit() does not hold, as some wired(l) for l in Lamp does not hold"),
     ],
 )
 def test_a_fact_that_does_not_hold_is_said_with_what_is_in_its_way(asked: str, said: str) -> None:

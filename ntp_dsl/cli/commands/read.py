@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ntp_dsl.cli.dialogue.asking import Interview, draw_questions, questions
-from ntp_dsl.cli.dialogue.saying import as_changed, check, sentences_of, understood
+from ntp_dsl.cli.dialogue.saying import as_changed, sentences_of, text_of, understood
 from ntp_dsl.cli.display import answers, messages, print_json
 from ntp_dsl.cli.models import model_or_shipped
 from ntp_dsl.cli.options import DemoBy, DemoNoise, DemoRate, Json, Library, Model, Say, Seed, Task, shown_at
@@ -52,7 +52,8 @@ def command(
 ) -> int:
     """Print what a demonstration shows, or sentences say: the lists that the task's program is called with.
 
-    With both --demo and --say, the sentences change what the demonstration shows.
+    With both --demo and --say, the sentences change what the demonstration shows, and the lists that come
+    of it are printed.
 
     The text can be edited, and `ntp run --goal` takes it back. A comment says how much of what the hand does
     is explained by it; others, which elements may as well be others, how probable each is, which numbers may
@@ -94,14 +95,21 @@ def command(
         for path in draw_questions(pictures, registry, source, reading.doubts):
             messages.print(f"wrote {path}")
     program = registry.programs[instance.program]
-    arguments = reading.arguments
     if say:
-        arguments = as_changed(evaluator, arguments, sentences_of(say))
-    text = format_lists(registry, program, arguments)
+        sentences = sentences_of(say)
+        arguments = as_changed(evaluator, reading.arguments, sentences)
+        text = text_of(evaluator, arguments)
+        if json:
+            print_json({"text": text})
+        else:
+            answers.print(f"# {counted(len(sentences), 'sentence')} heeded")
+            answers.print(text, end="")
+        return 0
+    text = format_lists(registry, program, reading.arguments)
     if json:
         lists = {
             parameter.name: [dict(each.fields) if hasattr(each, "fields") else each for each in value]
-            for parameter, value in zip(program.parameters, arguments, strict=True)
+            for parameter, value in zip(program.parameters, reading.arguments, strict=True)
             if isinstance(value, tuple)
         }
         print_json(
@@ -152,9 +160,6 @@ def command(
                 answers.print(f"# the numbers of {what} are near enough: {each.probability:.0%}")
         for row in text.splitlines():
             answers.print(printable(row))
-    if say:
-        check(evaluator, arguments)
-        return 0
     return int(not reading.is_whole)
 
 
@@ -174,8 +179,7 @@ def _read_sentences(
     if interview.unused:
         verb = "was" if interview.unused == 1 else "were"
         messages.print(f"{counted(interview.unused, 'answer')} {verb} not used: nothing else was asked")
-    program = registry.programs[evaluator.instance(0).program]
-    text = format_lists(registry, program, found.arguments)
+    text = text_of(evaluator, found.arguments)
     if json:
         choices = [
             {
@@ -190,7 +194,6 @@ def _read_sentences(
     else:
         answers.print(f"# {counted(len(sentences), 'sentence')} understood")
         answers.print(text, end="")
-    check(evaluator, found.arguments)
     return 0
 
 

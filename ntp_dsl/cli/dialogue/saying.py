@@ -96,28 +96,48 @@ def as_changed(
     return read
 
 
-def check(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> Lists:
-    """Return the lists among a program's arguments.
+def text_of(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> str:
+    """Return the lists among a program's arguments as goal text.
 
-    Raises `NtpError` for what the program does not take, and where not all of it can come about.
+    Raises `NtpError`, with the lists printed, for what the program does not take or what cannot come about.
     """
-    registry, instance = evaluator.registry, evaluator.instance(0)
-    program = registry.programs[instance.program]
-    text = format_lists(registry, program, arguments)
-    lists = parse_lists(text, UNDERSTOOD, registry, program, instance.objects)
-    meant = as_told(registry, instance, lists, UNDERSTOOD)
-    scene = starting_scene(registry, instance, evaluator.plan.seed, 0)
-    if lacking := shortfall(registry, meant, scene):
-        raise NtpError(f"not all of this comes about, as a rehearsal without physics shows: {lacking}")
-    return lists
+    text = _text(evaluator, arguments)
+    try:
+        _rehearsed(evaluator, text)
+    except NtpError:
+        _print_understood(text)
+        raise
+    return text
 
 
 def _as_told(
     evaluator: Evaluator, arguments: tuple[Argument, ...], sentences: Sequence[str], probability: float
 ) -> GivenLists:
     """Print lists as they were understood, and return them."""
+    text = _text(evaluator, arguments)
+    _print_understood(text)
+    return GivenLists(_rehearsed(evaluator, text), UNDERSTOOD, tuple(sentences), probability)
+
+
+def _text(evaluator: Evaluator, arguments: tuple[Argument, ...]) -> str:
     registry = evaluator.registry
-    text = format_lists(registry, registry.programs[evaluator.instance(0).program], arguments)
+    return format_lists(registry, registry.programs[evaluator.instance(0).program], arguments)
+
+
+def _print_understood(text: str) -> None:
     for line in text.splitlines():
         messages.print(f"understood: {printable(line.strip())}")
-    return GivenLists(check(evaluator, arguments), UNDERSTOOD, tuple(sentences), probability)
+
+
+def _rehearsed(evaluator: Evaluator, text: str) -> Lists:
+    """Return the lists of a goal text, once an expert has brought them about without physics.
+
+    Raises `NtpError` for what the program does not take, and where not all of it comes about.
+    """
+    registry, instance = evaluator.registry, evaluator.instance(0)
+    lists = parse_lists(text, UNDERSTOOD, registry, registry.programs[instance.program], instance.objects)
+    meant = as_told(registry, instance, lists, UNDERSTOOD)
+    scene = starting_scene(registry, meant, evaluator.plan.seed, 0)
+    if lacking := shortfall(registry, meant, scene):
+        raise NtpError(f"not all of this comes about, as a rehearsal without physics shows: {lacking}")
+    return lists
