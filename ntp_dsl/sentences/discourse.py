@@ -106,12 +106,16 @@ class Discourse:
             if mention is not None:
                 found.append(mention)
                 inside |= {*range(mention.begin, mention.end)}
-        return sorted((self._spoken_of(tokens, each) for each in found), key=lambda each: each.begin)
+        return sorted((self._spoken_of(tokens, each, found) for each in found), key=lambda each: each.begin)
 
-    def _spoken_of(self, tokens: Sequence[str], mention: Mention) -> Mention:
+    def _spoken_of(self, tokens: Sequence[str], mention: Mention, beside: Sequence[Mention]) -> Mention:
         """Return a noun phrase as what was spoken of, where it may be that: "put the brush back"."""
         if len(mention.senses) == 1 or mention.is_many or tokens[mention.begin] not in POINTING:
             return mention
+        here = [each.senses[0].values for each in beside if len(each.senses) == 1]
+        equated = not {"is", "be", "are"}.isdisjoint(tokens)
+        if equated and any(each.values in here for each in mention.senses):
+            return mention  # "the object on the tray has to be the cup"
         before = {value for each in self._before if len(each.senses) == 1 for value in each.senses[0].values}
         for known in (before, self._named):
             found = [each for each in mention.senses if known.issuperset(each.values)]
