@@ -197,7 +197,7 @@ class _Parser:
             is_for, names_a_site = nearest[-1:] == ["for"], not SITES.isdisjoint(words)
             kept = not RESERVING.isdisjoint(map(stem, words)) and self.unmarked[:1] != [each]
             alone = not self.content and each is not self.mentions[0]  # "the other one for the cup"
-            for_whom = KEPT | ({nearest[0]} if "use" in words else set())
+            for_whom = KEPT.union(nearest[:1] if "use" in words else ())
             named = (
                 (is_for and (names_a_site or kept or nearest[0] in for_whom or alone))
                 or (nearest[-1:] == ["of"] and nearest[0] in SITES)

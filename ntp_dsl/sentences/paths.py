@@ -12,6 +12,7 @@ from ntp_dsl.sentences.elements import Elements, Placed, values_of
 
 BEAM = 60  # ways to understand all sentences so far, that are followed
 WAYS = 40  # ways to understand one clause, that are followed
+MOST_OFFERED = 60  # elements of which one is chosen: of more, another sentence has to tell which
 ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
 AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
@@ -82,7 +83,7 @@ def _extended(path: Path, score: float, places: Sequence[Sequence[Placed]], numb
                 after.append(each)
                 continue
             share = log(len(offered)) if len(offered) > 1 else 0.0
-            for placed in offered:
+            for placed in offered if len(offered) <= MOST_OFFERED else ():
                 chosen = (*each.chosen, (number, placed))
                 against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
                 after.append(Path(each.score + ANEW - share + against, chosen, each.waiting))

@@ -145,8 +145,9 @@ class Listener:
         tokens = [word for at, clause in enumerate(clauses) for word in ([","] * (at > 0) + [*clause])]
         mentions: list[Mention] = []
         is_other = False
-        for clause in clauses:
-            found = self._heard.mentions(self._heard.completed(clause))
+        for said in clauses:
+            clause = self._heard.completed(said)
+            found = self._heard.mentions(clause)
             mentions += [each for each in found if each.senses not in [other.senses for other in mentions]]
             missed = [at for at, word in self._unknown(clause) if not word.endswith("ly")]
             is_other |= any(self._decides(clause, at) for at in missed)
