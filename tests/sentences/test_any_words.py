@@ -9,9 +9,9 @@ from listening import scene
 
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 
-WORDS = """put the a it that other one two all both on in into under of with from to between on top use as for and
-then , . : is are goes takes carries where there so does place seat stack leave give first last right left 3 5 cm
-4 degrees object everything when bring swap"""
+WORDS = """put the a it that other one two all both on in into under of with from to between on top use as
+for and then , . : is are goes takes carries where there so does place seat stack leave give first last right
+left 3 5 cm 4 degrees object everything when bring swap"""
 
 
 @pytest.mark.parametrize("name", ["block_stacking", "set_the_table", "serving", "seating"])
