@@ -61,9 +61,8 @@ class Stuck:
                 return f"{SKIPPED}nothing that it achieves is needed"
             case Status.ACHIEVED:
                 provided = sorted(map(str, each.instance.provides)) if each.instance else []
-                return f"{SKIPPED}what it achieves already holds" + f": {listed(provided, FEW)}" * bool(
-                    provided
-                )
+                named = f": {listed(provided, FEW)}" if provided else ""
+                return f"{SKIPPED}what it achieves already holds{named}" + f"; {why}" * bool(why)
         if each.lacks:
             lacking = f"{call} lacks {listed(each.lacks, FEW)}"
             return f"{SKIPPED}{lacking}, and no earlier statement is due that provides it"

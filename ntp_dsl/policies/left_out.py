@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from msgspec.structs import replace as with_fields
 
@@ -42,6 +43,9 @@ def why_left_out(expert: Expert, each: BodyStatement, scope: Bindings, state: St
     match each.status:
         case Status.ABSENT:
             return some_of(dict.fromkeys(_absent(each.statement, scope, state)))
+        case Status.ACHIEVED:
+            filtered = some_of(dict.fromkeys(_filtered(each.statement, scope, state)))
+            return f"others are left out, as {filtered}" if filtered else ""
         case Status.VAIN if each.call is not None:
             return _in_vain(expert, each.call, state, depth)
         case Status.DUE if does_nothing(expert, each, state):
@@ -60,6 +64,19 @@ def does_nothing(expert: Expert, each: BodyStatement, state: State) -> bool:
         return False
     answer = expert.decide(each.call.callee, each.call.arguments, state)
     return isinstance(answer, Return) and not answer.done
+
+
+def _filtered(statement: nodes.Statement, scope: Bindings, state: State) -> Iterator[str]:
+    """Yield why a loop calls nothing for some elements of a list that it goes through."""
+    match statement:
+        case nodes.When(condition=condition, body=body):
+            yield from why_false(condition, scope, state)
+            yield from _filtered(body, scope, state)
+        case nodes.For(generator=generator, body=body) if generator.iterable.id in scope:
+            for inner in state.elements(replace(generator, condition=None), scope):
+                if generator.condition is not None:
+                    yield from why_false(generator.condition, inner, state)
+                yield from _filtered(body, inner, state)
 
 
 def _absent(statement: nodes.Statement, scope: Bindings, state: State) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from re import search
 from shutil import copytree
 
 import pytest
@@ -122,6 +123,14 @@ def test_a_run_that_succeeds_goes_round_in_nothing(tmp_path: Path) -> None:
     words = ["eval", "block_stacking", "few_placements", "-n", "1", "--slips", ".5", "--out", str(tmp_path)]
     assert run(words) == 0
     assert circle(read_trace(tmp_path / "episode_00000.trace.jsonl")) is None
+
+
+def test_elements_that_a_loop_filters_out_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = "    for r in rules:", "    for r in rules if r.kind == bolt:"
+    told = checked(planted(tmp_path, DOMAINS / "zoning", "zoning.ntp", old, new), capsys)
+    assert search(r"others are left out, as kind of \(\w+, \w+\) is \w+, not bolt", told)
 
 
 def test_a_call_that_would_do_nothing_is_opened_and_its_conditions_are_told(
