@@ -47,6 +47,7 @@ from ntp_dsl.sentences.splitting import split
 
 MOST_WAYS = 200  # ways to understand one clause, of which some have no element
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
+LINKING = frozenset({"to", "of", "the", "a", "an", "in", "on"})  # that tell no relation beside another word
 RARE = 1e-3  # ways less probable than this are not told
 
 
@@ -166,7 +167,8 @@ class Listener:
         roles = [(role, each) for clause in parts for role, each in clause.parts]
         things = [(role, each) for role, each in roles if each.senses[0].values[0] in self.vocabulary.types]
         foreign = any(
-            role in FIRM and self._matcher.own_words.isdisjoint(tokens[max(0, each.begin - 3) : each.begin])
+            role in FIRM
+            and self._matcher.own_words.isdisjoint({*tokens[max(0, each.begin - 3) : each.begin]} - LINKING)
             for role, each in things
         )
         moved = [each for role, each in things if role is Role.THEME]
