@@ -10,21 +10,19 @@ from enum import Enum, auto
 import numpy as np
 
 from ntp_dsl.evaluation.authors_test import authors_success
-from ntp_dsl.execution.interpreter import Interpreter, Limits, Run
+from ntp_dsl.evaluation.rehearsal import rehearsed
+from ntp_dsl.execution.interpreter import Run
 from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
-from ntp_dsl.policies.expert import Expert
-from ntp_dsl.policies.scripted import ScriptedPolicy
 from ntp_dsl.semantics.facts import Fact, Literal, bind
 from ntp_dsl.semantics.geometry import Vector
 from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import JUDGED, held, inside
 from ntp_dsl.semantics.shortfalls import why_not
 from ntp_dsl.semantics.state import State
-from ntp_dsl.tasks.instances import Instance, enough_primitives
+from ntp_dsl.tasks.instances import Instance
 from ntp_dsl.traces.failure_attribution import ATTRIBUTION_OF_OUTCOME
 from ntp_dsl.traces.schema import Attribution, CallOutcome
-from ntp_dsl.worlds.catalogue import make_world
 from ntp_dsl.worlds.protocol import Outcome, Scene, World
 from ntp_dsl.worlds.scenes import movable
 
@@ -162,14 +160,8 @@ def _above(scene: Scene, support: Argument) -> set[str]:
 
 def _moved_by_expert(registry: Registry, instance: Instance, scene: Scene) -> set[Argument]:
     """Return what the expert grasps from the same start: by the library, those objects were in the way."""
-    world = make_world("kinematic", registry, exact=True)
-    world.reset(scene, 0)
     grasped: set[Argument] = set()
-    world.on_frame = lambda seen: grasped.update({seen.held} if seen.held else ())
-    limits = Limits(primitives=enough_primitives(instance))
-    Interpreter(registry, ScriptedPolicy(Expert(registry)), world, limits=limits).run(
-        instance.program, instance.arguments
-    )
+    rehearsed(registry, instance, scene, lambda seen: grasped.update({seen.held} if seen.held else ()))
     return grasped
 
 

@@ -13,9 +13,9 @@ from ntp_dsl.execution.refusals import ROUNDS, InVain, Refusals, differ
 from ntp_dsl.execution.supervision import Supervisor
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Registry
-from ntp_dsl.policies.evidence import evidence, weighed
+from ntp_dsl.policies.evidence import weighed
 from ntp_dsl.policies.expert import Expert
-from ntp_dsl.policies.left_out import told_statements
+from ntp_dsl.policies.left_out import told_evidence
 from ntp_dsl.policies.protocol import Barred, Choice, Frame, Policy
 from ntp_dsl.semantics.attempts import reads_failures
 from ntp_dsl.semantics.facts import Fact, Literal
@@ -293,9 +293,8 @@ class Interpreter:
         if decision.facts or decision.probability is not None:
             return decision
         row = self.registry.programs[frame.program]
-        grounds, statements = evidence(self._expert, row, frame.arguments, seen)
-        if choice.callee is None and not choice.done:
-            statements = told_statements(self._expert, row, frame.arguments, seen)
+        is_unfinished = choice.callee is None and not choice.done
+        grounds, statements = told_evidence(self._expert, row, frame.arguments, seen, is_unfinished)
         facts = tuple(map(told, weighed(grounds, seen.holds), grounds))
         return with_fields(decision, facts=facts, statements=statements, scripted=row.in_python)
 

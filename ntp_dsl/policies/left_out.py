@@ -10,9 +10,9 @@ from msgspec.structs import replace as with_fields
 from ntp_dsl.language.registry import Api, Program
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import innermost
-from ntp_dsl.policies.evidence import BodyStatement, body_statements
+from ntp_dsl.policies.evidence import BodyStatement, body_statements, evidence
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.semantics.facts import Bindings
+from ntp_dsl.semantics.facts import Bindings, Fact
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.shortfalls import some_of, why_empty, why_false, why_not
 from ntp_dsl.semantics.state import State
@@ -22,15 +22,17 @@ from ntp_dsl.traces.phrases import format_invocation
 DEPTH = 4  # of calls below one another that are opened
 
 
-def told_statements(
-    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
-) -> tuple[StatementStatus, ...]:
-    """Return what a trace keeps of each statement of a program that returns unfinished."""
-    scope = row.bind(arguments)
-    return tuple(
-        with_fields(each.record, why=why_left_out(expert, each, scope, state))
-        for each in body_statements(expert, row, arguments, state)
-    )
+def told_evidence(
+    expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State, is_unfinished: bool
+) -> tuple[tuple[Fact, ...], tuple[StatementStatus, ...]]:
+    """Return what a decision rests on; where a program returns unfinished, with why nothing is called."""
+    grounds, statements = evidence(expert, row, arguments, state)
+    if is_unfinished:
+        scope, body = row.bind(arguments), body_statements(expert, row, arguments, state)
+        statements = tuple(
+            with_fields(each.record, why=why_left_out(expert, each, scope, state)) for each in body
+        )
+    return grounds, statements
 
 
 def why_left_out(expert: Expert, each: BodyStatement, scope: Bindings, state: State, depth: int = 0) -> str:

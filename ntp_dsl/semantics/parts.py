@@ -106,7 +106,15 @@ def _parts(
 def _of_all(
     some: Iterable[tuple[nodes.Expression, Bindings]], positive: bool, is_each: bool, state: State
 ) -> Iterator[Literal]:
-    """Yield the parts of several expressions.
+    """Yield the parts of several expressions; see `not_so`."""
+    for expression, scope in not_so(some, positive, is_each, state):
+        yield from _parts(expression, scope, positive, state)
+
+
+def not_so(
+    some: Iterable[tuple[nodes.Expression, Bindings]], positive: bool, is_each: bool, state: State
+) -> Iterator[tuple[nodes.Expression, Bindings]]:
+    """Yield those of several expressions that are not true, or not false.
 
     Args:
         is_each: all of them are needed. One that is written after one that is lacking may have no meaning
@@ -122,4 +130,4 @@ def _of_all(
             continue
         if not is_so:
             is_lacking = True
-            yield from _parts(expression, scope, positive, state)
+            yield expression, scope

@@ -13,6 +13,7 @@ from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
 from ntp_dsl.semantics.observation import Argument
+from ntp_dsl.semantics.parts import not_so
 from ntp_dsl.semantics.predicates import ANY
 from ntp_dsl.semantics.state import State
 
@@ -106,21 +107,9 @@ def _of_literal(literal: Literal, state: State) -> Iterator[str]:
 def _of_all(
     some: Iterable[tuple[nodes.Expression, Bindings]], positive: bool, is_each: bool, state: State
 ) -> Iterator[str]:
-    """Yield what is in the way of several expressions.
-
-    Args:
-        is_each: all of them are needed. What is written after one that is lacking may have no meaning yet.
-    """
-    is_lacking = False
-    for expression, scope in some:
-        try:
-            found = [*_in_the_way(expression, scope, positive, state)]
-        except NtpError:
-            if not (is_each and is_lacking):
-                raise
-            continue
-        is_lacking |= bool(found)
-        yield from found
+    """Yield what is in the way of several expressions; see `not_so`."""
+    for expression, scope in not_so(some, positive, is_each, state):
+        yield from _in_the_way(expression, scope, positive, state)
 
 
 def _compared(expression: nodes.Compare, scope: Bindings, positive: bool, state: State) -> str:
@@ -142,7 +131,7 @@ def _compared(expression: nodes.Compare, scope: Bindings, positive: bool, state:
 def _term(term: nodes.Expression, scope: Bindings, state: State) -> str:
     match term:
         case nodes.Atom(predicate=predicate, arguments=arguments):
-            return str(Literal(predicate, tuple(state.value(each, scope) for each in arguments)))
+            return _short(Literal(predicate, tuple(state.value(each, scope) for each in arguments)))
         case nodes.Name(id=name) if name in scope:
             return _shortly(scope[name])
         case nodes.Field():

@@ -28,7 +28,6 @@ AT_ODDS = -3.0  # a cost of grammar that types do not make good
 EASE = 0.3  # of what grammar says counts where types alone tell what is what
 NAMED = 1.5  # for a noun phrase with the name of the parameter: "ground white", "the far zone"
 LONG = 3  # fields of an element that is told by naming all of them, whatever is said about them
-AWAY = frozenset("from off out under below beneath underneath without".split())
 ELEMENT = -1.0  # for what tells an element by its fields alone
 OPEN = -0.7  # for a parameter that the clause does not name
 UNWORDED = -0.5  # for a parameter of which a wording says nothing
@@ -133,9 +132,9 @@ class Matcher:
                 score = sum(each[0] for each in likeliest if each) / len(likeliest)
                 yield score, tuple(said for each in likeliest if each for said in each[1])
 
-    def whole_elements(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> Iterator[Scored]:
+    def whole_elements(self, mentions: Sequence[Mention]) -> Iterator[Scored]:
         """Yield the elements of three fields or more of which noun phrases name all, and nothing else."""
-        if not AWAY.isdisjoint(tokens) or any(each.is_many for each in mentions):
+        if any(each.is_many for each in mentions):
             return
         clause = Clause((), frozenset(), tuple(mentions))
         for form in self.forms:

@@ -32,7 +32,7 @@ from ntp_dsl.sentences.english import (
     singulars,
     stem,
 )
-from ntp_dsl.sentences.known_things import known_words
+from ntp_dsl.sentences.object_words import known_words
 from ntp_dsl.sentences.own_words import OwnWords
 from ntp_dsl.sentences.senses import UNIT_WORDS, Mention, Sense, measured, one_or_all
 

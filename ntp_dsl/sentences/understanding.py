@@ -40,10 +40,10 @@ from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.narration import example
 from ntp_dsl.sentences.own_words import own_words
-from ntp_dsl.sentences.paths import Path, Way, by_sentence, followed
 from ntp_dsl.sentences.refusals import refuse
 from ntp_dsl.sentences.senses import Mention
 from ntp_dsl.sentences.splitting import split
+from ntp_dsl.sentences.ways import Path, Way, by_sentence, followed
 
 MOST_WAYS = 200  # ways to understand one clause, of which some have no element
 SURE_ENOUGH = 0.7  # an element that is less probable has to be asked about
@@ -143,7 +143,6 @@ class Listener:
 
     def _whole_elements(self, clauses: Sequence[Sequence[str]]) -> list[Way]:
         """Return the ways in which clauses name all fields of one element and nothing else."""
-        tokens = [word for at, clause in enumerate(clauses) for word in ([","] * (at > 0) + [*clause])]
         mentions: list[Mention] = []
         is_other = False
         for said in clauses:
@@ -156,7 +155,7 @@ class Listener:
             if found:
                 self._heard.heard(found, found[0])
         mentions = [each for each in mentions if not _is_named_by_another(each, mentions)]
-        ways = [] if is_other else self._matcher.whole_elements(tokens, mentions)
+        ways = [] if is_other else self._matcher.whole_elements(mentions)
         return [Way(score, meant) for score, meant in ways]
 
     def _relates_otherwise(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> bool:

@@ -20,9 +20,9 @@ from ntp_dsl.core.learnt.preferences import Preference, columns_of
 from ntp_dsl.core.learnt.quantities import quantities
 from ntp_dsl.core.perception.perceived import Believed
 from ntp_dsl.language.registry import Program
-from ntp_dsl.policies.evidence import evidence, rounded, weighed
+from ntp_dsl.policies.evidence import rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.policies.left_out import told_statements
+from ntp_dsl.policies.left_out import told_evidence
 from ntp_dsl.policies.protocol import Barred
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
@@ -110,9 +110,10 @@ class LearnedDispatcher:
             if possible and share / possible > LEAST
         )
         program = self._expert.registry.programs[situation.program]
-        grounds, statements = evidence(self._expert, program, situation.arguments, situation.state)
-        if isinstance(answer, Return) and not answer.done:
-            statements = told_statements(self._expert, program, situation.arguments, situation.state)
+        is_unfinished = isinstance(answer, Return) and not answer.done
+        grounds, statements = told_evidence(
+            self._expert, program, situation.arguments, situation.state, is_unfinished
+        )
         calls = [call for call, _ in expected.calls.values()]
         chances = [each for _, each in expected.calls.values()]
         decision = Decision(

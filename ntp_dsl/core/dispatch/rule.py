@@ -9,9 +9,9 @@ from ntp_dsl.core.dispatch.dispatcher import Dispatched, Situation
 from ntp_dsl.core.dispatch.rows import Named, named, unrolled
 from ntp_dsl.core.perception.perceived import Believed, Variant
 from ntp_dsl.language.registry import Program
-from ntp_dsl.policies.evidence import evidence, rounded, weighed
+from ntp_dsl.policies.evidence import rounded, weighed
 from ntp_dsl.policies.expert import Expert, NextCall, Return
-from ntp_dsl.policies.left_out import told_statements
+from ntp_dsl.policies.left_out import told_evidence
 from ntp_dsl.policies.scripted import source_of
 from ntp_dsl.semantics.observation import Argument, without_lists
 from ntp_dsl.traces.decision import Alternative, Decision, Ranking
@@ -33,9 +33,8 @@ class RuleDispatcher:
         if isinstance(answer, NextCall) and answer.callee in situation.barred:
             answer = Return(False, f"{answer.callee} was of no use")
         row = self.expert.registry.programs[situation.program]
-        grounds, statements = evidence(self.expert, row, arguments, state)
-        if isinstance(answer, Return) and not answer.done:
-            statements = told_statements(self.expert, row, arguments, state)
+        is_unfinished = isinstance(answer, Return) and not answer.done
+        grounds, statements = told_evidence(self.expert, row, arguments, state, is_unfinished)
         facts = weighed(grounds, state.probability)
         sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
         variants: list[Variant] = [(1.0, state)]
