@@ -9,7 +9,7 @@ from typing import Any
 from ntp_dsl.language.registry import Program
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import Expert, Instance, NextCall
-from ntp_dsl.semantics.facts import Bindings, Fact
+from ntp_dsl.semantics.facts import Fact
 from ntp_dsl.semantics.observation import Argument
 from ntp_dsl.semantics.state import State
 from ntp_dsl.traces.decision import FactProbability, StatementStatus, Status
@@ -74,33 +74,24 @@ def body_statements(
     expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
 ) -> tuple[BodyStatement, ...]:
     """Return what the rule makes of each statement; none where the program does not read its body."""
-    scope = row.bind(arguments)
-    achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
-    return _body_statements(expert, row, scope, (achieves, requires), state)
+    requires, achieves = state.contract(row, arguments)
+    needed = {fact for fact in achieves if not state.holds(fact)}
+    if not needed or not all(map(state.holds, requires)):
+        return ()
+    return tuple(BodyStatement(*each) for each in expert.read_body(row, arguments, needed, state))[::-1]
 
 
 def evidence(
     expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
 ) -> tuple[tuple[Fact, ...], tuple[StatementStatus, ...]]:
     """Return the literals of the contract and the statements, and what the rule makes of each statement."""
-    scope = row.bind(arguments)
-    achieves, requires = state.literals(row.achieves, scope), state.literals(row.requires, scope)
+    requires, achieves = state.contract(row, arguments)
     found = dict.fromkeys([*achieves, *requires])
-    statements = _body_statements(expert, row, scope, (achieves, requires), state)
+    statements = body_statements(expert, row, arguments, state)
     for each in reversed(statements):
         if each.instance is not None:
             found |= dict.fromkeys(sorted([*each.instance.provides, *each.instance.names], key=str))
     return tuple(found)[:MOST], tuple(each.record for each in statements)
-
-
-def _body_statements(
-    expert: Expert, row: Program, scope: Bindings, contract: tuple[list[Fact], list[Fact]], state: State
-) -> tuple[BodyStatement, ...]:
-    achieves, requires = contract
-    needed = {fact for fact in achieves if not state.holds(fact)}
-    if not needed or not all(map(state.holds, requires)):
-        return ()
-    return tuple(BodyStatement(*each) for each in expert.read_body(row, scope, needed, state))[::-1]
 
 
 def weighed(facts: Sequence[Fact], probability: Callable[[Fact], Any]) -> tuple[FactProbability, ...]:

@@ -97,21 +97,22 @@ class Expert:
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
-        scope = row.bind(arguments)
-        needed = {literal for literal in state.literals(row.achieves, scope) if not state.holds(literal)}
+        needed = {fact for fact in state.contract(row, arguments).achieves if not state.holds(fact)}
         if not needed:
             return Return(True)
-        if lacking := _first_lacking(row, scope, state):
+        if lacking := _first_lacking(row, arguments, state):
             return Return(False, f"{lacking} does not hold")
         if row.in_python or row.name in self._functions:
             return self._ask_python(row, arguments, state)
-        return self._first_due(row, scope, needed, state)
+        return self._first_due(row, arguments, needed, state)
 
     # The body, read from its end ----------------------------------------------------------------
 
-    def _first_due(self, row: Program, scope: Bindings, needed: set[Fact], state: State) -> Decision:
+    def _first_due(
+        self, row: Program, arguments: tuple[Argument, ...], needed: set[Fact], state: State
+    ) -> Decision:
         wanted = frozenset(needed)  # which reading the body extends
-        read = [(each, is_due) for _, each, is_due in self.read_body(row, scope, needed, state) if each]
+        read = [(each, is_due) for _, each, is_due in self.read_body(row, arguments, needed, state) if each]
         due = [each for each, is_due in read if is_due]
         for instance in reversed(due):
             if not instance.lacks and instance.call is not None:
@@ -137,10 +138,11 @@ class Expert:
         return "no statement is due"
 
     def read_body(
-        self, row: Program, scope: Bindings, needed: set[Fact], state: State
+        self, row: Program, arguments: tuple[Argument, ...], needed: set[Fact], state: State
     ) -> Iterator[tuple[nodes.Statement, Instance | None, bool]]:
         """Yield each statement from the last, its instance, and whether it is due; extends `needed`."""
-        named = set(state.literals(row.achieves, scope))
+        named = set(state.contract(row, arguments).achieves)
+        scope = row.bind(arguments)
         for index in range(len(row.body) - 1, -1, -1):
             instance = self._instantiate(row.body[index], row.body[:index], scope, state)
             if instance is None:
@@ -178,9 +180,7 @@ class Expert:
     def _call_instance(self, statement: nodes.Call, scope: Bindings, state: State) -> Instance:
         callee = self.registry[statement.callee]
         arguments = tuple(state.value(term, scope) for term in statement.arguments)
-        inner = callee.bind(arguments)
-        provides = state.literals(callee.achieves, inner)
-        requires = state.literals(callee.requires, inner)
+        requires, provides = state.contract(callee, arguments)
         return Instance(
             NextCall(callee.name, arguments, statement.span),
             callee.achieves is not None and all(state.holds(x) for x in provides),
@@ -236,8 +236,7 @@ class Expert:
         """Return the callee's own first step, if that is a return."""
         callee = self.registry[call.callee]
         if isinstance(callee, Api):
-            inner = callee.bind(call.arguments)
-            lacking = _first_lacking(callee, inner, state)
+            lacking = _first_lacking(callee, call.arguments, state)
             return Return(False, f"{lacking} does not hold") if lacking else None
         answer = self.decide(callee.name, call.arguments, state)
         return answer if isinstance(answer, Return) else None
@@ -311,9 +310,9 @@ def _lacking(element: Instance) -> tuple[NextCall, frozenset[Fact]] | None:
     return (element.call, element.lacks) if element.call and element.lacks else element.lacking
 
 
-def _first_lacking(row: Program | Api, scope: Bindings, state: State) -> Fact | None:
+def _first_lacking(row: Program | Api, arguments: tuple[Argument, ...], state: State) -> Fact | None:
     """Return the first requirement that does not hold, or None."""
-    return next((fact for fact in state.literals(row.requires, scope) if not state.holds(fact)), None)
+    return next((fact for fact in state.contract(row, arguments).requires if not state.holds(fact)), None)
 
 
 def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from ntp_dsl.semantics.observation import Observation
 from ntp_dsl.semantics.predicates import ANY, BUILT_IN
@@ -23,30 +23,39 @@ class Graded:
     full: Any  # the hand holds something
 
 
-def graded_predicates(seen: Observation, graded: Callable[[], Graded]) -> Mapping[str, Callable[..., Any]]:
-    """Return, by name, the probability of each of the worlds' own predicates of its arguments.
+class Seen(Protocol):
+    """A moment as it is observed, and as it is graded."""
 
-    What an observation states, such as which objects there are, is certain.
+    @property
+    def observation(self) -> Observation: ...
 
-    Args:
-        graded: asked only where a predicate needs it.
-    """
+    @property
+    def graded(self) -> Graded: ...
 
-    def certain(name: str) -> Callable[..., float]:
-        return lambda item: float(BUILT_IN[name](seen, item))
 
-    def touching(index: int) -> Callable[..., Any]:
-        return lambda item, below: graded().contacts.get((item, below), NO_CONTACT)[index]
+def _certain(name: str) -> Callable[..., float]:
+    """Return a predicate of what an observation states, such as which objects there are."""
+    return lambda seen, item: float(BUILT_IN[name](seen.observation, item))
 
-    return {
-        "present": certain("present"),
-        "reachable": certain("reachable"),
-        "hollow": certain("hollow"),
-        "holding": lambda item: graded().full if item == ANY else graded().held.get(item, 0.0),
-        "empty": lambda hand: 1 - graded().full,
-        "on": touching(0),
-        "covers": touching(1),
-        "in": touching(2),
-        "clear": lambda item: 1 - graded().covered.get(item, 1.0),
-        "above": lambda hand, target: graded().hovered.get(target, 0.0),
-    }
+
+def _touching(index: int) -> Callable[..., Any]:
+    return lambda seen, item, below: seen.graded.contacts.get((item, below), NO_CONTACT)[index]
+
+
+def _holding(seen: Seen, item: str) -> Any:
+    return seen.graded.full if item == ANY else seen.graded.held.get(item, 0.0)
+
+
+# The probability of each of the worlds' own predicates, of a `Seen` and the predicate's arguments.
+GRADED: Mapping[str, Callable[..., Any]] = {
+    "present": _certain("present"),
+    "reachable": _certain("reachable"),
+    "hollow": _certain("hollow"),
+    "holding": _holding,
+    "empty": lambda seen, hand: 1 - seen.graded.full,
+    "on": _touching(0),
+    "covers": _touching(1),
+    "in": _touching(2),
+    "clear": lambda seen, item: 1 - seen.graded.covered.get(item, 1.0),
+    "above": lambda seen, hand, target: seen.graded.hovered.get(target, 0.0),
+}

@@ -6,10 +6,10 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 from ntp_dsl.language.names.signatures import si
-from ntp_dsl.language.registry import Registry
+from ntp_dsl.language.registry import Api, Program, Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
@@ -35,6 +35,13 @@ ARITHMETIC: dict[str, Callable[[float, float], float]] = {
 }
 
 
+class Contract(NamedTuple):
+    """The ground facts that a call requires, and those that it achieves."""
+
+    requires: tuple[Fact, ...]
+    achieves: tuple[Fact, ...]
+
+
 class State:
     """One moment, as the language sees it. Answers are cached."""
 
@@ -49,6 +56,7 @@ class State:
         self._built_in = built_in
         self.memo: dict[Any, Any] = {}  # what follows from this moment alone, for who computes it
         self._known: dict[tuple[str, tuple[Argument, ...]], Any] = {}
+        self._contracts: dict[tuple[str, tuple[Argument, ...]], Contract] = {}
 
     def holds(self, fact: Fact) -> bool:
         if isinstance(fact, Condition):
@@ -58,9 +66,10 @@ class State:
     def reading(self, predicate: str, arguments: tuple[Argument, ...]) -> Any:
         """Return a predicate's value for its arguments: a truth value, or a reading's number or member."""
         key = (predicate, arguments)
-        if key not in self._known:
-            self._known[key] = self._ask(*key)
-        return self._known[key]
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = self._ask(*key)
+        return known
 
     def forced(self, predicate: str, arguments: tuple[Argument, ...]) -> bool | None:
         """Return what somebody forces on a fact; None where nobody does."""
@@ -119,6 +128,18 @@ class State:
                     return count == expression.count if quantifier == "exactly" else count >= expression.count
                 return (all if quantifier == "all" else any)(inner)
         raise TypeError(f"{expression} is not a truth value")
+
+    def contract(self, declared: Program | Api, arguments: tuple[Argument, ...]) -> Contract:
+        """Return the ground facts of a call's contract."""
+        key = (declared.name, arguments)
+        known = self._contracts.get(key)
+        if known is None:
+            scope = declared.bind(arguments)
+            requires, achieves = (
+                self.literals(part, scope) for part in (declared.requires, declared.achieves)
+            )
+            known = self._contracts[key] = Contract(tuple(requires), tuple(achieves))
+        return known
 
     def literals(
         self, expression: nodes.Expression | None, scope: Bindings, positive: bool = True
@@ -228,14 +249,15 @@ class State:
             return self.true(declared.body, bind(declared, arguments))
         if declared.is_state:
             return DeclaredFact(predicate, tuple(map(str, arguments))) in self.observation.facts
-        return self._provider(declared)(self.observation, *arguments)
+        return self._provided(declared, arguments)
 
-    def _provider(self, declared: nodes.PredicateDeclaration) -> Callable[..., Any]:
-        """Return the world's own predicate, a function in Python, or the reading of a trait."""
+    def _provided(self, declared: nodes.PredicateDeclaration, arguments: tuple[Argument, ...]) -> Any:
+        """Return what the world's own predicate, a function in Python, or the reading of a trait says."""
         name = declared.provider
         if name == nodes.PYTHON:
             function: Callable[..., Any] = self.registry.python.get("predicate", declared.name)
-            return function
-        if declared.result is None:
-            return self._built_in[name]
-        return READINGS[name] if name in READINGS else trait(declared.name)
+        elif declared.result is None:
+            function = self._built_in[name]
+        else:
+            function = READINGS[name] if name in READINGS else trait(declared.name)
+        return function(self.observation, *arguments)

@@ -64,7 +64,7 @@ CHANCES = st.lists(st.floats(0, 1), min_size=5, max_size=5)
 
 def believed(chances: list[float]) -> Believed:
     of = dict(zip(NAMES, chances, strict=True))
-    return Believed(load_text(LIBRARY), seen(0), {"on": lambda item, below: of[item]})
+    return Believed(load_text(LIBRARY), seen(0), {"on": lambda _, item, below: of[item]})
 
 
 @settings(max_examples=40, deadline=None)

@@ -80,20 +80,19 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     def number(fact: Fact) -> int:
         return facts.setdefault(fact, len(facts))
 
-    achieved = tuple(number(fact) for fact in state.literals(program.achieves, scope))
-    required = tuple(number(fact) for fact in state.literals(program.requires, scope))
+    contract = state.contract(program, arguments)
+    achieved, required = tuple(map(number, contract.achieves)), tuple(map(number, contract.requires))
     calls: list[NextCall] = []
     statements: list[int] = []
     guards: list[Any] = []
-    provided: list[list[Fact]] = []
+    provided: list[tuple[Fact, ...]] = []
     requires: list[Edge] = []
     for index, statement in enumerate(program.body):
         for call, inner, guard in _calls(statement, scope, 1.0, state):
-            callee = registry[call.callee]
-            given = tuple(state.value(term, inner) for term in call.arguments)
-            bound = callee.bind(given)
-            requires += [(len(calls), number(fact)) for fact in state.literals(callee.requires, bound)]
-            provided.append(state.literals(callee.achieves, bound))
+            given = tuple([state.value(term, inner) for term in call.arguments])
+            presumed, promised = state.contract(registry[call.callee], given)
+            requires += [(len(calls), number(fact)) for fact in presumed]
+            provided.append(promised)
             calls.append(NextCall(call.callee, given, call.span))
             statements.append(index)
             guards.append(guard)

@@ -67,8 +67,7 @@ class RuleDispatcher:
 
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
         """Return how probably all that a program achieves holds."""
-        scope = row.bind(arguments)
-        return min((state.probability(fact) for fact in state.literals(row.achieves, scope)), default=1.0)
+        return min(map(state.probability, state.contract(row, arguments).achieves), default=1.0)
 
 
 def _decided(answer: NextCall | Return) -> tuple[str | None, Named]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from operator import is_
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,18 +52,18 @@ class Bodies:
         return len(self.names)
 
 
-def bodies(seen: Observation, before: Bodies | None = None) -> Bodies:
-    """Return the objects of an observation.
+def bodies(seen: Observation) -> Bodies:
+    """Return the objects of an observation."""
+    objects = tuple([obj for obj in seen.objects if obj.name in seen.positions])
+    still = _still(objects)
+    at = np.array([seen.positions[name] for name in still.names]).reshape(-1, 3)
+    deviation = np.array([seen.deviations.get(name, 0.0) for name in still.names])
+    return replace(still, at=at, deviation=deviation)
 
-    Args:
-        before: those of another, whose arrays serve where they are the same objects.
-    """
-    objects = tuple(obj for obj in seen.by_name.values() if obj.name in seen.positions)
-    names = tuple(obj.name for obj in objects)
-    at = np.array([seen.positions[name] for name in names]).reshape(-1, 3)
-    deviation = np.array([seen.deviations.get(name, 0.0) for name in names])
-    if before is not None and len(before) == len(objects) and all(map(is_, objects, before.objects)):
-        return replace(before, at=at, deviation=deviation)
+
+@lru_cache(maxsize=16)
+def _still(objects: tuple[SceneObject, ...]) -> Bodies:
+    """Return objects as they are wherever they lie; from one moment to the next they stay the same."""
     cavities = [obj.cavity for obj in objects]
     size = np.array([obj.size for obj in objects]).reshape(-1, 3)
     reach = np.array([obj.reach for obj in objects])
@@ -76,10 +76,10 @@ def bodies(seen: Observation, before: Bodies | None = None) -> Bodies:
     )
     return Bodies(
         objects,
-        names,
-        at,
+        tuple(obj.name for obj in objects),
+        np.zeros((len(objects), 3)),
         size,
-        deviation,
+        np.zeros(len(objects)),
         told,
         np.array([(c.half_x, c.half_y) if c else (-1.0, -1.0) for c in cavities]).reshape(-1, 2),
         np.array([c.floor if c else 0.0 for c in cavities]),
@@ -92,6 +92,8 @@ def bodies(seen: Observation, before: Bodies | None = None) -> Bodies:
 
 def joined(scenes: Sequence[Bodies]) -> Bodies:
     """Return the objects of several scenes as those of one."""
+    if len(scenes) == 1:
+        return scenes[0]
     parts: dict[str, Any] = {
         each.name: np.concatenate([getattr(b, each.name) for b in scenes])
         for each in fields(Bodies)
@@ -113,7 +115,7 @@ def near_pairs(b: Bodies) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     lower = -OVERLAP * np.minimum(tall[:, None], tall) - doubt
     level = (gap > lower) & (gap < OVERLAP * tall[:, None] + doubt) | hollow[None, :]
     near = (apart.max(axis=-1) < doubt) & level & b.movable[:, None]
-    np.fill_diagonal(near, False)
+    near.flat[:: len(b) + 1] = False  # an object and itself
     item, below = np.nonzero(near)
     return item, below
 
@@ -124,7 +126,7 @@ def pair_features(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) ->
     aside = np.hypot(dx, dy)
     half, under = b.size[item] / 2, b.size[below] / 2
     cavity = b.cavity[below]
-    lengths = np.stack(
+    lengths = np.array(
         [
             dx,
             dy,
@@ -140,41 +142,51 @@ def pair_features(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) ->
             dx - cavity[:, 0],
             dy - cavity[:, 1],
             np.minimum(half[:, 2], under[:, 2]),
-        ],
-        axis=1,
-    )
+        ]
+    ).T
     doubt = np.hypot(b.deviation[item], b.deviation[below])
     return np.concatenate([_told(lengths, doubt), b.told[item], b.told[below], _doubts(doubt)], axis=1)
 
 
-def grip_features(b: Bodies, seen: Observation) -> Array:
-    """(objects, GRIP_FEATURES): an object between the fingers, or not."""
-    way = b.at - np.array(seen.gripper)
+def grip_features(b: Bodies, hands: Array) -> Array:
+    """(objects, GRIP_FEATURES): an object between the fingers, or not.
+
+    Args:
+        hands: (objects, 3) the fingers' centre, in each object's scene [m].
+    """
+    way = b.at - hands
     aside, rise = np.hypot(way[:, 0], way[:, 1]), np.abs(way[:, 2])
     rim = np.abs(np.hypot(aside, way[:, 2]) - np.hypot(b.size[:, 0], b.size[:, 2]) / 2)
-    lengths = np.stack([aside, rise, rise - b.size[:, 2] / 2, rim], axis=1)
+    lengths = np.array([aside, rise, rise - b.size[:, 2] / 2, rim]).T
     return np.concatenate([_told(lengths, b.deviation), b.told, _doubts(b.deviation)], axis=1)
 
 
-def hover_features(b: Bodies, seen: Observation, carried: int | None) -> Array:
-    """(objects, HOVER_FEATURES): what is carried, or else the hand, over an object, or beside it."""
-    point = np.array(seen.gripper) if carried is None else b.at[carried]
-    size = np.zeros(3) if carried is None else b.size[carried]
-    told = np.zeros(TOLD_OF_ONE) if carried is None else b.told[carried]
-    doubt = b.deviation if carried is None else np.hypot(b.deviation, b.deviation[carried])
-    dx, dy = np.abs(b.at[:, :2] - point[:2]).T
+def hover_features(b: Bodies, hands: Array, closed: NDArray[np.bool_], carried: NDArray[np.intp]) -> Array:
+    """(objects, HOVER_FEATURES): what is carried, or else the hand, over an object, or beside it.
+
+    Args:
+        hands: (objects, 3) the fingers' centre, in each object's scene [m].
+        closed: (objects,) whether the fingers are, there.
+        carried: (objects,) the index of what is carried there; -1 for nothing.
+    """
+    carries = carried >= 0
+    point = np.where(carries[:, None], b.at[carried], hands)
+    size = np.where(carries[:, None], b.size[carried], 0.0)
+    told = np.where(carries[:, None], b.told[carried], 0.0)
+    doubt = np.where(carries, np.hypot(b.deviation, b.deviation[carried]), b.deviation)
+    dx, dy = np.abs(b.at[:, :2] - point[:, :2]).T
     aside = np.hypot(dx, dy)
     half = b.size / 2
-    rise = seen.gripper[2] - b.at[:, 2] - half[:, 2]
-    gap_x, gap_y = dx - half[:, 0] - size[0] / 2, dy - half[:, 1] - size[1] / 2
-    lengths = np.stack(
+    rise = hands[:, 2] - b.at[:, 2] - half[:, 2]
+    gap_x, gap_y = dx - half[:, 0] - size[:, 0] / 2, dy - half[:, 1] - size[:, 1] / 2
+    lengths = np.array(
         [
             dx,
             dy,
             aside,
             rise,
             rise - 0.2,
-            point[2] - b.at[:, 2],
+            point[:, 2] - b.at[:, 2],
             np.abs(aside - half[:, 0]),
             dx - half[:, 0],
             dy - half[:, 1],
@@ -183,12 +195,10 @@ def hover_features(b: Bodies, seen: Observation, carried: int | None) -> Array:
             gap_x,
             gap_y,
             np.maximum(gap_x, gap_y),
-        ],
-        axis=1,
-    )
-    flags = np.tile([float(carried is not None), float(seen.closed)], (len(b), 1))
-    others = np.tile(told, (len(b), 1))
-    return np.concatenate([_told(lengths, doubt), b.told, others, _doubts(doubt), flags], axis=1)
+        ]
+    ).T
+    flags = np.array([carries, closed], dtype=float).T
+    return np.concatenate([_told(lengths, doubt), b.told, told, _doubts(doubt), flags], axis=1)
 
 
 def _apart(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> tuple[Array, Array, Array]:
@@ -198,13 +208,15 @@ def _apart(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> tuple[
 
 def _told(lengths: Array, doubt: Array) -> Array:
     """(rows, lengths × (scales + 2)): as they are, squashed at each scale, and at that of their doubt."""
-    own = (2 * doubt + LEAST_DOUBT)[:, None]
-    squashed = [np.tanh(lengths / scale) for scale in SCALES]
-    return np.concatenate([np.clip(5 * lengths, -2, 2), *squashed, np.tanh(lengths / own)], axis=1)
+    count = len(lengths)
+    scales = np.empty((count, len(SCALES) + 1, 1))
+    scales[:, :-1, 0], scales[:, -1, 0] = SCALES, 2 * doubt + LEAST_DOUBT
+    squashed = np.tanh(lengths[:, None] / scales).reshape(count, -1)
+    return np.concatenate([np.clip(5 * lengths, -2, 2), squashed], axis=1)
 
 
 def _doubts(doubt: Array) -> Array:
-    return np.stack([50 * doubt, np.tanh(doubt / 0.003), np.tanh(doubt / 0.01)], axis=1)
+    return np.array([50 * doubt, np.tanh(doubt / 0.003), np.tanh(doubt / 0.01)]).T
 
 
 def as_float32(rows: Array) -> NDArray[Any]:

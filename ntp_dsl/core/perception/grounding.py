@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
+from ntp_dsl.core.mlp import Mlp
 from ntp_dsl.core.perception import features
 from ntp_dsl.core.perception.features import Array, Bodies, bodies, joined
 from ntp_dsl.semantics.graded import NO_CONTACT, Graded
@@ -25,15 +26,9 @@ class Grounding(nn.Module):
 
     def __init__(self, width: int = WIDTH) -> None:
         super().__init__()
-        self.pairs = _network(features.PAIR_FEATURES, 3, width)  # on, covers, in
-        self.grip = _network(features.GRIP_FEATURES, 1, width)  # holding
-        self.hover = _network(features.HOVER_FEATURES, 2, width)  # over, crowding
-
-
-def _network(inputs: int, outputs: int, width: int) -> nn.Sequential:
-    return nn.Sequential(
-        nn.Linear(inputs, width), nn.SiLU(), nn.Linear(width, width), nn.SiLU(), nn.Linear(width, outputs)
-    )
+        self.pairs = Mlp(features.PAIR_FEATURES, width, width, 3)  # on, covers, in
+        self.grip = Mlp(features.GRIP_FEATURES, width, width, 1)  # holding
+        self.hover = Mlp(features.HOVER_FEATURES, width, width, 2)  # over, crowding
 
 
 def ground(network: Grounding, seen: Observation) -> Graded:
@@ -44,23 +39,20 @@ def ground(network: Grounding, seen: Observation) -> Graded:
 @torch.inference_mode()
 def ground_all(network: Grounding, seen: Sequence[Observation]) -> list[Graded]:
     """Return what is probably the case in each of several moments; each network is run once for all."""
-    scenes: list[Bodies] = []
-    for each in seen:
-        scenes.append(bodies(each, scenes[-1] if scenes else None))
-    grips = _chances(
-        network.grip, [features.grip_features(b, each) for b, each in zip(scenes, seen, strict=True)]
-    )
-    held = [
-        np.where(b.movable & each.closed, chances[:, 0], 0.0)
-        for b, each, chances in zip(scenes, seen, grips, strict=True)
-    ]
+    scenes = [*map(bodies, seen)]
+    counts = [*map(len, scenes)]
+    ends = np.cumsum(counts, dtype=np.intp)
+    everything, first = joined(scenes), ends - np.array(counts, dtype=np.intp)
+    hands = np.repeat([each.gripper for each in seen], counts, axis=0)
+    closed = np.repeat([each.closed for each in seen], counts)
+    grips = _chances(network.grip, features.grip_features(everything, hands))[:, 0]
+    held = np.split(np.where(everything.movable & closed, grips, 0.0), ends[:-1])
     carried = [int(each.argmax()) if len(each) and each.max() > 0.5 else None for each in held]
+    indices = [-1 if index is None else start + index for index, start in zip(carried, first, strict=True)]
     near = [features.near_pairs(b) for b in scenes]
-    touching = _contacts(network.pairs, scenes, near)
-    hovering = _chances(
-        network.hover,
-        [features.hover_features(b, each, c) for b, each, c in zip(scenes, seen, carried, strict=True)],
-    )
+    touching = _contacts(network.pairs, scenes, near, everything, first)
+    rows = features.hover_features(everything, hands, closed, np.repeat(indices, counts))
+    hovering = np.split(_chances(network.hover, rows), ends[:-1])
     return [_graded(*each) for each in zip(scenes, held, carried, near, touching, hovering, strict=True)]
 
 
@@ -68,11 +60,12 @@ def _graded(
     b: Bodies, held: Array, carried: int | None, near: Pairs, touching: Array, hovering: Array
 ) -> Graded:
     holding = dict.fromkeys(b.names, 0.0)
+    free = np.ones(len(b))
     if len(held):
         best = int(held.argmax())
         holding[b.names[best]] = float(held[best])  # a hand holds one thing
+        free[best] -= held[best]
     item, below = near
-    free = 1 - np.array([holding[name] for name in b.names])
     touching = np.minimum(touching, free[item, None])
     touching[:, 0] = np.minimum(touching[:, 0], 1 - _elsewhere(b, item, below, touching))
     covered = np.zeros(len(b))
@@ -122,25 +115,41 @@ def _hovered(
     return dict(zip(b.names, over.tolist(), strict=True))
 
 
-def _contacts(network: nn.Module, scenes: Sequence[Bodies], near: Sequence[Pairs]) -> list[Array]:
-    """Return the probabilities of contact in each scene: two objects that have not moved are asked once."""
+def _contacts(
+    network: nn.Module,
+    scenes: Sequence[Bodies],
+    near: Sequence[Pairs],
+    everything: Bodies,
+    first: NDArray[np.intp],
+) -> list[Array]:
+    """Return the probabilities of contact in each scene: two objects that have not moved are asked once.
+
+    Args:
+        everything: the objects of all scenes.
+        first: (scenes,) where those of each begin.
+    """
+    item, below = (
+        np.concatenate([pairs[side] + start for pairs, start in zip(near, first, strict=True)])
+        for side in (0, 1)
+    )
+    if len(scenes) == 1:
+        return [_chances(network, features.pair_features(everything, item, below))]
+    places = zip(
+        map(id, everything.objects),
+        map(tuple, everything.at.tolist()),
+        everything.deviation.tolist(),
+        strict=True,
+    )
     versions: dict[object, int] = {}
-    keys = []
-    for b, (item, below) in zip(scenes, near, strict=True):
-        places = zip(map(id, b.objects), map(tuple, b.at.tolist()), b.deviation.tolist(), strict=True)
-        version = np.array([versions.setdefault(each, len(versions)) for each in places], dtype=np.int64)
-        keys.append(version[item] << 32 | version[below])
-    offsets = np.cumsum([0, *map(len, scenes)])[:-1]
-    item = np.concatenate([pairs[0] + offset for pairs, offset in zip(near, offsets, strict=True)])
-    below = np.concatenate([pairs[1] + offset for pairs, offset in zip(near, offsets, strict=True)])
-    _, asked, answers = np.unique(np.concatenate(keys), return_index=True, return_inverse=True)
-    rows = features.pair_features(joined(scenes), item[asked], below[asked])
-    chances = _chances(network, [rows])[0][answers]
-    return np.split(chances, np.cumsum([len(each) for each in keys])[:-1])
+    version = np.array([versions.setdefault(each, len(versions)) for each in places], dtype=np.int64)
+    keys = version[item] << 32 | version[below]
+    _, asked, answers = np.unique(keys, return_index=True, return_inverse=True)
+    rows = features.pair_features(everything, item[asked], below[asked])
+    ends = np.cumsum([len(pairs[0]) for pairs in near])
+    return np.split(_chances(network, rows)[answers], ends[:-1])
 
 
-def _chances(network: nn.Module, rows: Sequence[Array]) -> list[Array]:
+def _chances(network: nn.Module, rows: Array) -> Array:
     """Return the probabilities of each part of the rows."""
-    told = torch.from_numpy(features.as_float32(np.concatenate(rows)))
-    chances = torch.sigmoid(network(told)).numpy().astype(float)
-    return np.split(chances, np.cumsum([len(each) for each in rows])[:-1])
+    told = torch.from_numpy(features.as_float32(rows))
+    return torch.sigmoid(network(told)).numpy().astype(float)

@@ -14,8 +14,8 @@ from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import predicates
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact, Literal, bind
-from ntp_dsl.semantics.graded import Graded, graded_predicates
-from ntp_dsl.semantics.observation import Observation
+from ntp_dsl.semantics.graded import GRADED, Graded
+from ntp_dsl.semantics.observation import Argument, Observation
 from ntp_dsl.semantics.predicates import BUILT_IN
 from ntp_dsl.semantics.state import State
 
@@ -30,15 +30,15 @@ class Believed(State):
     Predicates and readings in Python are part of the declaration: they run on the observation.
 
     Args:
-        chances: the probability of each predicate that a network perceives, by name; functions tell others.
+        chances: the probability of each predicate that a network perceives, by name, of this state and the
+            predicate's arguments; functions tell others.
     """
 
     def __init__(
         self, registry: Registry, observation: Observation, chances: Mapping[str, Callable[..., Any]]
     ) -> None:
+        super().__init__(registry, observation)
         self._chances = chances
-        graded = {name: self._threshold(name) for name in chances}
-        super().__init__(registry, observation, {**BUILT_IN, **graded})
         self._probabilities: dict[Fact, Any] = {}
 
     def probability(self, fact: Fact) -> Any:
@@ -46,9 +46,10 @@ class Believed(State):
 
         They are numbers, or tensors that gradients go through where the grounding yields such.
         """
-        if fact not in self._probabilities:
-            self._probabilities[fact] = self._of_fact(fact)
-        return self._probabilities[fact]
+        known = self._probabilities.get(fact)
+        if known is None:
+            known = self._probabilities[fact] = self._of_fact(fact)
+        return known
 
     def likely(self, expression: nodes.Expression | None, scope: Bindings) -> Any:
         """Return how probably an expression holds; None surely does."""
@@ -83,7 +84,7 @@ class Believed(State):
         elif declared.body is not None:
             chance = self.likely(declared.body, bind(declared, fact.arguments))
         elif (provider := declared.provider) in self._chances:
-            chance = self._chances[provider](*fact.arguments)
+            chance = self._chances[provider](self, *fact.arguments)
         else:
             chance = float(bool(self.reading(fact.predicate, fact.arguments)))
         return chance if fact.positive else 1 - chance
@@ -92,15 +93,18 @@ class Believed(State):
         """Return the states that are possible, with their probabilities: of what is certain, this one."""
         return [(1.0, self)]
 
-    def _threshold(self, name: str) -> Callable[..., bool]:
-        return lambda _, *arguments: bool(self._chances[name](*arguments) > 0.5)
+    def _provided(self, declared: nodes.PredicateDeclaration, arguments: tuple[Argument, ...]) -> Any:
+        perceived = self._chances.get(declared.provider) if declared.result is None else None
+        if perceived is None:
+            return super()._provided(declared, arguments)
+        return bool(perceived(self, *arguments) > 0.5)
 
 
 class Perceived(Believed):
     """A moment of which the worlds' own facts are perceived by a network."""
 
     def __init__(self, registry: Registry, observation: Observation, network: Grounding) -> None:
-        super().__init__(registry, observation, graded_predicates(observation, lambda: self.graded))
+        super().__init__(registry, observation, GRADED)
         self._network = network
 
     @cached_property

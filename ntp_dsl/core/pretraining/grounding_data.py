@@ -44,10 +44,11 @@ def rows_of(truth: Observation, seen: Observation) -> Parts:
     pairs = Rows(
         as_float32(features.pair_features(b, item, below)), _pair_answers(truth, b.names, item, below)
     )
-    grip = features.grip_features(b, seen) if truth.closed else np.zeros((0, features.GRIP_FEATURES))
+    hands = np.tile(seen.gripper, (len(b), 1))
+    grip = features.grip_features(b, hands) if truth.closed else np.zeros((0, features.GRIP_FEATURES))
     held = [[float(name == truth.held)] for name in b.names] if truth.closed else []
-    carried = b.names.index(truth.held) if truth.held else None
-    hover = features.hover_features(b, seen, carried)
+    carried = np.full(len(b), b.names.index(truth.held) if truth.held else -1)
+    hover = features.hover_features(b, hands, np.full(len(b), seen.closed), carried)
     return (
         pairs,
         Rows(as_float32(grip), np.array(held, dtype=np.float32).reshape(-1, 1)),

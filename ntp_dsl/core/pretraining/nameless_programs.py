@@ -61,8 +61,8 @@ def believed(registry: Registry, probabilities: Mapping[str, float]) -> Believed
     return Believed(registry, NOWHERE, {name: _constant(value) for name, value in probabilities.items()})
 
 
-def _constant(value: float) -> Callable[[], float]:
-    return lambda: value
+def _constant(value: float) -> Callable[[Believed], float]:
+    return lambda _: value
 
 
 def random_program(rng: np.random.Generator) -> Registry:

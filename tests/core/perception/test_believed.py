@@ -169,8 +169,8 @@ def tensors_of(values: list[float]) -> tuple[Believed, dict[tuple[str, ...], tor
         tuple(map(cube, OBJECTS)), {name: (0.5, 0.1 * i, 0.02) for i, name in enumerate(OBJECTS)}, AWAY, False
     )
     of_facts = {
-        "on": lambda *pair: chances.get(pair, zero),
-        "holding": lambda item: chances.get((item,), zero),
+        "on": lambda _, *pair: chances.get(pair, zero),
+        "holding": lambda _, item: chances.get((item,), zero),
         **{name: lambda *_: zero for name in ("covers", "clear", "empty", "above", "present", "reachable")},
     }
     return Believed(load_text(TEXT), seen, of_facts), chances
