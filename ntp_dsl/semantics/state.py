@@ -56,6 +56,7 @@ class State:
         self._built_in = built_in
         self.memo: dict[Any, Any] = {}  # what follows from this moment alone, for who computes it
         self._known: dict[tuple[str, tuple[Argument, ...]], Any] = {}
+        self._domains: dict[str, tuple[str, ...]] = {}
         self._contracts: dict[tuple[str, tuple[Argument, ...]], Contract] = {}
 
     def holds(self, fact: Fact) -> bool:
@@ -82,9 +83,13 @@ class State:
         is_a = self.registry.is_a
         return [t.name for t in self.observation.objects if is_a(t.type, type_name)]
 
-    def domain(self, name: str) -> list[str]:
+    def domain(self, name: str) -> tuple[str, ...]:
         """Return what a loop goes through: an enumeration's members, or the scene's objects of a type."""
-        return list(self.registry.enums[name]) if name in self.registry.enums else self.objects(name)
+        known = self._domains.get(name)
+        if known is None:
+            enums = self.registry.enums
+            known = self._domains[name] = tuple(enums[name] if name in enums else self.objects(name))
+        return known
 
     def values(self, type_name: str) -> list[str]:
         """Return the members of an enumeration, or the objects and constants of a type."""
@@ -194,7 +199,7 @@ class State:
     def elements(self, generator: nodes.Generator, scope: Bindings) -> Iterator[Bindings]:
         """Yield a scope for each element of a list, object of a type or member that meets the condition."""
         iterable = generator.iterable.id
-        source = scope[iterable] if iterable in scope else tuple(self.domain(iterable))
+        source = scope[iterable] if iterable in scope else self.domain(iterable)
         assert isinstance(source, tuple)
         for element in source:
             inner: Bindings = {**scope, generator.variable: element}
@@ -205,6 +210,9 @@ class State:
         match term:
             case nodes.Name(id=name):
                 return scope.get(name, name)
+            case nodes.Atom(predicate=predicate, arguments=arguments):
+                reading: Argument = self.reading(predicate, self._values(arguments, scope))
+                return reading
             case nodes.Field(value=owner, name=field):
                 record = scope[owner.id]
                 assert isinstance(record, Record)
@@ -217,9 +225,6 @@ class State:
                 return number
             case nodes.Arithmetic(operator=sign, left=left, right=right):
                 return ARITHMETIC[sign](self._number(left, scope), self._number(right, scope))
-            case nodes.Atom(predicate=predicate, arguments=arguments):
-                reading: Argument = self.reading(predicate, self._values(arguments, scope))
-                return reading
         raise TypeError(f"{term} is not a term")
 
     def _number(self, term: nodes.Expression, scope: Bindings) -> float:

@@ -148,7 +148,7 @@ def _calls(
             yield from _calls(body, scope, min(guard, state.likely(condition, scope)), state)
         case nodes.For(generator=generator, body=body):
             iterable = generator.iterable.id
-            source = scope[iterable] if iterable in scope else tuple(state.domain(iterable))
+            source = scope[iterable] if iterable in scope else state.domain(iterable)
             assert isinstance(source, tuple)
             for element in source:
                 inner: Bindings = {**scope, generator.variable: element}

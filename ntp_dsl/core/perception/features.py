@@ -108,16 +108,18 @@ def near_pairs(b: Bodies) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     if not len(b):
         nothing = np.zeros(0, dtype=np.intp)
         return nothing, nothing
-    doubt = NEAR + SURELY * np.hypot(b.deviation[:, None], b.deviation)
-    apart = np.abs(b.at[:, None, :2] - b.at[None, :, :2]) - (b.size[:, None, :2] + b.size[None, :, :2]) / 2
-    tall, hollow = b.size[:, 2], b.cavity[:, 0] > 0
-    gap = (b.at[:, 2] - tall / 2)[:, None] - (b.at[:, 2] + tall / 2)[None, :]  # from the one's top up
-    lower = -OVERLAP * np.minimum(tall[:, None], tall) - doubt
-    level = (gap > lower) & (gap < OVERLAP * tall[:, None] + doubt) | hollow[None, :]
-    near = (apart.max(axis=-1) < doubt) & level & b.movable[:, None]
-    near.flat[:: len(b) + 1] = False  # an object and itself
-    item, below = np.nonzero(near)
-    return item, below
+    x, y, wide, deep, tall = *b.at[:, :2].T, *b.size.T
+    most = NEAR + SURELY * np.hypot(b.deviation.max(), b.deviation.max())
+    beside = np.abs(x[:, None] - x) - (wide[:, None] + wide) / 2 < most  # most pairs are apart in one axis
+    item, below = np.nonzero(beside & b.movable[:, None])
+    doubt = NEAR + SURELY * np.hypot(b.deviation[item], b.deviation[below])
+    gap = (b.at[item, 2] - tall[item] / 2) - (b.at[below, 2] + tall[below] / 2)  # from the one's top up
+    lower = -OVERLAP * np.minimum(tall[item], tall[below]) - doubt
+    level = (gap > lower) & (gap < OVERLAP * tall[item] + doubt) | (b.cavity[below, 0] > 0)
+    near = np.abs(x[item] - x[below]) - (wide[item] + wide[below]) / 2 < doubt
+    near &= np.abs(y[item] - y[below]) - (deep[item] + deep[below]) / 2 < doubt
+    near &= level & (item != below)
+    return item[near], below[near]
 
 
 def pair_features(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> Array:

@@ -45,8 +45,11 @@ def ground_all(network: Grounding, seen: Sequence[Observation]) -> list[Graded]:
     everything, first = joined(scenes), ends - np.array(counts, dtype=np.intp)
     hands = np.repeat([each.gripper for each in seen], counts, axis=0)
     closed = np.repeat([each.closed for each in seen], counts)
-    grips = _chances(network.grip, features.grip_features(everything, hands))[:, 0]
-    held = np.split(np.where(everything.movable & closed, grips, 0.0), ends[:-1])
+    grips = np.zeros(len(everything))
+    if closed.any():  # an open hand holds nothing
+        chances = _chances(network.grip, features.grip_features(everything, hands))[:, 0]
+        grips = np.where(everything.movable & closed, chances, 0.0)
+    held = np.split(grips, ends[:-1])
     carried = [int(each.argmax()) if len(each) and each.max() > 0.5 else None for each in held]
     indices = [-1 if index is None else start + index for index, start in zip(carried, first, strict=True)]
     near = [features.near_pairs(b) for b in scenes]
