@@ -13,6 +13,7 @@ from ntp_dsl.sentences.english import (
     FILLERS,
     HANDLING,
     ONES,
+    ORDINALS,
     PREPOSITIONS,
     PRONOUNS,
     RELATIONS,
@@ -22,6 +23,7 @@ from ntp_dsl.sentences.english import (
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.senses import Mention, Sense
 
+SEVERAL = frozenset("they them these those".split())
 POINTING = frozenset({"the", "that", "this"})
 SO_DOES = frozenset("do does is are should must will".split())
 BEING = frozenset("is what should will must can".split())
@@ -35,11 +37,14 @@ class Discourse:
         self.theme: Mention | None = None  # what the clause before was about
         self._before: list[Mention] = []  # and what it named
         self._named: set[str] = set()
+        self._themes: list[str] = []  # what clauses were about, in their order
+        self._listed: list[str] = []  # the latest of which several were named at once
 
     def copy(self) -> Discourse:
         """Return another that has heard the same."""
         found = Discourse(self._vocabulary)
         found.theme, found._before, found._named = self.theme, [*self._before], {*self._named}
+        found._themes, found._listed = [*self._themes], [*self._listed]
         return found
 
     def heard(self, mentions: Sequence[Mention], theme: Mention) -> None:
@@ -47,6 +52,10 @@ class Discourse:
         self.theme, self._before = theme, [*mentions]
         certain = (sense for each in mentions if len(each.senses) == 1 for sense in each.senses)
         self._named |= {str(value) for sense in certain for value in sense.values}
+        if len(theme.senses) == 1:
+            about = [str(value) for value in theme.senses[0].values]
+            self._themes += [each for each in about if each not in self._themes]
+            self._listed = about if len(about) > 1 else self._listed
 
     def completed(self, tokens: Sequence[str]) -> list[str]:
         """Return a clause with what goes without saying: "the cup on top" is on top of it."""
@@ -97,6 +106,8 @@ class Discourse:
             mention = None
             if word == "other":
                 mention = self._other(tokens, at, found)
+            elif word in ORDINALS and tokens[at - 1 : at] == ["the"]:
+                mention = self._ordinal(tokens, at)
             elif word == "which" and at == 0 and self._before:
                 mention = _again(self._before[-1], at)
             elif word == "there" and tokens[at - 1 : at] == ["to"] and self.theme is not None:
@@ -147,9 +158,24 @@ class Discourse:
         is_alone = len(found) == 1 and at > 0 and not any(stem(word) in BEARING for word in tokens)
         if not (is_first or is_alone):
             return None
+        if tokens[at] in SEVERAL and not self.theme.is_many:  # "they go on shelves 0 and 1"
+            count = max((len(each.senses[0].values) for each in found if each.is_many), default=0)
+            if 1 < count <= len(self._themes):
+                return Mention(at, at + 1, (Sense(tuple(self._themes[-count:])),), self.theme.head, True)
         here = [each.senses for each in found]
         spoken_of = (each for each in (self.theme, *self._before) if each.senses not in here)
         return _again(next(spoken_of, self.theme), at)
+
+    def _ordinal(self, tokens: Sequence[str], at: int) -> Mention | None:
+        """Return what "the second" of several that were named stands for; None where it is no noun."""
+        after = "".join(tokens[at + 1 : at + 2])
+        if after and self._vocabulary.knows(after):
+            return None
+        values = self._listed or self._themes
+        number = ORDINALS[tokens[at]]
+        if len(values) < 2 or number >= len(values):
+            return None
+        return Mention(at - 1, at + 1 + (after in ONES), (Sense((values[number],)),))
 
     def _other(self, tokens: Sequence[str], at: int, found: list[Mention]) -> Mention | None:
         """Return what "the other one" stands for: what is of the same kind, and was not named yet."""

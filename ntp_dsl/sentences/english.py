@@ -107,7 +107,15 @@ COMMON = _stems(
     add store live love like gather collect reside accompany remember aim plan prefer ask expect stay
     wait follow continue proceed let help try serve act fit occupy appear show stick spend"""
 )
-PRONOUNS = frozenset("it them this that these those".split())
+PRONOUNS = frozenset("it they them this that these those".split())
+ORDINALS = {
+    "first": 0,
+    "former": 0,
+    "second": 1,
+    "third": 2,
+    "latter": -1,
+    "last": -1,
+}  # "the first … the second"
 ONES = frozenset("one ones".split())
 # Words that turn, hedge or widen what is said, or ask: none of it is guessed at.
 REFUSED = frozenset(

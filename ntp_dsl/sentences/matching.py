@@ -133,15 +133,33 @@ class Matcher:
                 yield score, tuple(said for each in likeliest if each for said in each[1])
 
     def whole_elements(self, mentions: Sequence[Mention]) -> Iterator[Scored]:
-        """Yield the elements of three fields or more of which noun phrases name all, and nothing else."""
+        """Yield the elements of three fields or more of which noun phrases name all, and nothing else.
+
+        Of several elements, each is told before the next one; the first noun phrase may belong to all.
+        """
         if any(each.is_many for each in mentions):
             return
-        clause = Clause((), frozenset(), tuple(mentions))
         for form in self.forms:
-            if form.is_element and len(form.parameters) == len(mentions) >= LONG:
-                for score, meant in self._matched(clause, form, as_element=True):
-                    if all(None not in said.arguments for said in meant):
-                        yield score, meant
+            size = len(form.parameters)
+            if not form.is_element or size < LONG:
+                continue
+            for groups in _groups(mentions, size):
+                yield from self._all_whole(groups, form)
+
+    def _all_whole(self, groups: Sequence[Sequence[Mention]], form: Form) -> Iterator[Scored]:
+        """Yield what groups of noun phrases say, each of a whole element."""
+        found: list[list[Scored]] = []
+        for group in groups:
+            matched = self._matched(Clause((), frozenset(), tuple(group)), form, as_element=True)
+            found.append([each for each in matched if None not in each[1][0].arguments])
+            if not found[-1]:
+                return
+        if len(groups) == 1:
+            yield from found[0]
+            return
+        likeliest = [max(each, key=itemgetter(0)) for each in found]
+        score = sum(score for score, _ in likeliest) / len(likeliest)
+        yield score, tuple(said for _, meant in likeliest for said in meant)
 
     def _matched(self, clause: Clause, form: Form, as_element: bool = False) -> Iterator[Scored]:
         """Yield the ways in which a clause says what a declaration does, each with its score."""
@@ -305,6 +323,16 @@ class Matcher:
         if not fits or (len(fits) < len(sense.values) and len(sense.values) == 1):
             return None
         return Sense(fits, sense.weight)
+
+
+def _groups(mentions: Sequence[Mention], size: int) -> Iterator[list[Sequence[Mention]]]:
+    """Yield the ways to divide noun phrases among elements of as many fields."""
+    count = len(mentions)
+    if count and count % size == 0:
+        yield [mentions[at : at + size] for at in range(0, count, size)]
+    if count > size and (count - 1) % (size - 1) == 0:
+        rest = range(1, count, size - 1)
+        yield [[mentions[0], *mentions[at : at + size - 1]] for at in rest]
 
 
 def _distance(role: Role, wanted: Role) -> float:

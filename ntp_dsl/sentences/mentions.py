@@ -283,14 +283,22 @@ class Vocabulary:
             if known.name == given:
                 yield Sense((name,))
         for member, name in self._members.items():
-            if len(member) == len(phrase) and all(
-                word in singulars(each) for word, each in zip(member, phrase, strict=True)
+            is_done = len(member) == 1 and self._is_participle(phrase, name)  # "waxed" of wax
+            if is_done or (
+                len(member) == len(phrase)
+                and all(word in singulars(each) for word, each in zip(member, phrase, strict=True))
             ):
                 yield Sense((name,))
                 bearers = [other for other, known in self._objects.items() if member[-1] in known.properties]
                 if len(member) == 1 and bearers:
                     many = phrase[-1] != member[-1] or len(bearers) == 1
                     yield from one_or_all(bearers, many)
+
+    def _is_participle(self, phrase: Sequence[str], member: str) -> bool:
+        """Return whether a word is the participle of a member that a field of an element takes."""
+        if len(phrase) != 1 or not phrase[0].endswith("ed") or stem(phrase[0]) != stem(member):
+            return False
+        return any(member in self._registry.enums.get(each, ()) for each in self._own.types)
 
     def _described(self, phrase: Sequence[str], every: bool) -> Iterator[Sense]:
         """Yield the objects of a kind that have all the properties."""

@@ -12,10 +12,13 @@ from ntp_dsl.sentences.english import (
     COVERING,
     DETERMINERS,
     GIVING,
+    GOALS,
     LINKS,
     OPENINGS,
+    ORDINALS,
     PREPOSITIONS,
     PRONOUNS,
+    Role,
     stem,
 )
 from ntp_dsl.sentences.senses import Mention
@@ -59,7 +62,10 @@ def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention
             rest = tokens[at + 1 : next(ends, len(tokens))]
             links = (n for n, word in enumerate(rest) if word in LINKS and n)
             nearest = [*(rest[:n] for n in links), rest]
-            if any(_is_whole(part, mentions) for part in nearest):
+            takes = _takes_away(tokens[start:at])
+            if any(
+                _is_whole(part, mentions) or (not takes and _brings_it(part, mentions)) for part in nearest
+            ):
                 yield from _nonempty(tokens[start:at])
                 start = at + 1
     yield from _nonempty(tokens[start:])
@@ -81,7 +87,7 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
     pairs = zip(found, found[1:], strict=False)
     if any(not is_link(tokens[a.end : b.begin]) for a, b in pairs):
         return True
-    if len(found) == 1 and "other" in tokens[: found[0].begin]:
+    if len(found) == 1 and not {"other", *ORDINALS}.isdisjoint(tokens[: found[0].begin]):
         return True  # "the other one for the cup"
     if len(found) == 1 and ("there" in tokens[found[0].end :] or tokens[:1] == ["so"]):
         return True  # "the cups go there too", "so does the cup"
@@ -92,6 +98,25 @@ def _is_whole(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Me
         return False
     goes = {at for at, word in enumerate(tokens) if stem(word) in COMMON}
     return any(at >= found[0].end or at + 1 in goes for at in spoken_of)  # "the cup on it", "on it goes …"
+
+
+def _takes_away(tokens: Sequence[str]) -> bool:
+    """Return whether it is only said where something comes from: "take the cup out of the box"."""
+    roles = {PREPOSITIONS.get(tuple(tokens[at : at + size])) for size in (1, 2) for at in range(len(tokens))}
+    return Role.FROM in roles and roles.isdisjoint(GOALS - {Role.FROM})
+
+
+def _brings_it(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> bool:
+    """Return whether what was spoken of is brought to a place: "deliver it to the desk"."""
+    found = mentions(tokens)
+    if len(found) != 1:
+        return False
+    place = found[0]
+    objects = [at for at, word in enumerate(tokens[: place.begin]) if at and word in PRONOUNS - DETERMINERS]
+    return any(
+        (tokens[at - 1],) not in PREPOSITIONS and (tokens[at + 1],) in PREPOSITIONS and at + 2 == place.begin
+        for at in objects
+    )
 
 
 def upwards(tokens: Sequence[str]) -> bool | None:

@@ -17,6 +17,7 @@ from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
 from ntp_dsl.language.registry import Program, Registry
 from ntp_dsl.semantics.observation import Argument, Observation
+from ntp_dsl.sentences.clauses import Part
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.discourse import Discourse
 from ntp_dsl.sentences.elements import Element, Elements, Placed
@@ -125,13 +126,25 @@ class Listener:
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
+        begin = 0
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
+            if number < begin:
+                continue
+            begin = number + 1
             later = [each for some in clauses[number + 1 :] for each in some]
             discourse = self._heard.copy()
             after = followed(self.elements, paths, self._whole_elements(parts), number)
             if not after:
-                self._heard = discourse
-                after, parts = self._in_turn(paths, parts, later, text, number)
+                self._heard = discourse.copy()
+                try:
+                    after, parts = self._in_turn(paths, parts, later, text, number)
+                except NtpError:
+                    self._heard = discourse
+                    parts = [*parts, *(clauses[begin] if begin < len(clauses) else [])]
+                    after = followed(self.elements, paths, self._whole_elements(parts), number)
+                    if not after:
+                        raise
+                    begin += 1  # both tell one element: "first oil the beam", "then lay it on the sill"
             passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
             if after is paths and not (self._heard.theme is not None and later):
                 raise self._not_understood(text, number, words(text))
@@ -148,15 +161,20 @@ class Listener:
         for said in clauses:
             clause = self._heard.completed(said)
             found = self._heard.mentions(clause)
-            mentions += [each for each in found if each.senses not in [other.senses for other in mentions]]
+            mentions += found
             missed = [at for at, word in self._unknown(clause) if not word.endswith("ly")]
             is_other |= any(self._decides(clause, at) for at in missed)
             is_other |= self._relates_otherwise(clause, found)
             if found:
                 self._heard.heard(found, found[0])
         mentions = [each for each in mentions if not _is_named_by_another(each, mentions)]
-        ways = [] if is_other else self._matcher.whole_elements(mentions)
-        return [Way(score, meant) for score, meant in ways]
+        once = [
+            each for at, each in enumerate(mentions) if each.senses not in [o.senses for o in mentions[:at]]
+        ]
+        ways: list[Way] = []
+        for told in () if is_other else (once, mentions):  # again, or a number of another field
+            ways = ways or [Way(score, meant) for score, meant in self._matcher.whole_elements(told)]
+        return ways
 
     def _relates_otherwise(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> bool:
         """Return whether a clause relates things as nothing declared does: "beside", a place in a thing."""
@@ -345,14 +363,22 @@ class Listener:
         if not ways_to_read:
             return []
         is_other = self._relates_otherwise(tokens, mentions)
-        themes = [each for role, each in ways_to_read[0].parts if role is Role.THEME] or mentions
-        self._heard.heard(mentions, themes[0])
+        self._heard.heard(mentions, self._theme(ways_to_read[0].parts) or mentions[0])
         for clause in ways_to_read:
             for score, meant in self._matcher.meant_by(clause, as_element, is_other):
                 if score > best.get(meant, float("-inf")):
                     best[meant] = score
         found = [Way(score, meant) for meant, score in best.items()]
         return sorted(found, key=lambda way: -way.score)[:MOST_WAYS]
+
+    def _theme(self, parts: Sequence[Part]) -> Mention | None:
+        """Return what a clause is about: what gets somewhere, if it may move at all."""
+        themes = [each for role, each in parts if role is Role.THEME]
+        goals = [each for role, each in parts if role in GOALS]
+        moving = [
+            each for each in (*themes, *goals) if self._fixed.isdisjoint(map(str, each.senses[0].values))
+        ]
+        return next(iter(moving or themes), None)
 
     def _told(self, paths: Sequence[Path], passed_over: Sequence[tuple[int, str]]) -> Understood:
         """Return the likeliest way to understand everything, and what may be instead of each element."""

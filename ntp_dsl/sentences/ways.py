@@ -16,6 +16,7 @@ MOST_OFFERED = 60  # elements of which one is chosen: of more, another sentence 
 ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
 AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
+GUESSED = -1.5  # for one of several that may be meant: another clause may say which
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def _extended(path: Path, score: float, places: Sequence[Sequence[Placed]], numb
             if known:
                 after.append(each)
                 continue
-            share = log(len(offered)) if len(offered) > 1 else 0.0
+            share = log(len(offered)) - GUESSED if len(offered) > 1 else 0.0
             for placed in offered if len(offered) <= MOST_OFFERED else ():
                 chosen = (*each.chosen, (number, placed))
                 against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
