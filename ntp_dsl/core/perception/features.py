@@ -210,10 +210,10 @@ def _apart(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp]) -> tuple[
 
 def _told(lengths: Array, doubt: Array) -> Array:
     """(rows, lengths × (scales + 2)): as they are, squashed at each scale, and at that of their doubt."""
-    count = len(lengths)
+    count, width = lengths.shape
     scales = np.empty((count, len(SCALES) + 1, 1))
     scales[:, :-1, 0], scales[:, -1, 0] = SCALES, 2 * doubt + LEAST_DOUBT
-    squashed = np.tanh(lengths[:, None] / scales).reshape(count, -1)
+    squashed = np.tanh(lengths[:, None] / scales).reshape(count, (len(SCALES) + 1) * width)
     return np.concatenate([np.clip(5 * lengths, -2, 2), squashed], axis=1)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from math import erf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from ntp_dsl.core.perception.grounding import ground, ground_all
 from ntp_dsl.core.pretraining.grounding_data import SHAKEN
 from ntp_dsl.core.pretraining.scenes import moments, shaken
 from ntp_dsl.semantics import predicates
-from ntp_dsl.semantics.graded import Graded, graded_predicates
+from ntp_dsl.semantics.graded import GRADED, Graded
 from ntp_dsl.semantics.observation import Observation
 
 FRESH = 20_261_129  # no seed of a pretraining: those are small
@@ -49,21 +50,30 @@ def seen_with(truth: Observation, sigma: float, rng: np.random.Generator) -> Obs
     return replace(truth, positions=positions, deviations=dict.fromkeys(positions, sigma))
 
 
+class Moment(NamedTuple):
+    """A moment as it is observed, and as it is graded."""
+
+    observation: Observation
+    graded: Graded
+
+    def chance(self, name: str, *arguments: str) -> float:
+        return float(GRADED[name](self, *arguments))
+
+
 def seen_facts(truth: Observation, seen: Observation) -> Iterator[tuple[str, float, bool]]:
     """Yield the facts that the network is asked for: how probably they hold, and whether they do."""
-    graded = ground(the_core().grounding, seen)
-    chances = graded_predicates(seen, lambda: graded)
+    moment = Moment(seen, ground(the_core().grounding, seen))
     b = bodies(seen)
     for i, j in zip(*near_pairs(b), strict=True):
         pair = b.names[i], b.names[j]
         for name, true in OF_PAIRS.items():
-            yield name, float(chances[name](*pair)), true(truth, *pair)
+            yield name, moment.chance(name, *pair), true(truth, *pair)
     for obj in truth.objects:
         if truth.closed and obj.movable:
-            yield "holding", float(chances["holding"](obj.name)), predicates.holding(truth, obj.name)
-        yield "clear", float(chances["clear"](obj.name)), predicates.clear(truth, obj.name)
-        yield "above", float(chances["above"](HAND, obj.name)), predicates.above(truth, HAND, obj.name)
-    yield "empty", float(chances["empty"](HAND)), predicates.empty(truth, HAND)
+            yield "holding", moment.chance("holding", obj.name), predicates.holding(truth, obj.name)
+        yield "clear", moment.chance("clear", obj.name), predicates.clear(truth, obj.name)
+        yield "above", moment.chance("above", HAND, obj.name), predicates.above(truth, HAND, obj.name)
+    yield "empty", moment.chance("empty", HAND), predicates.empty(truth, HAND)
 
 
 @cache
@@ -189,7 +199,7 @@ def test_facts_of_far_pairs_are_not_asked(sigma: float, monkeypatch: pytest.Monk
     asked: list[int] = []
     chances = grounding._chances
     monkeypatch.setattr(
-        grounding, "_chances", lambda net, rows: asked.append(sum(map(len, rows))) or chances(net, rows)
+        grounding, "_chances", lambda net, rows: asked.append(len(rows)) or chances(net, rows)
     )
     doubt = NEAR + 4 * sqrt(2) * sigma
     near, far = two_cubes(doubt - 0.001, sigma), two_cubes(doubt + 0.001, sigma)
@@ -197,7 +207,7 @@ def test_facts_of_far_pairs_are_not_asked(sigma: float, monkeypatch: pytest.Monk
     before = sum(asked)
     graded = ground(the_core().grounding, far)
     assert not graded.contacts and sum(asked) - before == before - 2, "two pairs are asked less"
-    assert graded_predicates(far, lambda: graded)["on"]("a", "b") == 0.0
+    assert Moment(far, graded).chance("on", "a", "b") == 0.0
 
 
 def test_the_number_of_pairs_grows_with_the_objects_and_not_with_their_square() -> None:
@@ -244,8 +254,10 @@ def test_an_empty_scene_has_no_facts() -> None:
 def test_a_lost_object_has_no_facts() -> None:
     seen = two_cubes(0.0, height=0.075)
     lost = replace(seen, positions={"a": seen.positions["a"]})
-    chances = graded_predicates(lost, lambda: ground(the_core().grounding, lost))
-    assert chances["on"]("a", "b") == chances["clear"]("b") == chances["present"]("b") == 0.0
+    moment = Moment(lost, ground(the_core().grounding, lost))
+    assert (
+        moment.chance("on", "a", "b") == moment.chance("clear", "b") == moment.chance("present", "b") == 0.0
+    )
 
 
 # Doubt
