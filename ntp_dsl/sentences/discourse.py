@@ -112,6 +112,8 @@ class Discourse:
                 mention = _again(self._before[-1], at)
             elif word == "there" and tokens[at - 1 : at] == ["to"] and self.theme is not None:
                 mention = _again(self._place(), at)
+            elif word == "that" and at and tokens[at + 1 : at + 2] == ["one"] and self.theme is not None:
+                mention = replace(_again(self.theme, at), end=at + 2)
             elif self._is_pronoun(tokens, at):
                 mention = self._it(tokens, at, found)
             if mention is not None:

@@ -62,7 +62,7 @@ class Elements:
                 elements = [
                     (parameter.name, each)
                     for each in self._candidates(parameter, said, wide)
-                    if twice or not _names_twice(each)
+                    if (twice or not _names_twice(each)) and not _overuses_numbers(each, said)
                     if any(said.covers(other) for other in self._following(parameter, each))
                 ]
                 if elements:
@@ -162,6 +162,12 @@ def _names_twice(element: Element) -> bool:
     """Return whether an element names an object, a member or a number more than once."""
     names = values_of(element)
     return len({*names}) < len(names)
+
+
+def _overuses_numbers(element: Element, said: Said) -> bool:
+    """Return whether an element has a number in more fields than it was said for."""
+    numbers = [value for value in values_of(element) if isinstance(value, float)]
+    return any(numbers.count(each) > said.arguments.count(each) for each in {*numbers})
 
 
 def values_of(element: Record | str) -> tuple[str | float, ...]:

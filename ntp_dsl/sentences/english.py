@@ -49,6 +49,16 @@ PREPOSITIONS: dict[tuple[str, ...], Role] = {
 
 RELATIONS = frozenset(word for each in PREPOSITIONS for word in each)
 
+_SIDES = {
+    "left": "right",
+    "ahead": "behind",
+    "front": "back",
+    "above": "below",
+    "near": "far",
+    "before": "after",
+}
+OPPOSITES = _SIDES | {other: side for side, other in _SIDES.items()}
+
 IRREGULAR = {
     "held": "hold", "borne": "bear", "bore": "bear", "taken": "take", "took": "take", "gotten": "get",
     "got": "get", "has": "have", "had": "have", "having": "have", "laid": "lay",
@@ -255,10 +265,14 @@ def number_of(word: str) -> str:
     return digits if digits.isdecimal() and digits.isascii() else ""
 
 
+MINUS = re.compile(r"\bminus (?=\d)")
+
+
 def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
+    text = MINUS.sub("-", text)
     text = RANGE.sub(lambda match: f" {match[1]} {match[2] or match[4]} , {match[3]} {match[4]} ", text)
     text = LIST_AFTER.sub(" , ", text)
     text = NOT_ONLY.sub(r"\1 and ", text)

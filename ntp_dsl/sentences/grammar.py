@@ -102,8 +102,14 @@ class _Parser:
             at = range(max(0, begin - length), begin)
             words = tuple(self.tokens[n] for n in at if n not in self.covered)
             if len(words) == length and words in PREPOSITIONS:
-                return PREPOSITIONS[words], " ".join(words)
+                role = PREPOSITIONS[words]
+                is_apart = role is Role.FROM and self._is_a_length(begin - length)  # "10 cm from the fire"
+                return Role.OF if is_apart else role, " ".join(words)
         return None
+
+    def _is_a_length(self, end: int) -> bool:
+        """Return whether a noun phrase that ends at a word is a length."""
+        return any(each.end == end and each.senses[0].measures == "length" for each in self.mentions)
 
     def _role(self, mention: Mention) -> Role | None:
         marker = self.markers[id(mention)]

@@ -168,13 +168,20 @@ class Matcher:
         if not shared and not with_synonyms(clause.verbs).isdisjoint(form.verbs):
             spoken = SYNONYM
         if form.is_element:
-            if len(clause.mentions) < 2 or (clause.is_firm and not as_element):
+            named = [each for each in clause.mentions if not self._is_only_a_kind(each, form)]
+            if len(named) < 2 or (clause.is_firm and not as_element):
                 return
-            clause = replace(clause, parts=tuple((Role.OBJECT, each) for each in clause.mentions))
+            clause = replace(clause, parts=tuple((Role.OBJECT, each) for each in named))
         if not spoken and len(clause.parts) == 1 and clause.verbs - COMMON - ATTENTION:
             return  # of one thing alone, the verb tells what becomes of it
         for wording in form.wordings:
             yield from self._worded(clause, form, wording, spoken)
+
+    def _is_only_a_kind(self, mention: Mention, form: Form) -> bool:
+        """Return whether a noun phrase is a kind of object that no field takes: "the pipes from 20 mm"."""
+        is_certain = len(mention.senses) == 1 and len(mention.senses[0].values) == 1
+        fits = (self._fitting(each, field) for each in mention.senses for field in form.parameters)
+        return not is_certain and all(each is None for each in fits)
 
     def _is_told_by_types(self, clause: Clause, form: Form) -> bool:
         """Return whether the noun phrases fit the parameters in one way alone."""
@@ -253,9 +260,18 @@ class Matcher:
     def _is_untold(self, form: Form, taken: Sequence[tuple[int, Sense, Mention]]) -> bool:
         """Return whether neither types nor names tell which field of an element something is."""
         named = {number for number, _, mention in taken if mention.label in self._labels(form, number)}
+        at = {number: mention for number, _, mention in taken}
+
+        def fits(mention: Mention | None, number: int) -> bool:
+            senses = mention.senses if mention is not None else ()
+            return mention is None or any(self._fitting(each, form.parameters[number]) for each in senses)
+
         return any(
-            other not in {number, *named} and self._may_be_taken_for(each, form.parameters[number])
-            for number, *_ in taken
+            other not in {number, *named}
+            and self._may_be_taken_for(each, form.parameters[number])
+            and fits(at[number], other)
+            and fits(at.get(other), number)
+            for number in at
             if number not in named and form.parameters[number].type in self.registry.parents
             for other, each in enumerate(form.parameters)
         )

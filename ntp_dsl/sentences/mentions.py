@@ -25,6 +25,7 @@ from ntp_dsl.sentences.english import (
     LINKS,
     NUMBERS,
     ONES,
+    OPPOSITES,
     SMALL,
     name_words,
     number_of,
@@ -80,6 +81,11 @@ class Vocabulary:
     def knows(self, word: str) -> bool:
         """Return whether a word is one of the library's or the scene's things."""
         return not singulars(word).isdisjoint(self._words) or bool(number_of(word.replace(".", "", 1)))
+
+    @property
+    def offsets(self) -> frozenset[str]:
+        """Return the names of fields that say how far to a side something is."""
+        return frozenset(self._own.offsets) & OPPOSITES.keys()
 
     @property
     def own_nouns(self) -> frozenset[str]:
@@ -173,6 +179,8 @@ class Vocabulary:
     def _labelled(self, tokens: Sequence[str], mention: Mention, start: int) -> Mention:
         """Return a noun phrase with the name of a parameter beside it: "a gap of 12 cm", "the far zone"."""
         begin, end = mention.begin, mention.end
+        if (beside := self._beside(tokens, mention)) is not None:
+            return beside
         own = {*tokens[begin:end]}
         for label in self._own.labels:
             if not own.isdisjoint(label):
@@ -199,6 +207,28 @@ class Vocabulary:
                         at -= 1
                     return replace(mention, begin=at, label=label)
         return mention
+
+    def _beside(self, tokens: Sequence[str], mention: Mention) -> Mention | None:
+        """Return a noun phrase with the name of a field that is a side: "the near chair", "5 cm ahead"."""
+        at = mention.begin - 1
+        is_number = mention.senses[0].is_number
+        own = self._own.offsets if is_number else self._own.sides
+        if at >= 0 and tokens[at] in own:
+            before = "".join(tokens[max(0, at - 1) : at])
+            if is_number or not before or before in LINKS or before in DETERMINERS:
+                return replace(mention, begin=at - (before in DETERMINERS), label=(tokens[at],))
+        end = self.side_after(tokens, mention) if is_number else None
+        if end is None or tokens[end - 1] not in own or number_of("".join(tokens[end : end + 1])):
+            return None
+        return replace(mention, end=end, label=(tokens[end - 1],))
+
+    @staticmethod
+    def side_after(tokens: Sequence[str], number: Mention) -> int | None:
+        """Return where "5 cm to the left" ends that begins with a number; None where it tells no side."""
+        at = number.end
+        while at < len(tokens) and tokens[at] in {"to", "on", *DETERMINERS}:
+            at += 1
+        return at + 1 if at < len(tokens) and tokens[at] in OPPOSITES else None
 
     def _begins_mention(self, tokens: Sequence[str], at: int) -> bool:
         ends = range(at + 1, min(len(tokens), at + LONGEST) + 1)
@@ -295,8 +325,10 @@ class Vocabulary:
                     yield from one_or_all(bearers, many)
 
     def _is_participle(self, phrase: Sequence[str], member: str) -> bool:
-        """Return whether a word is the participle of a member that a field of an element takes."""
-        if len(phrase) != 1 or not phrase[0].endswith("ed") or stem(phrase[0]) != stem(member):
+        """Return whether a word is the participle or the verb of a member that a field takes."""
+        if len(phrase) != 1 or stem(phrase[0]) != stem(member) or phrase[0] == member:
+            return False
+        if not (phrase[0].endswith("ed") or (member.endswith("ed") and phrase[0] == singular(phrase[0]))):
             return False
         return any(member in self._registry.enums.get(each, ()) for each in self._own.types)
 

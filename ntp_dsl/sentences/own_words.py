@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ntp_dsl.language.registry import Program, Registry
-from ntp_dsl.sentences.english import RELATIONS, name_words, number_of
+from ntp_dsl.sentences.english import OPPOSITES, RELATIONS, name_words, number_of
 
 
 @dataclass(frozen=True)
@@ -13,6 +13,8 @@ class OwnWords:
     """What a program's lists consist of, as far as noun phrases hang on it."""
 
     labels: tuple[tuple[str, ...], ...] = ()  # names of fields and records, and of members' kinds
+    sides: tuple[str, ...] = ()  # names of fields that are relations: "the near chair"
+    offsets: tuple[str, ...] = ()  # and are numbers: "5 cm ahead"
     types: frozenset[str] = frozenset()  # of fields: enumerations, kinds of objects, numbers
     takes_counts: bool = False  # a field is a number without a unit, or a member named as one
 
@@ -21,12 +23,16 @@ def own_words(registry: Registry, program: Program) -> OwnWords:
     """Return the words for what a program's lists consist of."""
     found: dict[tuple[str, ...], None] = {}
     types: set[str] = set()
+    sides: list[str] = []
+    offsets: list[str] = []
     for parameter in program.parameters:
         if not parameter.is_list:
             continue
         fields = registry.records.get(parameter.type, ())
         for each in fields:
-            found[tuple(name_words(each.name))] = None
+            found[words := tuple(name_words(each.name))] = None
+            if len(words) == 1 and (RELATIONS | {*OPPOSITES}).issuperset(words):
+                (offsets if registry.is_number(each.type) else sides).append(words[0])
             if each.type in registry.enums:
                 found[tuple(name_words(each.type))] = None
         if fields:
@@ -35,4 +41,6 @@ def own_words(registry: Registry, program: Program) -> OwnWords:
     labels = (each for each in found if not RELATIONS.issuperset(each))
     members = [member for each in types for member in registry.enums.get(each, ())]
     counts = any(number_of(each) for each in members) or "number" in types
-    return OwnWords(tuple(sorted(labels, key=len, reverse=True)), frozenset(types), counts)
+    return OwnWords(
+        tuple(sorted(labels, key=len, reverse=True)), tuple(sides), tuple(offsets), frozenset(types), counts
+    )

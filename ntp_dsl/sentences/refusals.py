@@ -6,7 +6,17 @@ import re
 
 from ntp_dsl.common.text import shortened
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.sentences.english import ASKING, KNOWN, KNOWN_VERBS, REFUSED, number_of, singulars, stem, words
+from ntp_dsl.sentences.english import (
+    ASKING,
+    KNOWN,
+    KNOWN_VERBS,
+    OPPOSITES,
+    REFUSED,
+    number_of,
+    singulars,
+    stem,
+    words,
+)
 from ntp_dsl.sentences.matching import Matcher
 from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.splitting import STOPS
@@ -33,6 +43,13 @@ def refuse(text: str, number: int, vocabulary: Vocabulary, matcher: Matcher) -> 
         )
     mentions = vocabulary.mentions(tokens)
     inside = {at for each in mentions for at in range(each.begin, each.end)}
+    for each in (each for each in mentions if each.senses[0].is_number and not each.label):
+        end = vocabulary.side_after(tokens, each)
+        if end is not None and (side := OPPOSITES[tokens[end - 1]]) in vocabulary.offsets:
+            raise NtpError(
+                f"sentence {number + 1}, '{shortened(text)}': '{tokens[end - 1]}' is not understood; "
+                f"say how far '{side}', which may be below zero"
+            )
     if condition := CONDITION.match(" ".join(tokens)):
         raise NtpError(
             f"sentence {number + 1}, '{shortened(text)}': '{condition[1]}' is a condition, which is not "

@@ -166,7 +166,8 @@ class Listener:
             is_other |= any(self._decides(clause, at) for at in missed)
             is_other |= self._relates_otherwise(clause, found)
             if found:
-                self._heard.heard(found, found[0])
+                things = [each for each in found if each.senses[0].values[0] in self.vocabulary.types]
+                self._heard.heard(found, (things or found)[0])
         mentions = [each for each in mentions if not _is_named_by_another(each, mentions)]
         once = [
             each for at, each in enumerate(mentions) if each.senses not in [o.senses for o in mentions[:at]]
