@@ -18,6 +18,9 @@ class Clause:
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
     mentions: tuple[Mention, ...] = ()  # as they were found, from left to right
     weight: float = 0.0  # logarithm of how probable this way is beside the others
+    listed: frozenset[tuple[int, int]] = (
+        frozenset()
+    )  # where noun phrases begin of which one follows the other
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
 
 
@@ -28,6 +31,20 @@ def without_source(clause: Clause) -> Clause | None:
         return None
     parts = tuple(part for part in clause.parts if part[0] is not Role.FROM)
     return replace(clause, parts=parts, is_firm=False)
+
+
+def with_each(clause: Clause, many: Mention) -> Clause:
+    """Return a clause in which what is named together is several noun phrases: "across pillars 2 and 3"."""
+    [sense] = many.senses
+    each = [
+        replace(many, begin=many.begin + at, senses=(replace(sense, values=(value,)),), is_many=False)
+        for at, value in enumerate(sense.values)
+    ]
+    begins = [one.begin for one in each]
+    parts = [(role, one) for role, part in clause.parts for one in (each if part is many else [part])]
+    mentions = [one for part in clause.mentions for one in (each if part is many else [part])]
+    listed = clause.listed | {*zip(begins, begins[1:], strict=False)}
+    return replace(clause, parts=tuple(parts), mentions=tuple(mentions), listed=listed)
 
 
 def merged(clause: Clause) -> Clause:

@@ -93,6 +93,8 @@ BEARING = _stems(
 TAKING = _stems("take get occupy claim")
 # Verbs whose object is where something gets: "top the tray with the cup".
 COVERING = _stems("cover top crown cap load fill stock furnish equip burden")
+# Nouns and verbs for what stands on one another.
+TOWERS = _stems("tower stack pile heap column")
 # Verbs of which the first of two objects is where something gets: "give the tray the cup".
 GIVING = _stems("give hand offer assign lend serve allot")
 # Verbs of what is kept "for" something: that comes there.
@@ -219,7 +221,7 @@ NUMBERS = {
 
 # Words that name nothing of a library, and verbs that it need not know.
 KNOWN = FILLERS | OPENINGS | PRONOUNS | ONES | SITES | GENERAL | DETERMINERS | EVERY | {"other", *NUMBERS}
-KNOWN |= LARGE | SMALL | RELATIONS
+KNOWN |= LARGE | SMALL | RELATIONS | {"middle"}
 KNOWN_VERBS = BEARING | COVERING | GIVING | COMMON | ATTENTION
 
 TOKEN = re.compile(r"'s\b|[^\W\d_]+(?:'t\b)?|[0-9]{1,15}(?:\.[0-9]{1,15})?|[,;.!?{}()]|-(?=\d)")

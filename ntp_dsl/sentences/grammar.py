@@ -32,8 +32,8 @@ from ntp_dsl.sentences.english import (
     singular,
     stem,
 )
-from ntp_dsl.sentences.senses import Mention
-from ntp_dsl.sentences.splitting import is_link, upwards
+from ntp_dsl.sentences.senses import Mention, Sense
+from ntp_dsl.sentences.splitting import is_a_tower, is_link, level_after, upwards
 
 KEPT = PASSIVE | {"meant", "reserved", "intended", "kept", "there", "just", "only"}  # "… for the cups"
 WHEREVER = frozenset({"where", "wherever", "whatever"})
@@ -54,7 +54,9 @@ def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]
     """Return the ways to take a clause apart, given its noun phrases."""
     found = [*_Parser(tokens, mentions).readings()]
     found += [shorter for each in found if (shorter := without_source(each)) is not None]
-    return [merged(replace(each, mentions=tuple(mentions))) for each in found]
+    pairs = zip(mentions, mentions[1:], strict=False)
+    listed = frozenset((a.begin, b.begin) for a, b in pairs if is_link(tokens[a.end : b.begin]))
+    return [merged(replace(each, mentions=tuple(mentions), listed=listed)) for each in found]
 
 
 class _Parser:
@@ -164,6 +166,8 @@ class _Parser:
 
     def _ordered(self) -> list[Part] | None:
         """Take apart "from bottom to top: the tray, the plate, the cup"."""
+        if is_a_tower(self.tokens):
+            return self._tower()
         rising = upwards(self.tokens)
         related = any(self.markers[id(each)] is not None for each in self.mentions[1:])
         if rising is None or len(self.mentions) < 2 or related:
@@ -171,6 +175,23 @@ class _Parser:
         order = self.mentions if rising else self.mentions[::-1]
         pairs = zip(order, order[1:], strict=False)
         return [part for below, above in pairs for part in ((Role.THEME, above), (Role.ON, below))]
+
+    def _tower(self) -> list[Part] | None:
+        """Take apart "stack the bowls on the tray, bowl 1 at the bottom and bowl 2 at the top"."""
+        levels = {id(each): level_after(self.tokens, each.end) for each in self.mentions}
+        told = [[each for each in self.mentions if levels[id(each)] == level] for level in range(3)]
+        named = {value for each in sum(told, []) for value in each.senses[0].values}
+        rest = [each for each in self.mentions if levels[id(each)] is None]
+        below = [each for each in rest if self.markers[id(each)] is not None and not each.is_many]
+        listed = [each for each in rest if each not in below]
+        among = dict.fromkeys(value for each in listed for value in each.senses[0].values)
+        left = [value for value in among if value not in named]
+        if len(told[0]) != 1 or len(told[2]) != 1 or len(below) > 1 or len(left) + len(told[1]) > 1:
+            return None
+        between = told[1] + [replace(told[0][0], senses=(Sense((value,)),)) for value in left]
+        order = [*below, *told[0], *between, *told[2]]
+        pairs = zip(order, order[1:], strict=False)
+        return [part for under, above in pairs for part in ((Role.THEME, above), (Role.ON, under))]
 
     def _chained(self) -> list[Part] | None:
         """Take apart "the cup on the plate on the tray"."""

@@ -12,7 +12,7 @@ from operator import itemgetter
 from ntp_dsl.language.registry import Api, Parameter, Program, Registry, bounds
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.visitors import innermost, predicates
-from ntp_dsl.sentences.clauses import Clause, respective
+from ntp_dsl.sentences.clauses import Clause, respective, with_each
 from ntp_dsl.sentences.consequences import Said
 from ntp_dsl.sentences.english import ATTENTION, COMMON, FIRM, GOALS, Role, name_words, with_synonyms
 from ntp_dsl.sentences.forms import Form, Wording, form_of, form_of_elements
@@ -125,12 +125,24 @@ class Matcher:
             if (as_element and not form.is_element) or (relates_otherwise and form.is_element):
                 continue
             if not pairs:
-                yield from self._matched(clause, form, as_element)
+                for each in (clause, *self._one_by_one(clause, form)):
+                    yield from self._matched(each, form, as_element)
                 continue
             likeliest = [max(self._matched(each, form), default=None, key=itemgetter(0)) for each in pairs]
             if all(each is not None for each in likeliest):
                 score = sum(each[0] for each in likeliest if each) / len(likeliest)
                 yield score, tuple(said for each in likeliest if each for said in each[1])
+
+    def _one_by_one(self, clause: Clause, form: Form) -> Iterator[Clause]:
+        """Yield a clause in which several things named together are in as many places of a declaration."""
+        for each in clause.mentions:
+            if not each.is_many or len(each.senses) > 1 or each not in [part for _, part in clause.parts]:
+                continue
+            places = [
+                n for n, p in enumerate(form.parameters) if self._fitting(each.senses[0], p) is not None
+            ]
+            if len(places) == len(each.senses[0].values) > 1:
+                yield with_each(clause, each)
 
     def whole_elements(self, mentions: Sequence[Mention]) -> Iterator[Scored]:
         """Yield the elements of three fields or more of which noun phrases name all, and nothing else.
@@ -203,6 +215,9 @@ class Matcher:
         is_told = not form.is_element and not clause.is_firm and self._is_told_by_types(clause, form)
         ease = EASE if is_told else 1.0
 
+        def alike(one: int, other: int) -> bool:
+            return self._may_be_taken_for(form.parameters[one], form.parameters[other])
+
         def bind(
             at: int, taken: tuple[tuple[int, Sense, Mention], ...], score: float
         ) -> Iterator[tuple[float, dict[int, Sense]]]:
@@ -224,8 +239,13 @@ class Matcher:
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
-                        others = (other for other, *_ in taken if self._alike(form, number, other))
-                        turned = sum(number < other for other in others)
+                        before = [
+                            other
+                            for other, _, than in taken
+                            if self._alike(form, number, other)
+                            or ((than.begin, mention.begin) in clause.listed and alike(number, other))
+                        ]
+                        turned = sum(number < other for other in before)
                         after = score + cost + sense.weight * 0.3 + TURNED * turned
                         yield from bind(at + 1, (*taken, (number, fitting, mention)), after)
             if not form.is_element:

@@ -18,6 +18,7 @@ from ntp_dsl.sentences.english import (
     ORDINALS,
     PREPOSITIONS,
     PRONOUNS,
+    TOWERS,
     Role,
     stem,
 )
@@ -44,7 +45,7 @@ def split(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mentio
 
 def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
     start = 0
-    if upwards(tokens) is not None:
+    if upwards(tokens) is not None or is_a_tower(tokens):
         yield [each for each in tokens if each not in STOPS]
         return
     for at, token in enumerate(tokens):
@@ -57,6 +58,8 @@ def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention
         elif token in LINKS and tokens[at + 1 : at + 2] == ["which"]:
             yield from _nonempty(tokens[start:at])
             start = at + 1
+        elif token in LINKS and tokens[at - 1] == "of":
+            continue  # "5 cm ahead of and 3 cm to the left of the pole"
         elif token in LINKS and _is_whole(tokens[start:at], mentions):
             ends = (n for n in range(at + 1, len(tokens)) if tokens[n] in STOPS or tokens[n] == "then")
             rest = tokens[at + 1 : next(ends, len(tokens))]
@@ -125,6 +128,19 @@ def upwards(tokens: Sequence[str]) -> bool | None:
     if re.search(r" from (bottom|ground) (up|to top)| going up | bottom to top ", text):
         return True
     return False if re.search(r" from top (down|to bottom)| going down | top to bottom ", text) else None
+
+
+def is_a_tower(tokens: Sequence[str]) -> bool:
+    """Return whether it is told what stands at the bottom of a tower, and what at its top."""
+    levels = {level_after(tokens, at) for at in range(len(tokens))}
+    return not TOWERS.isdisjoint(map(stem, tokens)) and {0, 2} <= levels
+
+
+def level_after(tokens: Sequence[str], at: int) -> int | None:
+    """Return where in a tower what is named before a word stands: 0 bottom, 1 middle, 2 top."""
+    told = [word for word in tokens[at : at + 3] if word != "the"][:2]
+    place = told[1] if told[:1] in (["at"], ["on"], ["in"]) and len(told) > 1 else ""
+    return {"bottom": 0, "middle": 1, "top": 2}.get(place)
 
 
 def is_link(between: Sequence[str]) -> bool:

@@ -16,7 +16,7 @@ MOST_OFFERED = 60  # elements of which one is chosen: of more, another sentence 
 ON_THE_WAY = -2.0  # for what leaves open which element it belongs to, and may belong to the next
 AGAINST = -3.0  # for an element that says the reverse of another
 ANEW = -1.0  # for an element that nothing before has said
-GUESSED = -1.5  # for one of several that may be meant: another clause may say which
+GUESSED = -2.5  # for one of several that may be meant: another clause may say which
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from listening import in_scene, lists, scene
 
 import ntp_dsl
 from ntp_dsl.language.diagnostics.diagnostics import NtpError
-from ntp_dsl.libraries import load_text
+from ntp_dsl.libraries import load, load_text
 
 DOMAINS = Path(__file__).parents[1] / "evaluation" / "domains"
 MAIL = """
@@ -201,6 +201,123 @@ def test_the_other_one_is_of_the_kind_that_has_another() -> None:
     who, _ = scene("serving")
     told = "tray 1 is meant for tea, the other one for coffee"
     assert lists(who, told) == ["(tea, tray_1)", "(coffee, tray_0)"]
+
+
+@pytest.mark.parametrize(
+    ("domain", "told", "meant"),
+    [
+        (
+            "kitting",
+            ["Tray 0 has nut 1 at 4 cm, 4 cm and rod 0 at minus 4 cm, 4 cm."],
+            ["(nut_1, tray_0, 0.04, 0.04)", "(rod_0, tray_0, -0.04, 0.04)"],
+        ),
+        (
+            "kitting",
+            ["Nut 1 goes into tray 0, rod 0 into tray 1: the one at 4 cm, 3 cm, the other at 5 cm, 2 cm."],
+            None,
+        ),
+        (
+            "garden_rows",
+            ["First take pot 2 to stake 0 with label 1.", "Leave a gap of 9 cm."],
+            ["(pot_2, label_1, stake_0, 0.09)"],
+        ),
+        (
+            "washing_up",
+            ["rinse mug 0 in basin 1 and mug 2 in basin 2, then put them on racks 0 and 1"],
+            ["(mug_0, basin_1, rack_0)", "(mug_2, basin_2, rack_1)"],
+        ),
+        (
+            "washing_up",
+            ["rinse mugs 0 and 2 in basin 1; the first goes on rack 0, the second on rack 1"],
+            ["(mug_0, basin_1, rack_0)", "(mug_2, basin_1, rack_1)"],
+        ),
+    ],
+)
+def test_several_elements_are_told_in_one_sentence_and_one_in_several(
+    domain: str, told: list[str], meant: list[str] | None
+) -> None:
+    who, _ = in_scene(load(DOMAINS / domain), domain)
+    if meant is None:
+        with pytest.raises(NtpError, match="not understood"):
+            who.understand(told)
+    else:
+        assert lists(who, *told) == meant
+
+
+def test_what_stands_in_a_tower_is_told_by_its_levels() -> None:
+    who, _ = scene("block_stacking")
+    told = "a tower of blocks 1, 2 and 3 with block 3 at the bottom and block 1 at the top"
+    assert lists(who, told) == ["(block_2, block_3)", "(block_1, block_2)"]
+    with pytest.raises(NtpError, match="not understood"):  # in which order are 2 and 4?
+        who.understand(["a tower of blocks 1, 2, 3 and 4 with block 3 at the bottom and block 1 at the top"])
+
+
+def test_lengths_go_to_the_sides_that_fields_are_named_for() -> None:
+    who, _ = in_scene(load(DOMAINS / "sky"), "sky")
+    meant = ["(star_0, pole_0, 0.05, 0.04)"]
+    assert lists(who, "star 0 shines 5 cm ahead of and 4 cm to the left of pole 0") == meant
+    assert lists(who, "star 0 shines 4 cm to the left and 5 cm ahead of pole 0") == meant
+    with pytest.raises(NtpError, match="say how far 'left', which may be below zero"):
+        who.understand(["star 0 shines 5 cm ahead of pole 0 and 4 cm to its right"])
+    with pytest.raises(NtpError):  # of one length there is only one
+        who.understand(["star 0 shines 5 cm ahead of pole 0"])
+
+
+def test_of_places_that_are_listed_the_first_comes_first() -> None:
+    who, _ = in_scene(load(DOMAINS / "bridges"), "bridges")
+    assert lists(who, "lay plank 0 across pillar 1 and pillar 0") == ["(plank_0, pillar_1, pillar_0)"]
+    assert lists(who, "plank 0 spans pillars 1 and 3") == ["(plank_0, pillar_1, pillar_3)"]
+
+
+DISTANT = """
+library distant
+use tabletop
+type Tent is Movable
+type Fire is Place
+enum Cloth: plain, waxed, oil
+record Camp(tent: Tent, fire: Fire, apart: length in 8 .. 20 cm, cloth: Cloth)
+predicate treated(t: Tent, c: Cloth) by state
+predicate pitched(t: Tent, f: Fire, d: length, c: Cloth): d == d and on(t, f) and treated(t, c)
+api treat(t: Tent, c: Cloth)
+    requires empty(gripper)
+    achieves treated(t, c)
+program prepare(t: Tent, c: Cloth):
+    achieves treated(t, c)
+    put_down()
+    treat(t, c)
+program camp(t: Tent, f: Fire, d: length, c: Cloth):
+    requires present(t) and reachable(t) and present(f) and reachable(f)
+    achieves pitched(t, f, d, c)
+    prepare(t, c)
+    pick_and_place(t, f)
+program camp_all(camps: list[Camp]):
+    achieves all pitched(c.tent, c.fire, c.apart, c.cloth) for c in camps
+    for c in camps:
+        camp(c.tent, c.fire, c.apart, c.cloth)
+task camping:
+    scene:
+        fires: 2 Fire on table with cylinder(4 cm, 1 cm)
+        tents: 4 Tent on table with cylinder(4 cm, 5 cm)
+    goal:    (tent_0, fire_0, 10 cm, plain)
+    run:     camp_all(goal)
+    success: all pitched(c.tent, c.fire, c.apart, c.cloth) for c in goal
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("tent 1 stands 14 cm away from fire 0, plain", ["(tent_1, fire_0, 0.14, plain)"]),
+        ("wax tent 1 and pitch it at a distance of 9 cm from fire 1", ["(tent_1, fire_1, 0.09, waxed)"]),
+        (
+            "fire 0 gets tent 2 at 9 cm, oiled, and fire 1 tent 3 at 12 cm, plain",
+            ["(tent_2, fire_0, 0.09, oil)", "(tent_3, fire_1, 0.12, plain)"],
+        ),
+    ],
+)
+def test_a_length_is_from_a_place_and_a_verb_is_a_member(text: str, meant: list[str]) -> None:
+    who, _ = in_scene(load_text(DISTANT), "camping")
+    assert lists(who, text) == meant
 
 
 @pytest.mark.parametrize(
