@@ -123,12 +123,22 @@ def _went_wrong(trace: Trace, call: Call) -> bool:
 def _head(trace: Trace, call: Call) -> str:
     number = f"call {call.id}, {format_call(call)},"
     if call.parent == ROOT:
-        return f"{number} is the task's own program." if call.is_program else f"{number} was tried by itself."
+        what = "is the task's own program" if call.is_program else "was tried by itself"
+        return f"{number} {what}.{_told(trace)}"
     caller = trace.calls[call.parent]
     place = call.decision.source
     text = statement(trace, place)
     where = f", at {place}" + (f", `{text}`" if text else "") if place else ""
     return f"{number} was made by call {caller.id}, {format_call(caller)}{where}."
+
+
+def _told(trace: Trace) -> str:
+    """Return by which sentences the lists were told, and how sure that is; nothing where none were said."""
+    header = trace.header
+    if not header.said:
+        return ""
+    sentences = enumerated([f"'{each}'" for each in header.said])
+    return f" It was told {sentences}, understood so with {header.understood:.0%}."
 
 
 def _reasons(trace: Trace, call: Call) -> Iterator[str]:

@@ -60,6 +60,15 @@ def test_of_a_script_the_statement_that_is_followed_was_due(scripted: Path) -> N
             assert (call.name, call.arguments) in [(each.callee, each.arguments) for each in due]
 
 
+def test_the_sentences_that_told_a_program_its_lists_are_told(tmp_path: Path) -> None:
+    said = ["block 1 goes on block 2", "put block 3 on that one"]
+    words = ["run", "block_stacking", "block_stacking", "--world", "kinematic", "--out", str(tmp_path)]
+    assert run([*words, "--say", said[0], "--say", said[1]]) == 0
+    trace = read_trace(tmp_path / TRACE)
+    text = " ".join(explanation(trace, trace.calls[0]))
+    assert f"It was told '{said[0]}' and '{said[1]}', understood so with 100%." in text
+
+
 def test_what_was_seen_wrongly_is_told(file: Path) -> None:
     trace = read_trace(file)
     wrong = [call for call in trace.calls if call.parent != ROOT and call.decision.mistaken]
