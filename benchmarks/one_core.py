@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from ntp_dsl.common.garbage import collect_seldom
 from ntp_dsl.common.resources import examples_folder
 from ntp_dsl.core.dispatch.dispatcher import Dispatcher, Situation
 from ntp_dsl.core.dispatch.learned import LearnedDispatcher
@@ -234,6 +235,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--model", type=Path, default=shipped_core())
     arguments = parser.parse_args()
+    collect_seldom()  # as the command line does
     measure = {"calibration": calibration, "dispatch": dispatch, "times": times}[arguments.what]
     print(json.dumps(measure(arguments), indent=1))
 

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from ntp_dsl.cli.app import MISUSE, UNREAD, run
+from ntp_dsl.common.garbage import collect_seldom
 from ntp_dsl.common.signals import ENDING, ignore
 
 
@@ -17,6 +18,7 @@ def run_process(words: Sequence[str]) -> int:
         if signal.getsignal(each) is not signal.SIG_IGN:  # as under nohup
             signal.signal(each, signal.default_int_handler)
     _open_streams()
+    collect_seldom()
     status = _flushed(run(words))
     for each in ENDING:
         signal.signal(each, ignore)  # the end has begun

@@ -14,6 +14,7 @@ from itertools import islice
 from multiprocessing import active_children, get_context
 from typing import Any, NoReturn, TypeVar
 
+from ntp_dsl.common.garbage import collect_seldom
 from ntp_dsl.common.signals import ENDING, ignore
 
 Result = TypeVar("Result")
@@ -67,6 +68,7 @@ _is_working = False
 def _start(open_worker: Callable[[], Callable[[int], Any]]) -> None:
     """Open the worker. An error is kept until the first task: raised here, it would break the pool."""
     global _worker
+    collect_seldom()
     _answer_signals(signal.SIG_DFL)  # nothing is unfinished yet
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     try:
