@@ -61,7 +61,7 @@ class Moments:
         for _, end in self.phases:
             yield end - 1
         for act in self.acts:
-            yield from (act.start, *act.before[:2])
+            yield from (act.start, *act.before[:1])
 
     def beside(self, frame: int, item: str) -> Places:
         """Return the states that a frame would show if an object lay a little beside where it does."""
