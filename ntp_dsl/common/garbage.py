@@ -10,7 +10,9 @@ ALLOCATIONS = 2_000  # of containers, between two looks at the newest; 700 by de
 def collect_seldom() -> None:
     """Look for cyclic garbage less often than by default.
 
-    A look goes through all that a process holds. The states of a moment are many and no cycles: of reading a
-    demonstration a fifth of the time was spent on looking.
+    A full look goes through all that a process holds. The states of a moment are many and no cycles: of
+    reading a demonstration a fifth of the time was spent on looking.
     """
-    gc.set_threshold(ALLOCATIONS, *gc.get_threshold()[1:])
+    newest, *older = gc.get_threshold()
+    if newest:  # else somebody has turned it off
+        gc.set_threshold(max(newest, ALLOCATIONS), *older)

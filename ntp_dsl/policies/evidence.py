@@ -74,7 +74,7 @@ def body_statements(
     expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
 ) -> tuple[BodyStatement, ...]:
     """Return what the rule makes of each statement; none where the program does not read its body."""
-    requires, achieves = state.contract(row, arguments)
+    requires, achieves = state.contract(row.name, arguments)
     needed = {fact for fact in achieves if not state.holds(fact)}
     if not needed or not all(map(state.holds, requires)):
         return ()
@@ -85,7 +85,7 @@ def evidence(
     expert: Expert, row: Program, arguments: tuple[Argument, ...], state: State
 ) -> tuple[tuple[Fact, ...], tuple[StatementStatus, ...]]:
     """Return the literals of the contract and the statements, and what the rule makes of each statement."""
-    requires, achieves = state.contract(row, arguments)
+    requires, achieves = state.contract(row.name, arguments)
     found = dict.fromkeys([*achieves, *requires])
     statements = body_statements(expert, row, arguments, state)
     for each in reversed(statements):

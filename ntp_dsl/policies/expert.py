@@ -97,7 +97,7 @@ class Expert:
         return answer
 
     def _step(self, row: Program, arguments: tuple[Argument, ...], state: State) -> Decision:
-        needed = {fact for fact in state.contract(row, arguments).achieves if not state.holds(fact)}
+        needed = {fact for fact in state.contract(row.name, arguments).achieves if not state.holds(fact)}
         if not needed:
             return Return(True)
         if lacking := _first_lacking(row, arguments, state):
@@ -141,7 +141,7 @@ class Expert:
         self, row: Program, arguments: tuple[Argument, ...], needed: set[Fact], state: State
     ) -> Iterator[tuple[nodes.Statement, Instance | None, bool]]:
         """Yield each statement from the last, its instance, and whether it is due; extends `needed`."""
-        named = set(state.contract(row, arguments).achieves)
+        named = set(state.contract(row.name, arguments).achieves)
         scope = row.bind(arguments)
         for index in range(len(row.body) - 1, -1, -1):
             instance = self._instantiate(row.body[index], row.body[:index], scope, state)
@@ -180,7 +180,7 @@ class Expert:
     def _call_instance(self, statement: nodes.Call, scope: Bindings, state: State) -> Instance:
         callee = self.registry[statement.callee]
         arguments = tuple(state.value(term, scope) for term in statement.arguments)
-        requires, provides = state.contract(callee, arguments)
+        requires, provides = state.contract(callee.name, arguments)
         return Instance(
             NextCall(callee.name, arguments, statement.span),
             callee.achieves is not None and all(state.holds(x) for x in provides),
@@ -312,7 +312,9 @@ def _lacking(element: Instance) -> tuple[NextCall, frozenset[Fact]] | None:
 
 def _first_lacking(row: Program | Api, arguments: tuple[Argument, ...], state: State) -> Fact | None:
     """Return the first requirement that does not hold, or None."""
-    return next((fact for fact in state.contract(row, arguments).requires if not state.holds(fact)), None)
+    return next(
+        (fact for fact in state.contract(row.name, arguments).requires if not state.holds(fact)), None
+    )
 
 
 def _provides_any(provided: Iterable[Fact], wanted: Iterable[Fact]) -> bool:

@@ -100,7 +100,7 @@ def _in_vain(expert: Expert, call: NextCall, state: State, depth: int) -> str:
     """Return why a call would return at once: what it lacks, or why each of its statements leads to none."""
     callee = expert.registry[call.callee]
     scope = callee.bind(call.arguments)
-    lacks = [fact for fact in state.contract(callee, call.arguments).requires if not state.holds(fact)]
+    lacks = [fact for fact in state.contract(callee.name, call.arguments).requires if not state.holds(fact)]
     if lacks:
         return some_of(why_not(fact, state) for fact in lacks)
     if isinstance(callee, Api):

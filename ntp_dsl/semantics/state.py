@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from ntp_dsl.language.names.signatures import si
-from ntp_dsl.language.registry import Api, Program, Registry
+from ntp_dsl.language.registry import Registry
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.language.syntax.formatter import format_expression
 from ntp_dsl.language.syntax.visitors import free_names
@@ -134,11 +134,12 @@ class State:
                 return (all if quantifier == "all" else any)(inner)
         raise TypeError(f"{expression} is not a truth value")
 
-    def contract(self, declared: Program | Api, arguments: tuple[Argument, ...]) -> Contract:
-        """Return the ground facts of a call's contract."""
-        key = (declared.name, arguments)
+    def contract(self, name: str, arguments: tuple[Argument, ...]) -> Contract:
+        """Return the ground facts of the contract of a program or an api."""
+        key = (name, arguments)
         known = self._contracts.get(key)
         if known is None:
+            declared = self.registry[name]
             scope = declared.bind(arguments)
             requires, achieves = (
                 self.literals(part, scope) for part in (declared.requires, declared.achieves)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from ntp_dsl.sentences.english import GOALS, Role
 from ntp_dsl.sentences.senses import Mention, Sense
@@ -18,9 +19,7 @@ class Clause:
     verbs: frozenset[str]  # stems of the words that are neither noun phrases nor of grammar alone
     mentions: tuple[Mention, ...] = ()  # as they were found, from left to right
     weight: float = 0.0  # logarithm of how probable this way is beside the others
-    listed: frozenset[tuple[int, int]] = (
-        frozenset()
-    )  # where noun phrases begin of which one follows the other
+    listed: frozenset[tuple[Mention, Mention]] = frozenset()  # of which one follows the other in a list
     is_firm: bool = False  # it says how things are related in a way that types cannot tell
 
 
@@ -40,11 +39,11 @@ def with_each(clause: Clause, many: Mention) -> Clause:
         replace(many, begin=many.begin + at, senses=(replace(sense, values=(value,)),), is_many=False)
         for at, value in enumerate(sense.values)
     ]
-    begins = [one.begin for one in each]
     parts = [(role, one) for role, part in clause.parts for one in (each if part is many else [part])]
     mentions = [one for part in clause.mentions for one in (each if part is many else [part])]
-    listed = clause.listed | {*zip(begins, begins[1:], strict=False)}
-    return replace(clause, parts=tuple(parts), mentions=tuple(mentions), listed=listed)
+    return replace(
+        clause, parts=tuple(parts), mentions=tuple(mentions), listed=clause.listed | {*pairwise(each)}
+    )
 
 
 def merged(clause: Clause) -> Clause:

@@ -37,14 +37,14 @@ class Discourse:
         self.theme: Mention | None = None  # what the clause before was about
         self._before: list[Mention] = []  # and what it named
         self._named: set[str] = set()
-        self._themes: list[str] = []  # what clauses were about, in their order
-        self._listed: list[str] = []  # the latest of which several were named at once
+        self._all_themes: list[str] = []  # what clauses were about, in their order
+        self._latest_list: list[str] = []  # the latest of which several were named at once
 
     def copy(self) -> Discourse:
         """Return another that has heard the same."""
         found = Discourse(self._vocabulary)
         found.theme, found._before, found._named = self.theme, [*self._before], {*self._named}
-        found._themes, found._listed = [*self._themes], [*self._listed]
+        found._all_themes, found._latest_list = [*self._all_themes], [*self._latest_list]
         return found
 
     def heard(self, mentions: Sequence[Mention], theme: Mention) -> None:
@@ -54,8 +54,8 @@ class Discourse:
         self._named |= {str(value) for sense in certain for value in sense.values}
         if len(theme.senses) == 1:
             about = [str(value) for value in theme.senses[0].values]
-            self._themes += [each for each in about if each not in self._themes]
-            self._listed = about if len(about) > 1 else self._listed
+            self._all_themes += [each for each in about if each not in self._all_themes]
+            self._latest_list = about if len(about) > 1 else self._latest_list
 
     def completed(self, tokens: Sequence[str]) -> list[str]:
         """Return a clause with what goes without saying: "the cup on top" is on top of it."""
@@ -71,6 +71,15 @@ class Discourse:
         if found[-2:] == ["on", "top"]:
             return [*found, "of", "it"]
         return [*found, "it"] if found[-1:] in (["inside"], ["in"], ["on"]) else found
+
+    def points_nowhere(self, tokens: Sequence[str]) -> bool:
+        """Return whether "the third" is said where only two were named."""
+        inside = {at for each in self.mentions(tokens) for at in range(each.begin, each.end)}
+        return any(
+            word in ORDINALS and tokens[at - 1 : at] == ["the"] and at not in inside
+            for at, word in enumerate(tokens)
+            if not self._vocabulary.knows("".join(tokens[at + 1 : at + 2]))
+        )
 
     def only_points(self, tokens: Sequence[str], following: Sequence[str]) -> bool:
         """Return whether a clause only says what the next one is about: "find the tray", "take it, and …".
@@ -162,8 +171,8 @@ class Discourse:
             return None
         if tokens[at] in SEVERAL and not self.theme.is_many:  # "they go on shelves 0 and 1"
             count = max((len(each.senses[0].values) for each in found if each.is_many), default=0)
-            if 1 < count <= len(self._themes):
-                return Mention(at, at + 1, (Sense(tuple(self._themes[-count:])),), self.theme.head, True)
+            if 1 < count <= len(self._all_themes):
+                return Mention(at, at + 1, (Sense(tuple(self._all_themes[-count:])),), self.theme.head, True)
         here = [each.senses for each in found]
         spoken_of = (each for each in (self.theme, *self._before) if each.senses not in here)
         return _again(next(spoken_of, self.theme), at)
@@ -171,11 +180,12 @@ class Discourse:
     def _ordinal(self, tokens: Sequence[str], at: int) -> Mention | None:
         """Return what "the second" of several that were named stands for; None where it is no noun."""
         after = "".join(tokens[at + 1 : at + 2])
-        if after and self._vocabulary.knows(after):
+        if after and after not in ONES and self._vocabulary.knows(after):
             return None
-        values = self._listed or self._themes
+        values = self._latest_list or self._all_themes
         number = ORDINALS[tokens[at]]
-        if len(values) < 2 or number >= len(values):
+        is_of_two = tokens[at] in ("former", "latter")
+        if len(values) < 2 or number >= len(values) or (is_of_two and len(values) > 2):
             return None
         return Mention(at - 1, at + 1 + (after in ONES), (Sense((values[number],)),))
 

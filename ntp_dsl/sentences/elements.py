@@ -159,8 +159,8 @@ class Elements:
 
 
 def _names_twice(element: Element) -> bool:
-    """Return whether an element names an object, a member or a number more than once."""
-    names = values_of(element)
+    """Return whether an element names an object or a member more than once."""
+    names = [value for value in values_of(element) if isinstance(value, str)]
     return len({*names}) < len(names)
 
 

@@ -120,21 +120,16 @@ COMMON = _stems(
     wait follow continue proceed let help try serve act fit occupy appear show stick spend"""
 )
 PRONOUNS = frozenset("it they them this that these those".split())
-ORDINALS = {
-    "first": 0,
-    "former": 0,
-    "second": 1,
-    "third": 2,
-    "latter": -1,
-    "last": -1,
-}  # "the first … the second"
+# What "the first", "the latter" of several is, by its place among them.
+ORDINALS = dict(zip("first former second third latter last".split(), (0, 0, 1, 2, -1, -1), strict=True))
 ONES = frozenset("one ones".split())
 # Words that turn, hedge or widen what is said, or ask: none of it is guessed at.
 REFUSED = frozenset(
     "none not never no without except but dont unless neither nor nothing cannot outside or either maybe "
     "perhaps possibly whose hardly rarely barely scarcely seldom was used if whether than most several few "
     "many half remaining remainder else zero avoid refrain stop undo fail fails destroy lack lacks refuse "
-    "refuses hate hates prevent forbid dislike reject cancel unstack".split()
+    "refuses hate hates prevent forbid dislike reject cancel unstack non nobody forbidden ban banned forget "
+    "beware doubt pretend harm wrong illegal dangerous useless pointless unfit unwelcome crosswise".split()
 )
 ASKING = frozenset(
     "is are was were does did do has have which what where who why".split()
@@ -247,6 +242,8 @@ PARENTHESES = re.compile(
     r"|by the way|for now|for me|as well)\b"
 )
 # "Between 28 and 36 mm", "from 2 cm to 3 cm": two numbers, the unit of both behind the second.
+MINUS = re.compile(r"(?P<before>(?:\S+\s+){0,2})\bminus (?P<number>\d+|[a-z]+)")
+SIGN = re.compile(r"(?<=\s)[-\u2012-\u2015\u2212]\s*(?=\d)")
 RANGE = re.compile(
     r"\b(?:between|from) (\d+(?:\.\d+)?) ?([a-z]+)? (?:and|to) "
     r"(\d+(?:\.\d+)?) ?(mm|cm|m|degrees|deg|kg|s|n)\b"
@@ -267,14 +264,18 @@ def number_of(word: str) -> str:
     return digits if digits.isdecimal() and digits.isascii() else ""
 
 
-MINUS = re.compile(r"\bminus (?=\d)")
+def _signed(minus: re.Match[str]) -> str:
+    """Return "at minus 4 cm" with a sign; "8 cm minus 4 cm" is left as it is, which nothing understands."""
+    before, number = minus["before"] or "", minus["number"]
+    is_difference = bool(re.search(r"\d\s*([mck]?m|deg\w*|k?g|s|n)?\s*$", before))
+    return minus[0] if is_difference else f"{before}-{NUMBERS.get(number, number)}"
 
 
 def words(text: str) -> list[str]:
     """Return the words, numbers and stops of a text in lower case; names fall into their words."""
     text = CAMEL.sub(" ", text).lower().replace("\u2019", "'")
     text = CONTRACTED.sub(lambda match: f"{match[1] or ''} ", text)
-    text = MINUS.sub("-", text)
+    text = SIGN.sub("-", MINUS.sub(_signed, text))
     text = RANGE.sub(lambda match: f" {match[1]} {match[2] or match[4]} , {match[3]} {match[4]} ", text)
     text = LIST_AFTER.sub(" , ", text)
     text = NOT_ONLY.sub(r"\1 and ", text)

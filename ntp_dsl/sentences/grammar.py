@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from ntp_dsl.sentences.clauses import Clause, Part, merged, without_source
 from ntp_dsl.sentences.english import (
@@ -54,8 +55,7 @@ def readings(tokens: Sequence[str], mentions: Sequence[Mention]) -> list[Clause]
     """Return the ways to take a clause apart, given its noun phrases."""
     found = [*_Parser(tokens, mentions).readings()]
     found += [shorter for each in found if (shorter := without_source(each)) is not None]
-    pairs = zip(mentions, mentions[1:], strict=False)
-    listed = frozenset((a.begin, b.begin) for a, b in pairs if is_link(tokens[a.end : b.begin]))
+    listed = frozenset((a, b) for a, b in pairwise(mentions) if is_link(tokens[a.end : b.begin]))
     return [merged(replace(each, mentions=tuple(mentions), listed=listed)) for each in found]
 
 
@@ -176,22 +176,29 @@ class _Parser:
         pairs = zip(order, order[1:], strict=False)
         return [part for below, above in pairs for part in ((Role.THEME, above), (Role.ON, below))]
 
-    def _tower(self) -> list[Part] | None:
-        """Take apart "stack the bowls on the tray, bowl 1 at the bottom and bowl 2 at the top"."""
-        levels = {id(each): level_after(self.tokens, each.end) for each in self.mentions}
-        told = [[each for each in self.mentions if levels[id(each)] == level] for level in range(3)]
-        named = {value for each in sum(told, []) for value in each.senses[0].values}
-        rest = [each for each in self.mentions if levels[id(each)] is None]
-        below = [each for each in rest if self.markers[id(each)] is not None and not each.is_many]
-        listed = [each for each in rest if each not in below]
-        among = dict.fromkeys(value for each in listed for value in each.senses[0].values)
-        left = [value for value in among if value not in named]
-        if len(told[0]) != 1 or len(told[2]) != 1 or len(below) > 1 or len(left) + len(told[1]) > 1:
-            return None
-        between = told[1] + [replace(told[0][0], senses=(Sense((value,)),)) for value in left]
-        order = [*below, *told[0], *between, *told[2]]
-        pairs = zip(order, order[1:], strict=False)
-        return [part for under, above in pairs for part in ((Role.THEME, above), (Role.ON, under))]
+    def _tower(self) -> list[Part]:
+        """Take apart "stack the bowls on the tray, bowl 1 at the bottom and bowl 2 at the top".
+
+        There are no parts where it is not told of everything that is named where in the tower it stands.
+        """
+        levels = [(level_after(self.tokens, each.end), each) for each in self.mentions]
+        bottom, middle, top = ([each for level, each in levels if level == at] for at in range(3))
+        told = [*bottom, *middle, *top]
+        rest = [each for level, each in levels if level is None]
+        below = [each for each in rest if self._role(each) is Role.ON and not each.is_many]
+        listed = {value: each for each in rest if each not in below for value in each.senses[0].values}
+        named = [value for each in told for value in each.senses[0].values]
+        left = [value for value in listed if value not in named]
+        is_certain = all(len(each.senses) == 1 for each in (*told, *rest))
+        if not is_certain or len({*named}) < len(told) or len(named) > len(told) or len(below) > 1:
+            return []
+        if len(bottom) != 1 or len(top) != 1 or len(left) + len(middle) > 1:
+            return []
+        if listed and not {*named} <= listed.keys():
+            return []
+        middle += [replace(listed[value], senses=(Sense((value,)),), is_many=False) for value in left]
+        order = [*below, *bottom, *middle, *top]
+        return [part for under, above in pairwise(order) for part in ((Role.THEME, above), (Role.ON, under))]
 
     def _chained(self) -> list[Part] | None:
         """Take apart "the cup on the plate on the tray"."""

@@ -192,8 +192,7 @@ class Matcher:
     def _is_only_a_kind(self, mention: Mention, form: Form) -> bool:
         """Return whether a noun phrase is a kind of object that no field takes: "the pipes from 20 mm"."""
         is_certain = len(mention.senses) == 1 and len(mention.senses[0].values) == 1
-        fits = (self._fitting(each, field) for each in mention.senses for field in form.parameters)
-        return not is_certain and all(each is None for each in fits)
+        return not is_certain and not any(self._fits(mention, field) for field in form.parameters)
 
     def _is_told_by_types(self, clause: Clause, form: Form) -> bool:
         """Return whether the noun phrases fit the parameters in one way alone."""
@@ -214,9 +213,6 @@ class Matcher:
         """Yield the ways to put a clause's noun phrases in the places of one wording."""
         is_told = not form.is_element and not clause.is_firm and self._is_told_by_types(clause, form)
         ease = EASE if is_told else 1.0
-
-        def alike(one: int, other: int) -> bool:
-            return self._may_be_taken_for(form.parameters[one], form.parameters[other])
 
         def bind(
             at: int, taken: tuple[tuple[int, Sense, Mention], ...], score: float
@@ -239,12 +235,15 @@ class Matcher:
                 for sense in mention.senses:
                     fitting = self._fitting(sense, parameter)
                     if fitting is not None:
-                        before = [
+                        before = (
                             other
                             for other, _, than in taken
-                            if self._alike(form, number, other)
-                            or ((than.begin, mention.begin) in clause.listed and alike(number, other))
-                        ]
+                            if self._told_by_order_alone(form, number, other)
+                            or (
+                                (than, mention) in clause.listed
+                                and self._may_be_taken_for(parameter, form.parameters[other])
+                            )
+                        )
                         turned = sum(number < other for other in before)
                         after = score + cost + sense.weight * 0.3 + TURNED * turned
                         yield from bind(at + 1, (*taken, (number, fitting, mention)), after)
@@ -280,21 +279,19 @@ class Matcher:
     def _is_untold(self, form: Form, taken: Sequence[tuple[int, Sense, Mention]]) -> bool:
         """Return whether neither types nor names tell which field of an element something is."""
         named = {number for number, _, mention in taken if mention.label in self._labels(form, number)}
-        at = {number: mention for number, _, mention in taken}
-
-        def fits(mention: Mention | None, number: int) -> bool:
-            senses = mention.senses if mention is not None else ()
-            return mention is None or any(self._fitting(each, form.parameters[number]) for each in senses)
-
+        bound = {number: mention for number, _, mention in taken}
         return any(
             other not in {number, *named}
-            and self._may_be_taken_for(each, form.parameters[number])
-            and fits(at[number], other)
-            and fits(at.get(other), number)
-            for number in at
-            if number not in named and form.parameters[number].type in self.registry.parents
+            and self._may_be_taken_for(each, parameter)
+            and self._fits(bound[number], each)
+            and (other not in bound or self._fits(bound[other], parameter))
+            for number, parameter in enumerate(form.parameters)
+            if number in bound and number not in named and parameter.type in self.registry.parents
             for other, each in enumerate(form.parameters)
         )
+
+    def _fits(self, mention: Mention, parameter: Parameter) -> bool:
+        return any(self._fitting(each, parameter) is not None for each in mention.senses)
 
     def _may_be_taken_for(self, one: Parameter, other: Parameter) -> bool:
         """Return whether something may be in the place of either of two parameters."""
@@ -327,7 +324,7 @@ class Matcher:
         is_a = self.registry.is_a
         return any(is_a(kind, parameter.type) for name, kind in self.types.items() if name not in self._fixed)
 
-    def _alike(self, form: Form, one: int, other: int) -> bool:
+    def _told_by_order_alone(self, form: Form, one: int, other: int) -> bool:
         """Return whether only the order of mention can tell two parameters apart."""
         a, b = form.parameters[one], form.parameters[other]
         return a.type not in self.registry.parents and a.type == b.type

@@ -239,7 +239,7 @@ class Vocabulary:
         between = [*tokens[first.end : of.begin]]
         members = {value for sense in of.senses for value in sense.values if value in self._members.values()}
         is_certain = len(first.senses) == 1 and first.senses[0].values[0] in self.types
-        if is_certain and not members and between == ["of"]:
+        if is_certain and not members and between == ["of"] and not of.is_many:
             return replace(first, end=of.end)  # "the drawer of the cabinet"
         if not members or not between or not CONTAINING.issuperset(between):
             return None

@@ -31,8 +31,10 @@ def own_words(registry: Registry, program: Program) -> OwnWords:
         fields = registry.records.get(parameter.type, ())
         for each in fields:
             found[words := tuple(name_words(each.name))] = None
-            if len(words) == 1 and (RELATIONS | {*OPPOSITES}).issuperset(words):
-                (offsets if registry.is_number(each.type) else sides).append(words[0])
+            if registry.is_number(each.type) and len(words) == 1:
+                offsets += [word for word in words if word in RELATIONS | OPPOSITES.keys()]
+            elif len(words) == 1:
+                sides += [word for word in words if word in RELATIONS | OPPOSITES.keys()]
             if each.type in registry.enums:
                 found[tuple(name_words(each.type))] = None
         if fields:

@@ -22,6 +22,12 @@ from ntp_dsl.sentences.mentions import Vocabulary
 from ntp_dsl.sentences.splitting import STOPS
 
 LEFT_ALONE = re.compile(r"\bleav\w+\b[^.;]*\b(alone|untouched|where (it|they)|as (it|they))\b", re.IGNORECASE)
+# What takes things away, takes back what was said, or names a thing by what it is at.
+TURNING = re.compile(
+    r"\b(?:(?:free|rid|empty|devoid) of|closed to|comes? out of|(?:it|them) off again|instead of|far from|"
+    r"i mean|as long as|what (?:is|are) (?:on|in|at)|what \w+(?: \d+)? (?:is|are) (?:on|in|at))\b",
+    re.IGNORECASE,
+)
 ARTICLES = (["the"], ["a"], ["an"])
 CONDITION = re.compile(
     r"((?:when|once|after) (?!you |i |we |it |this |that |all |everything )(?:the |a )?\w+(?: \d+)? "
@@ -40,6 +46,11 @@ def refuse(text: str, number: int, vocabulary: Vocabulary, matcher: Matcher) -> 
     if LEFT_ALONE.search(text):
         raise NtpError(
             f"sentence {number + 1}, '{shortened(text)}': say what is to be done, and leave the rest out"
+        )
+    if turning := TURNING.search(text):
+        raise NtpError(
+            f"sentence {number + 1}, '{shortened(text)}': '{turning[0]}' is not understood; "
+            f"state the result that you want, without '{turning[0]}'"
         )
     mentions = vocabulary.mentions(tokens)
     inside = {at for each in mentions for at in range(each.begin, each.end)}

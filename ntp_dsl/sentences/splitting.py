@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 
 from ntp_dsl.sentences.english import (
     ATTENTION,
@@ -45,8 +46,12 @@ def split(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mentio
 
 def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention]]) -> Iterator[list[str]]:
     start = 0
-    if upwards(tokens) is not None or is_a_tower(tokens):
+    if upwards(tokens) is not None:
         yield [each for each in tokens if each not in STOPS]
+        return
+    if is_a_tower(tokens):
+        for part in _at_stops(tokens):
+            yield from ([part] if is_a_tower(part) else _cut(part, mentions))
         return
     for at, token in enumerate(tokens):
         if token in STOPS or (token == "then" and at > start):
@@ -72,6 +77,12 @@ def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention
                 yield from _nonempty(tokens[start:at])
                 start = at + 1
     yield from _nonempty(tokens[start:])
+
+
+def _at_stops(tokens: Sequence[str]) -> Iterator[list[str]]:
+    for is_stop, part in groupby(tokens, STOPS.__contains__):
+        if not is_stop:
+            yield [*part]
 
 
 def _nonempty(tokens: Sequence[str]) -> Iterator[list[str]]:

@@ -126,26 +126,27 @@ class Listener:
         clauses = [[*split(words(text), self.vocabulary.mentions)] for text in sentences]
         heard = (tokens for parts in clauses for tokens in parts)
         self.elements.may_be_about(name for tokens in heard for name in self._named_by(tokens))
-        begin = 0
+        following = 0  # the sentence that comes next
         for number, (text, parts) in enumerate(zip(sentences, clauses, strict=True)):
-            if number < begin:
+            if number < following:
                 continue
-            begin = number + 1
+            following = number + 1
+            told = {number: parts}
             later = [each for some in clauses[number + 1 :] for each in some]
             discourse = self._heard.copy()
             after = followed(self.elements, paths, self._whole_elements(parts), number)
             if not after:
                 self._heard = discourse.copy()
                 try:
-                    after, parts = self._in_turn(paths, parts, later, text, number)
+                    after, told[number] = self._in_turn(paths, parts, later, text, number)
                 except NtpError:
                     self._heard = discourse
-                    parts = [*parts, *(clauses[begin] if begin < len(clauses) else [])]
-                    after = followed(self.elements, paths, self._whole_elements(parts), number)
+                    after = self._with_next(paths, clauses[number : number + 2], number)
                     if not after:
                         raise
-                    begin += 1  # both tell one element: "first oil the beam", "then lay it on the sill"
-            passed_over += [(number, word) for part in parts for _, word in self._unknown(part)]
+                    told[following] = clauses[following]
+                    following += 1
+            passed_over += [(at, word) for at in told for part in told[at] for _, word in self._unknown(part)]
             if after is paths and not (self._heard.theme is not None and later):
                 raise self._not_understood(text, number, words(text))
             paths = after
@@ -153,6 +154,12 @@ class Listener:
         if self.elements.lists and not (whole and whole[0].chosen):
             raise NtpError(f"what was said names no whole element: {self._wanted()}")
         return self._told(whole, passed_over)
+
+    def _with_next(self, paths: list[Path], both: Sequence[list[list[str]]], number: int) -> list[Path]:
+        """Return the paths that go on with two sentences that tell one element together."""
+        if len(both) < 2:
+            return []
+        return followed(self.elements, paths, self._whole_elements([*both[0], *both[1]]), number)
 
     def _whole_elements(self, clauses: Sequence[Sequence[str]]) -> list[Way]:
         """Return the ways in which clauses name all fields of one element and nothing else."""
@@ -276,7 +283,7 @@ class Listener:
         """
         tokens = self._heard.completed(clause)
         unknown = [at for at, word in self._unknown(tokens) if not word.endswith("ly")]
-        if any(self._decides(tokens, at) for at in unknown):
+        if any(self._decides(tokens, at) for at in unknown) or self._heard.points_nowhere(tokens):
             raise self._not_understood(text, number, tokens)
         if self._heard.only_points(tokens, following):
             return paths

@@ -83,11 +83,11 @@ def _extended(path: Path, score: float, places: Sequence[Sequence[Placed]], numb
             if known:
                 after.append(each)
                 continue
-            share = log(len(offered)) - GUESSED if len(offered) > 1 else 0.0
+            guess = GUESSED - log(len(offered)) if len(offered) > 1 else 0.0
             for placed in offered if len(offered) <= MOST_OFFERED else ():
                 chosen = (*each.chosen, (number, placed))
                 against = AGAINST * any(_is_reverse(placed, other) for _, other in each.chosen)
-                after.append(Path(each.score + ANEW - share + against, chosen, each.waiting))
+                after.append(Path(each.score + ANEW + guess + against, chosen, each.waiting))
             if len(offered) > 1:  # on the way to what another sentence says
                 waiting = (*each.waiting, frozenset(offered))
                 after.append(Path(each.score + ON_THE_WAY, each.chosen, waiting))

@@ -138,7 +138,7 @@ def _told(trace: Trace) -> str:
     if not header.said:
         return ""
     sentences = enumerated([f"'{each}'" for each in header.said])
-    return f" It was told {sentences}, understood so with {header.understood:.0%}."
+    return f" It was told {sentences}, which was understood with a probability of {header.understood:.0%}."
 
 
 def _reasons(trace: Trace, call: Call) -> Iterator[str]:

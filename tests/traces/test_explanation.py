@@ -66,7 +66,9 @@ def test_the_sentences_that_told_a_program_its_lists_are_told(tmp_path: Path) ->
     assert run([*words, "--say", said[0], "--say", said[1]]) == 0
     trace = read_trace(tmp_path / TRACE)
     text = " ".join(explanation(trace, trace.calls[0]))
-    assert f"It was told '{said[0]}' and '{said[1]}', understood so with 100%." in text
+    assert (
+        f"It was told '{said[0]}' and '{said[1]}', which was understood with a probability of 100%." in text
+    )
 
 
 def test_what_was_seen_wrongly_is_told(file: Path) -> None:

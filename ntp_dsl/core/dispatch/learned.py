@@ -77,7 +77,7 @@ class LearnedDispatcher:
     def _case(
         self, weight: float, program: Program, arguments: tuple[Argument, ...], state: Believed
     ) -> _Case:
-        row = unrolled(self._expert.registry, program, arguments, state)
+        row = unrolled(program, arguments, state)
         preference = self._preferences.get(program.name)
         if preference is None or not preference.terms:
             return _Case(weight, row)

@@ -55,7 +55,7 @@ class Rows:
     messages: Messages
     places: Tensor  # (calls,) of each call in its row
     depths: Tensor  # (rows,) of each row, see `_depth`
-    waits: int  # rounds more for the deepest row: what is far from the goal is heard of late
+    extra_rounds: int  # for the deepest row: what is far from the goal is heard of late
     count: int  # rows
     longest: int  # calls of a row
 
@@ -177,7 +177,7 @@ class DispatchNetwork(nn.Module):
         calls, facts = self.of_call(rows.calls), self.of_fact(rows.facts)
         first, again, *last = self.rounds
         calls, facts = first(calls, facts, rows.messages)
-        for number in range(1 + rows.waits):
+        for number in range(1 + rows.extra_rounds):
             heard = again(calls, facts, rows.messages)
             if number == 0:
                 calls, facts = heard

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from ntp_dsl.core.perception.perceived import Believed
-from ntp_dsl.language.registry import Program, Registry
+from ntp_dsl.language.registry import Program
 from ntp_dsl.language.syntax import nodes
 from ntp_dsl.policies.expert import NextCall
 from ntp_dsl.semantics.facts import Bindings, Condition, Fact
@@ -72,7 +72,7 @@ def named(arguments: Sequence[Argument]) -> Named:
     )
 
 
-def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:
+def unrolled(program: Program, arguments: tuple[Argument, ...], state: Believed) -> Row:
     """Return a running program's row."""
     scope = program.bind(arguments)
     facts: dict[Fact, int] = {}
@@ -80,7 +80,7 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     def number(fact: Fact) -> int:
         return facts.setdefault(fact, len(facts))
 
-    contract = state.contract(program, arguments)
+    contract = state.contract(program.name, arguments)
     achieved, required = tuple(map(number, contract.achieves)), tuple(map(number, contract.requires))
     calls: list[NextCall] = []
     statements: list[int] = []
@@ -90,9 +90,9 @@ def unrolled(registry: Registry, program: Program, arguments: tuple[Argument, ..
     for index, statement in enumerate(program.body):
         for call, inner, guard in _calls(statement, scope, 1.0, state):
             given = tuple([state.value(term, inner) for term in call.arguments])
-            presumed, promised = state.contract(registry[call.callee], given)
-            requires += [(len(calls), number(fact)) for fact in presumed]
-            provided.append(promised)
+            own = state.contract(call.callee, given)
+            requires += [(len(calls), number(fact)) for fact in own.requires]
+            provided.append(own.achieves)
             calls.append(NextCall(call.callee, given, call.span))
             statements.append(index)
             guards.append(guard)

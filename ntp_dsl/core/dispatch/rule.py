@@ -39,7 +39,7 @@ class RuleDispatcher:
         sure = min((max(each.probability, 1 - each.probability) for each in facts), default=1.0)
         variants: list[Variant] = [(1.0, state)]
         if state.observation.deviations:
-            variants = state.variants(unrolled(self.expert.registry, row, arguments, state).facts)
+            variants = state.variants(unrolled(row, arguments, state).facts)
         if not row.in_python:
             sure *= sum(w for w, each in variants if self._decides(situation, each) == decided)
         sure = round(sure, 4)
@@ -67,7 +67,7 @@ class RuleDispatcher:
 
     def _end_probability(self, row: Program, arguments: tuple[Argument, ...], state: Believed) -> Any:
         """Return how probably all that a program achieves holds."""
-        return min(map(state.probability, state.contract(row, arguments).achieves), default=1.0)
+        return min(map(state.probability, state.contract(row.name, arguments).achieves), default=1.0)
 
 
 def _decided(answer: NextCall | Return) -> tuple[str | None, Named]:

@@ -59,7 +59,7 @@ def _choice(
 ) -> Choice | None:
     """Return what was due and what was made; None where that was not due by the declaration."""
     state = Believed(registry, example.seen, {})
-    row = unrolled(registry, program, example.arguments, state)
+    row = unrolled(program, example.arguments, state)
     made = example.callee, named(example.given)
     due = [at for at, is_due in enumerate(_due(network, row)) if is_due]
     chosen = next((at for at in due if (row.calls[at].callee, named(row.calls[at].arguments)) == made), None)

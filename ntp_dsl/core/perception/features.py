@@ -63,7 +63,7 @@ def bodies(seen: Observation) -> Bodies:
 
 @lru_cache(maxsize=16)
 def _still(objects: tuple[SceneObject, ...]) -> Bodies:
-    """Return objects as they are wherever they lie; from one moment to the next they stay the same."""
+    """Return objects without their positions, which `bodies` fills in; they are the same at every moment."""
     cavities = [obj.cavity for obj in objects]
     size = np.array([obj.size for obj in objects]).reshape(-1, 3)
     reach = np.array([obj.reach for obj in objects])

@@ -153,6 +153,6 @@ def _contacts(
 
 
 def _chances(network: nn.Module, rows: Array) -> Array:
-    """Return the probabilities of each part of the rows."""
+    """Return the probabilities of each row."""
     told = torch.from_numpy(features.as_float32(rows))
     return torch.sigmoid(network(told)).numpy().astype(float)

@@ -30,7 +30,7 @@ def sample_of(
     expert: Expert, program: str, arguments: tuple[Argument, ...], believed: Believed, truth: State
 ) -> Sample | None:
     """Return a decision; None where it cannot be told by the row."""
-    row = unrolled(expert.registry, expert.registry.programs[program], arguments, believed)
+    row = unrolled(expert.registry.programs[program], arguments, believed)
     right = expert.decide(program, arguments, truth)
     if not isinstance(right, NextCall):
         return Sample(row, END) if row.calls else None

@@ -86,6 +86,6 @@ def test_random_sequences_are_followed(soak: bool) -> None:
 def test_a_row_of_a_chain_has_an_edge_from_each_call_to_the_next() -> None:
     registry = chain(5)
     truth = dict.fromkeys(registry.predicates, 0.0)
-    row = unrolled(registry, registry.programs["p"], (), believed(registry, truth))
+    row = unrolled(registry.programs["p"], (), believed(registry, truth))
     facts = {call: fact for call, fact in row.provides}
     assert [(call - 1, fact) for call, fact in row.requires] == [(n, facts[n]) for n in range(4)]
