@@ -49,15 +49,17 @@ PREPOSITIONS: dict[tuple[str, ...], Role] = {
 
 RELATIONS = frozenset(word for each in PREPOSITIONS for word in each)
 
-_SIDES = {
-    "left": "right",
-    "ahead": "behind",
-    "front": "back",
-    "above": "below",
-    "near": "far",
-    "before": "after",
+_AXES = (
+    ("left", "right"), ("ahead forward forwards front", "behind back backward backwards"),
+    ("above over", "below under"), ("near", "far"), ("before", "after"),
+)  # fmt: skip
+# Words for sides, with those for the other side.
+OPPOSITES = {
+    word: frozenset(other.split())
+    for axis in _AXES
+    for side, other in (axis, axis[::-1])
+    for word in side.split()
 }
-OPPOSITES = _SIDES | {other: side for side, other in _SIDES.items()}
 
 IRREGULAR = {
     "held": "hold", "borne": "bear", "bore": "bear", "taken": "take", "took": "take", "gotten": "get",

@@ -21,7 +21,6 @@ from ntp_dsl.sentences.senses import Mention, Sense
 UNDERSTOOD = -2.5  # the least score with which a clause counts as understood
 VERB = 2.0  # for a verb that a declaration uses; an ordinary one is shared among all that use it
 SYNONYM = 1.0  # for one that says much the same
-LEFT_OUT = -3.0  # for a noun phrase that a declaration has no place for
 TURNED = -2.0  # for two numbers that are not in the declared order
 TWICE = -3.0  # for one object in two places
 AT_ODDS = -3.0  # a cost of grammar that types do not make good
@@ -247,8 +246,6 @@ class Matcher:
                         turned = sum(number < other for other in before)
                         after = score + cost + sense.weight * 0.3 + TURNED * turned
                         yield from bind(at + 1, (*taken, (number, fitting, mention)), after)
-            if not form.is_element:
-                yield from bind(at + 1, taken, score + LEFT_OUT)
 
         for score, named in bind(0, (), clause.weight + ELEMENT * form.is_element):
             if score < UNDERSTOOD:

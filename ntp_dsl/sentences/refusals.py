@@ -39,31 +39,31 @@ LONGEST = 80  # words of a sentence
 def refuse(text: str, number: int, vocabulary: Vocabulary, matcher: Matcher) -> None:
     """Raise `NtpError` for words that turn or hedge what is said, and for questions."""
     tokens = words(text)
+    head = f"sentence {number + 1}, '{shortened(text)}'"
     if len(tokens) > LONGEST:
         raise NtpError(
             f"sentence {number + 1} has {len(tokens)} words: say it in several, of up to {LONGEST}"
         )
     if LEFT_ALONE.search(text):
-        raise NtpError(
-            f"sentence {number + 1}, '{shortened(text)}': say what is to be done, and leave the rest out"
-        )
+        raise NtpError(f"{head}: say what is to be done, and leave the rest out")
     if turning := TURNING.search(text):
         raise NtpError(
-            f"sentence {number + 1}, '{shortened(text)}': '{turning[0]}' is not understood; "
+            f"{head}: '{turning[0]}' is not understood; "
             f"state the result that you want, without '{turning[0]}'"
         )
     mentions = vocabulary.mentions(tokens)
     inside = {at for each in mentions for at in range(each.begin, each.end)}
     for each in (each for each in mentions if each.senses[0].is_number and not each.label):
         end = vocabulary.side_after(tokens, each)
-        if end is not None and (side := OPPOSITES[tokens[end - 1]]) in vocabulary.offsets:
+        side = OPPOSITES[tokens[end - 1]] & vocabulary.offsets if end is not None else frozenset()
+        if end is not None and side:
             raise NtpError(
-                f"sentence {number + 1}, '{shortened(text)}': '{tokens[end - 1]}' is not understood; "
-                f"say how far '{side}', which may be below zero"
+                f"{head}: '{tokens[end - 1]}' is not understood; "
+                f"say how far '{min(side)}', which may be below zero"
             )
     if condition := CONDITION.match(" ".join(tokens)):
         raise NtpError(
-            f"sentence {number + 1}, '{shortened(text)}': '{condition[1]}' is a condition, which is not "
+            f"{head}: '{condition[1]}' is a condition, which is not "
             "understood; say what is to be done in any case"
         )
     for at, word in enumerate(tokens):
@@ -74,8 +74,7 @@ def refuse(text: str, number: int, vocabulary: Vocabulary, matcher: Matcher) -> 
         asks = word in ASKING and sum(at <= each.begin < asked for each in mentions) > 1
         if (refused and at not in inside) or asks:
             raise NtpError(
-                f"sentence {number + 1}, '{shortened(text)}': '{word}' is not understood; "
-                f"state the result that you want, without '{word}'"
+                f"{head}: '{word}' is not understood; state the result that you want, without '{word}'"
             )
         is_noun = not matcher.nouns.isdisjoint(singulars(word))
         is_verb = word not in KNOWN and not is_noun and stem(word) in KNOWN_VERBS | matcher.verbs
@@ -87,11 +86,13 @@ def refuse(text: str, number: int, vocabulary: Vocabulary, matcher: Matcher) -> 
             and not number_of(tokens[follows[0].end - 1])
         ):
             raise NtpError(
-                f"sentence {number + 1}, '{shortened(text)}': '{word}' is no trait of anything here; "
+                f"{head}: '{word}' is no trait of anything here; "
                 "name what is meant by its name, its kind or its traits"
             )
+        is_owned = word == "'s" and any(each.end == at for each in mentions)
+        owned = "".join(tokens[at + 1 : at + 2])
+        if is_owned and vocabulary.is_kind(owned) and all(each.begin <= at + 1 for each in mentions):
+            raise NtpError(f"{head}: which {owned} that is, is not understood; name it")
         is_named = any(each.begin < at < each.end for each in mentions)
         if number_of(word) and not is_named and at and vocabulary.is_kind(tokens[at - 1]):
-            raise NtpError(
-                f"sentence {number + 1}, '{shortened(text)}': there is no '{tokens[at - 1]} {word}'"
-            )
+            raise NtpError(f"{head}: there is no '{tokens[at - 1]} {word}'")
