@@ -73,7 +73,8 @@ def _graded(
     touching[:, 0] = np.minimum(touching[:, 0], 1 - _elsewhere(b, item, below, touching))
     covered = np.zeros(len(b))
     np.maximum.at(covered, below, touching[:, 1])
-    pairs = [(b.names[a], b.names[c]) for a, c in zip(item.tolist(), below.tolist(), strict=True)]
+    names = np.array(b.names, dtype=object)
+    pairs = zip(names[item].tolist(), names[below].tolist(), strict=True)
     contacts = dict(zip(pairs, map(tuple, touching.tolist()), strict=True))
     hovered = _hovered(b, carried, contacts, hovering)
     by_name = dict(zip(b.names, covered.tolist(), strict=True))
@@ -89,10 +90,14 @@ def _elsewhere(b: Bodies, item: NDArray[np.intp], below: NDArray[np.intp], touch
     top, roomy = b.at[:, 2] + b.size[:, 2] / 2, b.roomy[below]
     floor = (b.at[:, 2] - b.size[:, 2] / 2 + b.floor)[below]
     covers = np.where(roomy, 0.0, touching[:, 1])
+    by_height: dict[float, Array] = {}  # surfaces of one height have the same above them
     for surface in np.flatnonzero(b.roomy).tolist():
-        lies = np.where(floor > top[surface] - FLOOR_BELOW, touching[:, 2], 0.0)  # else the surface is in it
-        rests = np.where(roomy & (top[below] > top[surface]), touching[:, 0], 0.0)
-        chances = np.maximum(np.maximum(covers, lies), rests)
+        height = float(top[surface])
+        if height not in by_height:
+            lies = np.where(floor > height - FLOOR_BELOW, touching[:, 2], 0.0)  # else the surface is in it
+            rests = np.where(roomy & (top[below] > height), touching[:, 0], 0.0)
+            by_height[height] = np.maximum(np.maximum(covers, lies), rests)
+        chances = by_height[height]
         most = np.zeros(len(b))
         np.maximum.at(most, item, np.where(below == surface, 0.0, chances))
         found = np.where(below == surface, most[item], found)
