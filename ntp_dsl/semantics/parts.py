@@ -22,7 +22,7 @@ class Wanted:
 
     def __init__(self, facts: Iterable[Fact], state: State) -> None:
         self._facts, self._state = tuple(facts), state
-        self._any_compound = _any_compound(self._facts, state)
+        self._any_compound = any(is_compound(fact, state) for fact in self._facts)
 
     @cached_property
     def _by_part(self) -> Mapping[Literal, list[Fact]]:
@@ -38,7 +38,7 @@ class Wanted:
 
     def helped_by(self, provided: Collection[Fact]) -> set[Fact]:
         """Return the facts towards which others go; of two literals without bodies, `provides` tells it."""
-        if not self._any_compound and not _any_compound(provided, self._state):
+        if not self._any_compound and not any(is_compound(each, self._state) for each in provided):
             return set()  # as in most cases
         return {
             fact
@@ -59,14 +59,6 @@ class Wanted:
 def is_compound(fact: Fact, state: State) -> bool:
     """Return whether a fact has parts other than itself."""
     return isinstance(fact, Condition) or fact.predicate in state.registry.composed
-
-
-def _any_compound(facts: Iterable[Fact], state: State) -> bool:
-    composed = state.registry.composed
-    for fact in facts:  # in every decision: no generator
-        if isinstance(fact, Condition) or fact.predicate in composed:
-            return True
-    return False
 
 
 def parts(fact: Fact, state: State) -> frozenset[Literal]:

@@ -234,12 +234,7 @@ class State:
         return float(value)
 
     def _values(self, terms: tuple[nodes.Expression, ...], scope: Bindings) -> tuple[Argument, ...]:
-        return tuple(
-            [  # most terms are names: those are looked up here
-                scope.get(term.id, term.id) if type(term) is nodes.Name else self.value(term, scope)
-                for term in terms
-            ]
-        )
+        return tuple([self.value(term, scope) for term in terms])
 
     def scopes(self, generators: tuple[nodes.Generator, ...], scope: Bindings) -> Iterator[Bindings]:
         """Yield a scope for each way to choose an element for every generator."""

@@ -80,6 +80,7 @@ def _cut(tokens: Sequence[str], mentions: Callable[[Sequence[str]], list[Mention
 
 
 def _at_stops(tokens: Sequence[str]) -> Iterator[list[str]]:
+    """Yield what stands between stops."""
     for is_stop, part in groupby(tokens, STOPS.__contains__):
         if not is_stop:
             yield [*part]

@@ -179,10 +179,11 @@ class Listener:
         once = [
             each for at, each in enumerate(mentions) if each.senses not in [o.senses for o in mentions[:at]]
         ]
-        ways: list[Way] = []
-        for told in () if is_other else (once, mentions):  # again, or a number of another field
-            ways = ways or [Way(score, meant) for score, meant in self._matcher.whole_elements(told)]
-        return ways
+        if is_other:
+            return []
+        whole = self._matcher.whole_elements
+        scored = [*whole(once)] or [*whole(mentions)]  # what is said again may be a number of another field
+        return [Way(score, meant) for score, meant in scored]
 
     def _relates_otherwise(self, tokens: Sequence[str], mentions: Sequence[Mention]) -> bool:
         """Return whether a clause relates things as nothing declared does: "beside", a place in a thing."""

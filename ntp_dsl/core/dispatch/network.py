@@ -36,9 +36,7 @@ class Messages:
     Senders are calls, then facts, then facts with the opposite sign: the largest of these is the least one.
     """
 
-    senders: (
-        Tensor  # (3 edges + 2 links,) for each edge a fact twice and a call; for each link a fact and a call
-    )
+    senders: Tensor  # (3 edges + 2 links,) of edges the facts, these again, the calls; of links facts, calls
     relations: Tensor  # (links, RELATIONS) one-hot: which of the two provides, and which comes first
     groups: Tensor  # (3 edges + links, 1) what is heard together
     signs: Tensor  # (HEARD calls + TOLD facts, 1) of each group

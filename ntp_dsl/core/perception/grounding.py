@@ -140,7 +140,7 @@ def _contacts(
         np.concatenate([pairs[side] + start for pairs, start in zip(near, first, strict=True)])
         for side in (0, 1)
     )
-    if len(scenes) == 1:
+    if len(scenes) == 1:  # no two objects come twice
         return [_chances(network, features.pair_features(everything, item, below))]
     places = zip(
         map(id, everything.objects),
